@@ -1,7 +1,7 @@
-"""What to say about a text that the parser does not take: from the token that does not fit to human words.
+"""Explanations of syntax errors: from the token that does not fit to a message for people.
 
-To recognise one more mistake: one function from `Slip` to `Diagnostic | None` and its name in `CHECKS`; the
-first that answers is heard. `diagnostic_codes.py` says what each code means.
+To recognise one more mistake: one function from `Slip` to `Diagnostic | None` and its name in `CHECKS`; the first one
+that returns a diagnostic is used. `diagnostic_codes.py` defines each code.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from functools import cached_property
 from itertools import pairwise
 
 from softmark.grammar import input_limits
-from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy, Source, remedied, write
+from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy, Source, as_remedy, write
 from softmark.grammar.lalr_driver import END, accepted
 from softmark.grammar.lexer import BREAK, Token
 from softmark.grammar.parse_table import load, reserved
@@ -20,8 +20,8 @@ from softmark.grammar.statement_splitting import CLOSERS, OPENERS, WORDS, Chunk
 from softmark.grammar.tree import Span, between
 from softmark.records import dataclass
 
-VALUES = frozenset({"NAME", "PATH", "NUMBER", "STRING", "LPAR", "LSQB", "UNIT"})  # what a value starts with
-FAR = 400  # characters behind a comment that are looked at
+VALUES = frozenset({"NAME", "PATH", "NUMBER", "STRING", "LPAR", "LSQB", "UNIT"})  # tokens that start a value
+FAR = 400  # characters examined behind a comment
 SHAPE = "a declaration reads `kind name = value`"
 WORDS_FOR = {  # kinds of token that have no fixed text
     "NUMBER": "a value",
@@ -39,43 +39,43 @@ LOOKALIKES = {
 FOREIGN_WORDS = {"import": "use", "include": "use", "from": "use", "let": "param", "const": "param",
                  "var": "param", "assert": "expect", "require": "expect"}  # fmt: skip
 
-PROGRAMS = frozenset({"for", "if", "while", "def"})  # what programs are made of, and scenes are not
+PROGRAMS = frozenset({"for", "if", "while", "def"})  # keywords of programming languages
 
 
 @dataclass(frozen=True)
 class Slip:
-    """The declaration `tokens`, whose `tokens[index]` does not fit."""
+    """A syntax error: the declaration `tokens`, whose `tokens[index]` does not fit."""
 
     source: Source
     chunk: Chunk
     tokens: Sequence[Token]
     index: int
     start: str
-    second: int | None = None  # where another declaration starts on the same line
+    second: int | None = None  # start of another declaration on the same line
 
     @property
     def found(self) -> Token:
-        """The token that does not fit."""
+        """Token that does not fit."""
         return self.tokens[self.index]
 
     def kind(self, offset: int) -> str:
-        """The kind of the token `offset` places from the one that does not fit; empty beyond the ends."""
+        """Return the kind of the token `offset` positions from the one that does not fit; empty beyond the ends."""
         place = self.index + offset
         return self.tokens[place].kind if 0 <= place < len(self.tokens) else ""
 
     def text(self, offset: int) -> str:
-        """The text of the token `offset` places from the one that does not fit."""
+        """Return the text of the token `offset` positions from the one that does not fit."""
         place = self.index + offset
         return self.tokens[place].text if 0 <= place < len(self.tokens) else ""
 
     @cached_property
     def accepts(self) -> frozenset[str]:
-        """The kinds of token that would have fitted."""
+        """Kinds of token that would have been accepted."""
         return accepted(load(), self.tokens[: self.index], self.start)
 
     @cached_property
     def brackets(self) -> tuple[int, ...]:
-        """The places of the brackets that are open here, outermost first."""
+        """Positions of the brackets that are open here, outermost first."""
         stack: list[int] = []
         for place, token in enumerate(self.tokens[: self.index]):
             if token.kind in OPENERS:
@@ -86,13 +86,13 @@ class Slip:
 
     @property
     def in_call(self) -> bool:
-        """Whether the innermost open bracket holds arguments."""
+        """True if the innermost open bracket contains arguments."""
         place = self.brackets[-1] if self.brackets else 0
         return self.tokens[place].kind == "LPAR" and self.tokens[place - 1].kind in ("NAME", "PATH")
 
     @property
     def expected(self) -> str:
-        """`expected a value after `=``: what would have fitted, and after what."""
+        """Text such as `expected a value after `=``: the accepted tokens, and the preceding one."""
         after = f" after {_show(self.tokens[self.index - 1])}" if self.index else ""
         return f"expected {self._wanted()}{after}"
 
@@ -114,27 +114,27 @@ class Slip:
     def say(
         self, code: str, message: str = "", help: str | Remedy = "", label: str = "", at: Token | None = None
     ) -> Diagnostic:
-        """A diagnostic at the token that does not fit; without a message, what was expected and found."""
-        message, remedy = message or f"{self.expected}, found {self.shown}", remedied(help)
+        """Return a diagnostic at the token that does not fit; by default its message gives expected and found tokens."""
+        message, remedy = message or f"{self.expected}, found {self.shown}", as_remedy(help)
         return Diagnostic(code, message, self.source, (at or self.found).span, label, remedy.help, fix=remedy.fix)
 
     def before(self, text: str, offset: int = 0) -> Fix:
-        """A text that is put before the token `offset` places from the one that does not fit."""
+        """Return a fix that inserts text before the token `offset` positions from the one that does not fit."""
         token = self.tokens[self.index + offset]
         return Fix(text, Span(token.start, token.start, token.line, token.column, token.line, token.column))
 
     def after(self, text: str, place: int) -> Fix:
-        """A text that is put behind the token at a place."""
+        """Return a fix that inserts text behind the token at a position."""
         end = self.tokens[place].span
         return Fix(text, Span(end.end, end.end, end.end_line, end.end_column, end.end_line, end.end_column))
 
     def over(self, text: str, first: int, last: int) -> Fix:
-        """A text for all tokens from one place to another, `offset` from the one that does not fit."""
+        """Return a fix that replaces tokens `first` to `last`, counted from the one that does not fit."""
         return Fix(text, between(self.tokens[self.index + first].span, self.tokens[self.index + last].span))
 
     @property
     def shown(self) -> str:
-        """The token that does not fit, in words."""
+        """Description of the token that does not fit."""
         if self.found.kind == END:
             return self._word(END)
         return _show(self.found)
@@ -148,7 +148,7 @@ def _show(token: Token) -> str:
 
 
 def explain(slip: Slip) -> Diagnostic:
-    """What is wrong at the token that does not fit."""
+    """Return the diagnostic for the token that does not fit."""
     return next(found for check in CHECKS if (found := check(slip)))
 
 
@@ -182,20 +182,20 @@ def _junk(slip: Slip) -> Diagnostic | None:
             help = "names are made of the letters A to Z, a to z, digits and `_`"
             return slip.say("E130", f"`{text[:30]}` is not a name", help)
         case "ILLEGAL":
-            return slip.say("E102", f"unexpected {_character(text)}", _for_lookalike(slip))
+            return slip.say("E102", f"unexpected {_character(text)}", _replace_lookalike(slip))
     return None
 
 
 def _as_comment(slip: Slip) -> Fix | None:
-    """A foreign comment in one line, nothing behind it, as one of ours."""
+    """Return the fix that turns a foreign comment at the end of its line into one of this language."""
     text, end = slip.found.text, slip.found.end
     if re.search(BREAK, text) or not re.match(rf"[ \t]*(?:{BREAK}|\Z)", slip.source.text[end : end + FAR]):
         return None
     return Fix(f"# {text[2:].removesuffix('*/').strip()}")
 
 
-def _for_lookalike(slip: Slip) -> str | Remedy:
-    """What stands here for a character that looks like it; of quotes the other one is replaced with it."""
+def _replace_lookalike(slip: Slip) -> str | Remedy:
+    """Return the replacement of a look-alike character; for quotes, the other quote is replaced as well."""
     found = slip.found
     instead = LOOKALIKES.get(found.text, "")
     if instead != '"':
@@ -275,7 +275,7 @@ def _comma(slip: Slip) -> Diagnostic | None:
 
 
 def _equal(slip: Slip) -> Diagnostic | None:
-    """Something else where `=` is due."""
+    """Report another token where `=` is required."""
     if "EQUAL" not in slip.accepts or not (_names_declaration(slip) or _names_argument(slip)):
         return None
     name, text = slip.text(-1), slip.text(0)
@@ -303,7 +303,7 @@ def _names_argument(slip: Slip) -> bool:
 
 
 def _operator(slip: Slip) -> Diagnostic | None:
-    """`=<`, `=>`, `<==`, `**`, `<>`: operators that are written otherwise here."""
+    """Report operators that are written differently here: `=<`, `=>`, `<==`, `**`, `<>`."""
     instead = {"=<": "<=", "=>": ">=", "**": "^", "<>": "!=", "===": "==", "!==": "!="}
     for pair in ((slip.index - 1, slip.index), (slip.index, slip.index + 1)):
         if pair[0] >= 0 and pair[1] < len(slip.tokens):
@@ -316,7 +316,7 @@ def _operator(slip: Slip) -> Diagnostic | None:
 
 
 def _comparison(slip: Slip) -> Diagnostic | None:
-    """`=` where an expression has ended."""
+    """Report `=` after a complete expression."""
     if slip.found.kind != "EQUAL" or "COMPARE" not in slip.accepts:
         return None
     if slip.in_call:
@@ -327,7 +327,7 @@ def _comparison(slip: Slip) -> Diagnostic | None:
 
 
 def _comparison_in_argument(slip: Slip) -> Diagnostic | None:
-    """`where = x = 0 mm`; after a comma, `=` more likely names an argument."""
+    """Report `where = x = 0 mm`; after a comma, `=` more likely names an argument."""
     start = slip.brackets[-1] + 1
     commas = [place for place in range(start, slip.index) if slip.tokens[place].kind == "COMMA"]
     own = [token.kind for token in slip.tokens[(commas[-1] + 1 if commas else start) : slip.index]]
@@ -348,7 +348,7 @@ def _reserved(slip: Slip) -> Diagnostic | None:
 
 
 def _unit_in_parts(slip: Slip) -> Diagnostic | None:
-    """`1000 kg m^-3`: units are joined by `*`."""
+    """Report `1000 kg m^-3`: units are joined by `*`."""
     before, found = slip.kind(-1), slip.found
     if before != "UNIT" or found.kind != "NAME" or found.line != slip.tokens[slip.index - 1].line:
         return None
@@ -388,7 +388,7 @@ def _unit(slip: Slip) -> Diagnostic | None:
 
 
 def _shape(slip: Slip) -> Diagnostic | None:
-    """The first words of a declaration."""
+    """Report errors in the first words of a declaration."""
     if slip.start != "declaration" or slip.index > 1:
         return None
     if slip.index == 0:
@@ -410,7 +410,7 @@ def _value(slip: Slip) -> Diagnostic | None:
 
 
 def _text(slip: Slip) -> Diagnostic | None:
-    """The path of a `use`, the title of a `scene`, and what goes with them."""
+    """Report errors in the path of a `use`, the title of a `scene`, and the words after them."""
     if slip.accepts == {"STRING"} and slip.kind(0) in ("NAME", "PATH"):
         return slip.say("E101", help=write(f'"{slip.text(0)}"'))
     if slip.accepts == {"AS"}:
@@ -449,7 +449,7 @@ CHECKS: tuple[Check, ...] = (
 
 
 def second_declaration(tokens: Sequence[Token], index: int) -> int | None:
-    """Where a second declaration starts around `tokens[index]`, which does not fit; None if none does."""
+    """Return where a second declaration starts around `tokens[index]`, which does not fit; None if none does."""
     for start in (index, index - 1):
         if start < 2 or not _opens(tokens[start : start + 3]):
             continue
@@ -466,8 +466,8 @@ def _opens(tokens: Sequence[Token]) -> bool:
     return bool(is_name) and [token.kind for token in rest] == ["NAME", "EQUAL"]
 
 
-def declared(tokens: Sequence[Token]) -> list[str]:
-    """The name that a declaration in error meant to declare, if it got so far."""
+def declared_names(tokens: Sequence[Token]) -> list[str]:
+    """Return the name that a declaration with an error was meant to declare, if it is there."""
     kinds = [token.kind for token in tokens[:4]]
     if kinds[:2] in (["PARAM", "NAME"], ["NAME", "NAME"]):
         return [tokens[1].text]

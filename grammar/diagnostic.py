@@ -1,8 +1,8 @@
-"""Diagnostics: what is wrong with a text, where, and how to mend it; and how a terminal shows them.
+"""Diagnostics: errors and warnings about a text, with place and remedy, and their display in a terminal.
 
-A diagnostic is a value. Whoever finds something wrong appends one to a list and goes on, so that one pass
-reports everything. Codes are stable: E1xx syntax, E2xx names, kinds and units, E3xx physics, E4xx files,
-E5xx what a model or a reference cannot represent, E6xx running; W as E, for what is allowed but doubtful.
+A diagnostic is a value. Code that finds a problem appends one to a list and goes on, so that one pass reports
+everything. Codes are stable: E1xx syntax, E2xx names, kinds and units, E3xx physics, E4xx files, E5xx limits of models
+and references, E6xx running; W codes are grouped like E, for valid but questionable input.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from softmark.grammar.tree import Span
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """A text and the name that messages give it: a path, `<stdin>`, or `-p L=12` for an override."""
+    """A text and its name in messages: a path, `<stdin>`, or `-p L=12` for an override."""
 
     name: str
     text: str
@@ -35,7 +35,7 @@ class Second:
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """`text` in place of what stands at `span`, or, without one, of all that the message points at."""
+    """A change to the text: `text` replaces the content of `span`, by default the span of the message."""
 
     text: str
     span: Span | None = None
@@ -43,32 +43,32 @@ class Fix:
 
 @dataclass(frozen=True, slots=True)
 class Remedy:
-    """How to mend something: in words, and as the change to the text where the words name it."""
+    """How to correct an error: an explanation, and the change to the text if the explanation names one."""
 
     help: str
     fix: Fix | None = None
 
 
 def did_you_mean(name: str, text: str = "", more: str = "") -> Remedy:
-    """``did you mean `name`?``: the name, or the text that is given, for what the message points at."""
+    """Return ``did you mean `name`?`` with a fix that inserts the name, or the given text, at the message's span."""
     return Remedy(f"did you mean `{name}`?{more}", Fix(text or name))
 
 
 def write(text: str, more: str = "") -> Remedy:
-    """``write `text` ``: for what the message points at."""
+    """Return ``write `text` `` with a fix that inserts the text at the message's span."""
     return Remedy(f"write `{text}`{more}", Fix(text))
 
 
-def remedied(help: str | Remedy) -> Remedy:
-    """Words without a change are a remedy, too."""
+def as_remedy(help: str | Remedy) -> Remedy:
+    """Return a remedy; plain text becomes one without a change."""
     return help if isinstance(help, Remedy) else Remedy(help)
 
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One message. `message` says what is wrong, `label` what stands at the span, `help` how to mend it.
+    """One message: `message` is the problem, `label` describes the span, `help` is the remedy.
 
-    `fix` is the same as `help` as a change to the text, of those whose help names one.
+    `fix` is the change to the text that `help` names, if it names one.
     """
 
     code: str
@@ -88,7 +88,7 @@ class Diagnostic:
 
 
 def to_json(diagnostic: Diagnostic) -> dict[str, Any]:
-    """The fields that tools read; line and column are null where there is no place."""
+    """Return the fields for tools; line and column are null without a place."""
     span, source = diagnostic.span, diagnostic.source
     own: dict[str, Any] = {
         "code": diagnostic.code,
@@ -113,19 +113,19 @@ def to_json(diagnostic: Diagnostic) -> dict[str, Any]:
 
 
 def encodable(text: str) -> str:
-    """Without halves of characters, which stand for bytes of a file name or an argument that are no UTF-8."""
+    """Return text without surrogates, which represent non-UTF-8 bytes of a file name or an argument."""
     return re.sub("[\ud800-\udfff]", "\ufffd", text)
 
 
 def summary(diagnostics: Iterable[Diagnostic]) -> str:
-    """`2 errors, 1 warning`."""
+    """Return a summary such as `2 errors, 1 warning`."""
     severities = [diagnostic.severity for diagnostic in diagnostics]
     counts = [(severities.count(severity), severity) for severity in ("error", "warning")]
     return ", ".join(f"{n} {severity}{'s' * (n > 1)}" for n, severity in counts if n) or "no errors"
 
 
 def render(diagnostics: Iterable[Diagnostic], colour: bool = False) -> str:
-    """What a terminal shows: by file and place, with a blank line between; no line feed at the end."""
+    """Return the text for a terminal: sorted by file and place, separated by blank lines; no line feed at the end."""
     paint = _paint if colour else _plain
     return "\n\n".join(_drawing(diagnostic, paint) for diagnostic in sorted(diagnostics, key=_place))
 
@@ -138,7 +138,7 @@ def _place(diagnostic: Diagnostic) -> tuple[str, int]:
 # ------------------------------------------------------------------------- drawing
 
 WIDTH = 100  # columns of a source line that are shown
-SIDE = 4 * WIDTH  # characters to either side of a place that are looked at: a line may be as long as a file
+SIDE = 4 * WIDTH  # characters considered on either side: a line may be as long as a file
 LONGEST = 600  # characters of a line of a message
 TAB = 4
 STYLES = {"error": "1;31", "warning": "1;33", "gutter": "1;34", "bold": "1"}
@@ -155,7 +155,7 @@ def _paint(text: str, style: str) -> str:
 
 def _drawing(diagnostic: Diagnostic, paint: Paint) -> str:
     severity = diagnostic.severity
-    head = paint(f"{severity}[{diagnostic.code}]", severity) + paint(f": {_said(diagnostic.message)}", "bold")
+    head = paint(f"{severity}[{diagnostic.code}]", severity) + paint(f": {_shorten(diagnostic.message)}", "bold")
     lines, margin = [head], "   "
     if diagnostic.source and diagnostic.span:
         margin = " " * (max(len(str(s.line)) for s in (diagnostic.span, *(s.span for s in diagnostic.also))) + 2)
@@ -167,21 +167,21 @@ def _drawing(diagnostic: Diagnostic, paint: Paint) -> str:
     for kind, text in remarks:
         if text:
             indent = "\n" + " " * (len(margin) + len(f"= {kind}: "))
-            body = indent.join(_said(line) for line in text.split("\n"))
+            body = indent.join(_shorten(line) for line in text.split("\n"))
             lines.append(f"{margin}{paint('=', 'gutter')} {paint(kind, 'bold')}: {body}")
     return "\n".join(lines)
 
 
 def _snippet(place: Second, margin: str, paint: Paint, severity: str = "") -> list[str]:
-    """The place, the line of the text, and carets under the span with the label after them; dashes at a second."""
+    """Return the place, the source line, and carets under the span with the label after them; dashes at a second place."""
     source, span = place.source, place.span
     line, first, last = _line(source.text, span)
     shown, before, carets = _clip(_cells(line), first, last)
-    label = f" {_said(place.label)}" if place.label else ""
+    label = f" {_shorten(place.label)}" if place.label else ""
     bar, arrow = paint("|", "gutter"), paint("-->" if severity else ":::", "gutter")
     number = f"{span.line:>{len(margin) - 2}}"
     return [
-        f"{margin[1:]}{arrow} {_said(source.name)}:{span.line}:{span.column}",
+        f"{margin[1:]}{arrow} {_shorten(source.name)}:{span.line}:{span.column}",
         f"{margin}{bar}",
         f" {paint(number, 'gutter')} {bar} {shown}".rstrip(),
         f"{margin}{bar} {' ' * before}{paint(('^' if severity else '-') * carets + label, severity or 'gutter')}",
@@ -189,7 +189,7 @@ def _snippet(place: Second, margin: str, paint: Paint, severity: str = "") -> li
 
 
 def _line(text: str, span: Span) -> tuple[str, int, int]:
-    """The line a span starts on, as far as it is near, and the characters of it from and to which the span goes."""
+    """Return the line on which a span starts, as far as it is near, and the span's first and last character in it."""
     start = min(span.start, len(text))
     near = max(0, start - SIDE)
     first = max(text.rfind("\n", near, start) + 1, text.rfind("\r", near, start) + 1, near)
@@ -200,7 +200,7 @@ def _line(text: str, span: Span) -> tuple[str, int, int]:
 
 
 def _cells(line: str) -> list[str]:
-    """What a terminal shows for each character: a tab as blanks, what cannot be seen as a sign that can."""
+    """Return the display of each character: a tab as blanks, an invisible one as a visible symbol."""
     cells: list[str] = []
     column = 0
     for character in line:
@@ -211,7 +211,7 @@ def _cells(line: str) -> list[str]:
 
 
 def _clip(cells: Sequence[str], first: int, last: int) -> tuple[str, int, int]:
-    """The part of a line around `cells[first:last]`, the columns before the carets, and how many carets."""
+    """Return the part of a line around `cells[first:last]`, the columns before the carets, and how many carets."""
     low, room = _grow(cells, first, -1, WIDTH // 3)
     high, room = _grow(cells, first, 1, room + WIDTH - WIDTH // 3)
     low, _ = _grow(cells, low, -1, room)
@@ -222,7 +222,7 @@ def _clip(cells: Sequence[str], first: int, last: int) -> tuple[str, int, int]:
 
 
 def _grow(cells: Sequence[str], place: int, step: Literal[-1, 1], room: int) -> tuple[int, int]:
-    """How far cells fit into `room` columns from `place` on, to the left or right; and the room left over."""
+    """Return how far cells fit into `room` columns from `place` on, to the left or right, and the remaining room."""
     while 0 < place + (step > 0) <= len(cells):
         width = _width(cells[place - (step < 0)])
         if width > room:
@@ -232,7 +232,7 @@ def _grow(cells: Sequence[str], place: int, step: Literal[-1, 1], room: int) -> 
 
 
 def _width(text: str) -> int:
-    """Columns on a terminal."""
+    """Return the number of terminal columns."""
     return len(text) if text.isascii() else sum(_columns(character) for character in text)
 
 
@@ -242,20 +242,20 @@ def _columns(character: str) -> int:
     return 2 if east_asian_width(character) in "WF" else 1
 
 
-def _said(text: str) -> str:
-    """A line of a message, its middle left out where parts of the text that it repeats make it too long to read."""
+def _shorten(text: str) -> str:
+    """Return a message line, with its middle omitted if the quoted parts of the text make it too long."""
     return visible(text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} … {text[-LONGEST // 4 :]}")
 
 
 def visible(text: str) -> str:
-    """A line without what could steer a terminal, cannot be seen or cannot be encoded: pictures stand for it."""
+    """Return a line with control, invisible and unencodable characters replaced by symbols."""
     return text if text.isprintable() else "".join(map(_picture, text))
 
 
 def all_visible(value: Any) -> Any:
-    """The same value with all texts in it `visible`, line feeds kept; what is no text is left as it is.
+    """Return the same value with `visible` applied to all strings in it, line feeds kept; others are unchanged.
 
-    For what is shown in a terminal: titles, messages and names come from scenes and files that others wrote.
+    It is for terminal output: titles, messages and names come from scenes and files that others wrote.
     """
     if isinstance(value, str):
         return value if value.isprintable() else "\n".join(map(visible, value.split("\n")))
@@ -269,6 +269,7 @@ def all_visible(value: Any) -> Any:
 
 
 def _picture(character: str) -> str:
+    """Return the symbol that replaces a character."""
     if ord(character) < 0x20:
         return chr(0x2400 + ord(character))
     return "\ufffd" if category(character) in ("Cc", "Cf", "Cs", "Zl", "Zp") else character

@@ -1,4 +1,4 @@
-"""The codes of syntax errors. A code keeps its meaning for ever; a new meaning takes a new code."""
+"""Codes of syntax errors. A code keeps its meaning forever; a new meaning gets a new code."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What to say about a text that the grammar takes and the language does not: sizes, order, escapes."""
+"""Diagnostics of text that the grammar accepts but the language forbids: sizes, order, escapes."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from softmark.grammar.lexer import BREAK, Token
 from softmark.grammar.statement_splitting import MAX_NESTING, Chunk
 from softmark.grammar.tree import Argument, Declaration, Expression, Number, Span, Unit, between, expressions, walk
 
-VERSIONS = (1,)  # of the language
+VERSIONS = (1,)  # supported versions of the language
 MAX_LITERAL = 400  # characters of a number, a text, a name or a unit
-MAX_DEPTH = 150  # parts within parts: what a recursive walk over the tree can take
+MAX_DEPTH = 150  # nesting depth that a recursive walk over the tree can handle
 FOREIGN_KINDS = {"let": "param", "const": "param", "var": "param", "import": "use", "include": "use"}
 EXAMPLES = {
     "use": 'use "tissues.scene" as tissue',
@@ -25,7 +25,7 @@ EXAMPLES = {
 
 
 def binary(source: Source) -> Diagnostic | None:
-    """A NUL byte: whatever this is, it is no scene."""
+    """Report a NUL byte: the file is not a scene."""
     place = source.text.find("\0")
     if place < 0:
         return None
@@ -37,7 +37,7 @@ def binary(source: Source) -> Diagnostic | None:
 
 
 def more(source: Source, last: Diagnostic, hidden: int) -> Diagnostic:
-    """The count of diagnostics that are not shown."""
+    """Report how many diagnostics are not shown."""
     count = f"{hidden} more syntax error{'s' if hidden > 1 else ''}"
     help = "mend those above first"
     return Diagnostic("E199", f"{count} not shown", source, last.span, "after this one", help)
@@ -47,7 +47,7 @@ def more(source: Source, last: Diagnostic, hidden: int) -> Diagnostic:
 
 
 def oversized(source: Source, chunk: Chunk) -> Diagnostic | None:
-    """Brackets too deep, or a literal too long."""
+    """Report brackets nested too deeply, or a literal that is too long."""
     if chunk.too_deep:
         message = f"brackets are nested deeper than {MAX_NESTING}"
         return Diagnostic("E122", message, source, chunk.too_deep.span, "one too many")
@@ -59,7 +59,7 @@ def oversized(source: Source, chunk: Chunk) -> Diagnostic | None:
 
 
 def deep(source: Source, tree: Declaration | Expression) -> Diagnostic | None:
-    """More operations within operations than a walk over the tree could take."""
+    """Report operations nested too deeply to walk over the tree."""
     for part in expressions(tree) if isinstance(tree, Declaration) else (tree,):
         for node, depth in walk(part):
             if depth > MAX_DEPTH:
@@ -70,7 +70,7 @@ def deep(source: Source, tree: Declaration | Expression) -> Diagnostic | None:
 
 
 def version(source: Source, number: Token, span: Span, first: bool) -> Diagnostic | None:
-    """A version that is not known, or a version after another declaration."""
+    """Report an unknown version, or a version after another declaration."""
     if number.text not in map(str, VERSIONS):
         known = f"known: {', '.join(map(str, VERSIONS))}"
         message = f"version {number.text} of the language is not known"
@@ -82,7 +82,7 @@ def version(source: Source, number: Token, span: Span, first: bool) -> Diagnosti
 
 
 def foreign_word(source: Source, word: Token, instead: str) -> Diagnostic:
-    """`import`, `let` and their like."""
+    """Report keywords of other languages such as `import` and `let`."""
     message = f"`{word.text}` is not a word of the language; the one for this is `{instead}`"
     return Diagnostic("E116", message, source, word.span, help=f"as in `{EXAMPLES[instead]}`", fix=Fix(instead))
 
@@ -91,7 +91,7 @@ def foreign_word(source: Source, word: Token, instead: str) -> Diagnostic:
 
 
 def number(source: Source, digits: Token, value: float) -> Diagnostic | None:
-    """Zero and infinity must be meant."""
+    """Report numbers that underflow to zero or overflow to infinity."""
     if not math.isinf(value) and (value or not re.match(r"[0.]*[1-9]", digits.text)):
         return None
     size, label = ("large", "larger than 1.8e308") if value else ("small", "smaller than 4.9e-324")
@@ -99,7 +99,7 @@ def number(source: Source, digits: Token, value: float) -> Diagnostic | None:
 
 
 def positional_after_named(source: Source, argument: Argument) -> Diagnostic:
-    """An argument without a name after one with a name; or the digits after a decimal comma."""
+    """Report an argument without a name after a named one, or the digits after a decimal comma."""
     start, text = argument.span.start, source.text
     if isinstance(argument.value, Number) and re.search(r"[0-9],\Z", text[max(0, start - 2) : start]):
         help, at = "write a point, as in `0.49`", argument.span
@@ -112,7 +112,7 @@ def positional_after_named(source: Source, argument: Argument) -> Diagnostic:
 
 
 def power_of_quantity(source: Source, base: Expression, unit: Unit, exponent: Expression) -> Diagnostic:
-    """`5 m ^ 2`: 5 square metres or 25?"""
+    """Report an ambiguous power such as `5 m ^ 2`: 5 square metres or 25?"""
     quantity = source.text[base.span.start : unit.span.end]
     power = source.text[exponent.span.start : exponent.span.end]
     span, end = unit.span, exponent.span
@@ -128,7 +128,7 @@ def power_of_quantity(source: Source, base: Expression, unit: Unit, exponent: Ex
 
 
 def escape(source: Source, token: Token) -> Diagnostic | None:
-    """A backslash before anything but a quote or a backslash."""
+    """Report a backslash before anything but a quote or a backslash."""
     wrong = re.match(r'"(?:[^\\]|\\["\\])*?(\\[^"\\])', token.text)
     if not wrong:
         return None

@@ -1,4 +1,4 @@
-"""Runs the LALR table over the tokens of one declaration. No recursion, so no depth can exhaust the stack."""
+"""LALR parser driver over the tokens of one declaration. It uses no recursion, so no depth can exhaust the stack."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ Builder = Mapping[str, Callable[[list[Any]], Any]]
 
 @dataclass(frozen=True, slots=True)
 class Unexpected:
-    """The parser cannot go on at `tokens[index]`."""
+    """A token `tokens[index]` that the parser cannot accept."""
 
     index: int
 
 
 def run(table: ParseTable, build: Builder, tokens: Sequence[Token], start: str) -> Any | Unexpected:
-    """The value of `tokens`, whose last one is of kind `END`; or the first token that does not fit.
+    """Return the value of `tokens`, whose last one is of kind `END`, or the first token that does not fit.
 
-    Shift-reduce parsing (Knuth 1965) with look-ahead sets that lark computed (DeRemer, Pennello 1982).
-    Raises ValueError where the last token is not of kind `END`.
+    Shift-reduce parsing (Knuth 1965) with look-ahead sets computed by lark (DeRemer, Pennello 1982).
+    Raises ValueError if the last token is not of kind `END`.
     """
     rows, rules, end = table.states, table.rules, table.ends[start]
     states: list[int] = [table.starts[start]]
@@ -70,7 +70,7 @@ def _splice(rule: Rule, values: list[Any]) -> list[Any]:
 
 
 def accepted(table: ParseTable, tokens: Sequence[Token], start: str) -> frozenset[str]:
-    """The kinds of token that may follow `tokens`, none of them of kind `END`."""
+    """Return the kinds of token that may follow `tokens`, none of which is of kind `END`."""
     states = [table.starts[start]]
     for token in tokens:
         states = _advance(table, states, token.kind) or states
@@ -79,7 +79,7 @@ def accepted(table: ParseTable, tokens: Sequence[Token], start: str) -> frozense
 
 
 def _advance(table: ParseTable, states: list[int], kind: str, end: int = -1) -> list[int] | None:
-    """The stack of states after a token, without values; None where it does not fit."""
+    """Return the stack of states after a token, without values; None if it does not fit."""
     states = list(states)
     while (action := table.states[states[-1]].get(kind)) is not None and action < 0:
         rule = table.rules[-1 - action]

@@ -1,7 +1,7 @@
-"""Text to tokens, with the terminals of `scene.lark`; what fits none becomes a token of a kind in `JUNK`.
+"""Lexer: text to tokens by the terminals of `scene.lark`; unmatched text becomes a token of a kind in `JUNK`.
 
-To add a terminal: one line in `scene.lark`. To recognise one more foreign habit: one line in `JUNK`, and one
-in `common_slips.py`.
+To add a terminal: one line in `scene.lark`. To recognise one more foreign habit: one line in `JUNK`, and one in
+`common_slips.py`.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from softmark.grammar.tree import Comment, Span
 BREAK = r"\r\n|\n|\r"
 BLANK = "[ \t\f\v\u00a0\u2009\u202f]*+"  # with the no-break and thin spaces that typesetters put before a unit
 COMMENT = r"\#[^\r\n]*"
-VALUE_ENDS = frozenset({"NUMBER", "RPAR", "RSQB"})  # what a unit may follow
-# Tried after everything else; not so foreign comments, whose `/` would be an operator. None takes a line break with it.
+VALUE_ENDS = frozenset({"NUMBER", "RPAR", "RSQB"})  # tokens that a unit may follow
+# Tried last, except foreign comments, whose `/` would be an operator. None includes a line break.
 JUNK = {
     "UNCLOSED_STRING": r'"[^\r\n]*',
     "SINGLE_QUOTED": r"'[^'\r\n]*'?",
@@ -43,12 +43,12 @@ class Token(NamedTuple):
 
     @property
     def end(self) -> int:
-        """The offset after the last character."""
+        """Offset after the last character."""
         return self.start + len(self.text)
 
     @property
     def span(self) -> Span:
-        """Where the token stands; of a foreign comment over several lines only the first counts."""
+        """Span of the token; of a foreign comment over several lines only the first line."""
         length = len(self.text)
         if self.kind == "BLOCK_COMMENT":
             length = len(re.split(BREAK, self.text, maxsplit=1)[0])
@@ -56,13 +56,13 @@ class Token(NamedTuple):
 
 
 class Lexed(NamedTuple):
-    """The tokens and the comments of a text, in order."""
+    """Tokens and comments of a text, in order."""
 
     tokens: list[Token]
     comments: list[Comment]
 
 
-@lru_cache(maxsize=4)  # an editor asks for the words of a text that is parsed too; nobody changes these lists
+@lru_cache(maxsize=4)  # cached: an editor needs the same tokens as the parser; the lists are never modified
 def lex(text: str) -> Lexed:
     """Cut `text` into tokens. Every character that is not blank ends up in exactly one token or comment."""
     plain, after_value, kinds = _scanners()
@@ -101,7 +101,7 @@ Scan = Callable[[str, int], "re.Match[str] | None"]
 
 @cache
 def _scanners() -> tuple[Scan, Scan, list[str]]:
-    """One pattern for most places, one for where a unit may stand, and the kinds of their groups."""
+    """Return one pattern for most positions, one for positions of a unit, and the kinds of their groups."""
     terminals = sorted(load().terminals, key=_rank)
     kinds = {"NEWLINE": BREAK, "COMMENT": COMMENT} | FOREIGN_COMMENTS
     kinds |= {t.name: t.pattern for t in terminals if not t.literal.isalpha() and t.name != "UNIT"} | JUNK

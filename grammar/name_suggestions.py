@@ -1,4 +1,4 @@
-"""The nearest of several names, for `did you mean`."""
+"""Search for the most similar name, for `did you mean`."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ import sys
 from collections.abc import Iterable
 from itertools import islice
 
-MOST = 3000  # candidates of about the right length that are looked at: a text may declare any number of names
+MOST = 3000  # largest number of candidates compared: a text may declare any number of names
 
 
 def nearest(word: str, candidates: Iterable[str]) -> str | None:
-    """The candidate that a slip of the finger makes of `word`, or None; case does not count.
+    """Return the candidate that differs from `word` by a typing error, or None; case is ignored.
 
-    One slip is allowed from three letters, two from six, three from eleven: short names are all near one another.
-    Where there are two, or the word is short, both begin alike: `cable` is not `table`, `reaction` not `traction`.
-    Of several candidates equally near, the one that starts like `word` wins, then the first of the alphabet.
+    One error is allowed from three letters, two from six, three from eleven: short names are all similar. If there are
+    two, or the word is short, both must begin alike: `cable` is not `table`, `reaction` not `traction`. Among equally
+    similar candidates, one that starts like `word` wins, then the alphabetically first.
     """
     limit = sum(len(word) >= letters for letters in (3, 6, 11))
     near = islice((name for name in candidates if abs(len(name) - len(word)) <= limit), MOST)
@@ -25,15 +25,15 @@ def nearest(word: str, candidates: Iterable[str]) -> str | None:
 
 
 def _begins_alike(word: str, name: str) -> bool:
-    """Whether the first letters are the same, or swapped."""
+    """Return whether the first letters are the same, or swapped."""
     a, b = word[:2].lower(), name[:2].lower()
     return a[:1] == b[:1] or (len(a) == 2 and a == b[::-1])
 
 
 def distance(a: str, b: str, most: int = sys.maxsize) -> int:
-    """Insertions, deletions, replacements and swaps of neighbours from `a` to `b` (Damerau 1964).
+    """Return the number of insertions, deletions, replacements and swaps from `a` to `b` (Damerau 1964).
 
-    More than `most` are not counted out: then it is some number above `most`.
+    Counting stops above `most`: the result is then some number above it.
     """
     before: list[int] = []
     row = list(range(len(b) + 1))

@@ -1,9 +1,8 @@
-"""The LALR(1) table of `scene.lark`: lark makes it once, the user's cache folder keeps it as JSON.
+"""LALR(1) parse table of `scene.lark`: computed once by lark and cached as JSON in the user's cache folder.
 
-With a table in the cache a process neither imports lark nor computes anything. The file is named after a
-digest of the grammar, of lark and of this module, so it is never stale; it is written beside its place and
-renamed, so it is never half there. A folder that cannot be written or a file that cannot be read costs time,
-nothing else.
+With a cached table a process neither imports lark nor computes anything. The file is named after a digest of the
+grammar, of lark and of this module, so it is never stale; it is written under another name and renamed, so it is never
+incomplete. A read-only folder or an unreadable file costs only time.
 """
 
 from __future__ import annotations
@@ -25,10 +24,10 @@ STARTS = ("declaration", "expression")
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """`origin: symbols`: how many symbols it takes, and what becomes of their values.
+    """A production `origin: symbols`: the number of its symbols, and how their values are combined.
 
-    `method` names the builder's method; empty for a list (`inline`), which its parent splices in place of the
-    symbol, and for a rule that `hands_on` its only symbol.
+    `method` names the builder's method; empty for a list (`inline`), which its parent inserts in place of the symbol,
+    and for a rule that `hands_on` its only symbol.
     """
 
     origin: str
@@ -52,7 +51,7 @@ class Terminal:
 
 @dataclass(frozen=True, slots=True)
 class ParseTable:
-    """`states[s][symbol]` is a state to go to (>= 0) or `-1 - r` to reduce by `rules[r]`."""
+    """LALR table: `states[s][symbol]` is a state to go to (>= 0) or `-1 - r` to reduce by `rules[r]`."""
 
     states: list[dict[str, int]]
     rules: list[Rule]
@@ -63,7 +62,7 @@ class ParseTable:
 
 @cache
 def load() -> ParseTable:
-    """The table of the language, from the cache or made now."""
+    """Return the table of the language, from the cache or newly computed."""
     path = _cache_path()
     found = _read(path) if path else None
     if found is None:
@@ -75,12 +74,12 @@ def load() -> ParseTable:
 
 @cache
 def reserved() -> dict[str, str]:
-    """The reserved words and their kinds of token."""
+    """Return the reserved words and their kinds of token."""
     return {terminal.literal: terminal.name for terminal in load().terminals if terminal.literal.isalpha()}
 
 
 def make() -> ParseTable:
-    """Have lark compute the table."""
+    """Compute the table with lark."""
     from lark import Lark
 
     parser = Lark(GRAMMAR.read_text("utf-8"), parser="lalr", lexer="basic", start=list(STARTS))
@@ -113,7 +112,7 @@ def _terminals(parser: Any) -> list[Terminal]:
 
 
 def _cache_path() -> Path | None:
-    """Where this grammar, lark and module keep their table; None where there is no home."""
+    """Return the cache file of this grammar, lark and module; None without a home folder."""
     lark = find_spec("lark")
     try:
         root = Path(os.environ.get("XDG_CACHE_HOME", ""))
@@ -126,7 +125,7 @@ def _cache_path() -> Path | None:
 
 
 def _checksum(text: bytes) -> bytes:
-    """The CRC-32 of a table's text, which stands before it: a disk may damage a file so that it is JSON still."""
+    """Return the CRC-32 of a table's text, stored before it: a damaged file may still be valid JSON."""
     return f"{crc32(text):08x}".encode()
 
 
@@ -144,7 +143,7 @@ def _read(path: Path) -> ParseTable | None:
 
 
 def _write(path: Path, table: ParseTable) -> None:
-    """Write beside the place and rename, so that another process sees the whole file or none."""
+    """Write under another name and rename, so that another process sees the whole file or none."""
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, draft = tempfile.mkstemp(dir=path.parent, prefix=path.name)

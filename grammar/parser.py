@@ -1,8 +1,8 @@
-"""Text to tree: `parse` for a scene, `parse_expression` for an override such as `-p L=120mm`.
+"""Parser: text to syntax tree, `parse` for a scene, `parse_expression` for an override such as `-p L=120mm`.
 
-lex -> declarations -> LALR parser: one pass, and at most one diagnostic for each declaration. A declaration
-with an error is left out of the tree, its name goes to `Tree.broken`. To add a rule of `scene.lark`: one
-method of `_Build`.
+lex -> declarations -> LALR parser: one pass, and at most one diagnostic for each declaration. A declaration with an
+error is left out of the tree, and its name is added to `Tree.broken`. To add a rule of `scene.lark`: one method of
+`_Build`.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ from softmark.grammar.tree import (
 )
 
 MAX_DIAGNOSTICS = 20
-# trees of declarations: an editor has a text parsed after each letter, and most of it stands where it stood
+# cached trees of declarations: an editor parses after each keystroke, and most of the text is unchanged
 KEPT = 1500
 _parsed: dict[tuple[Token, ...], Any] = {}
 
 
 def parse(source: Source) -> tuple[Tree, list[Diagnostic]]:
-    """The tree of a scene, and what is wrong with the text."""
+    """Return the tree of a scene, and the diagnostics of its text."""
     if binary := input_limits.binary(source):
         return Tree(()), [binary]
     tokens, comments = lex(source.text)
@@ -59,7 +59,7 @@ def parse(source: Source) -> tuple[Tree, list[Diagnostic]]:
 
 
 def parse_expression(source: Source) -> tuple[Expression | None, list[Diagnostic]]:
-    """The tree of an expression that is the whole text, None if it is in error."""
+    """Return the tree of an expression that is the whole text, None if it has an error."""
     if binary := input_limits.binary(source):
         return None, [binary]
     parser = _Parser(source, "expression")
@@ -78,13 +78,13 @@ class _Parser:
         self._build = _Build(source)
 
     def diagnostics(self) -> list[Diagnostic]:
-        """At most `MAX_DIAGNOSTICS`, and one more that says how many are not shown."""
+        """At most `MAX_DIAGNOSTICS`, and one more with the number of those not shown."""
         if not self._hidden:
             return self._shown
         return [*self._shown, input_limits.more(self.source, self._shown[-1], self._hidden)]
 
     def parse(self, chunk: Chunk) -> list[Any]:
-        """The tree of a chunk; none if it is in error, several if it is several declarations on one line."""
+        """Return the tree of a chunk; none if it has an error, several for several declarations on one line."""
         found = []
         rest: Chunk | None = chunk
         while rest is not None:
@@ -95,7 +95,7 @@ class _Parser:
         return found
 
     def _one(self, chunk: Chunk) -> tuple[Any, Chunk | None]:
-        """The tree of a chunk or None, and what is left where a second declaration starts on its line."""
+        """Return the tree of a chunk or None, and the rest if a second declaration starts on its line."""
         if problem := input_limits.oversized(self.source, chunk):
             self._fail(chunk, lambda: problem)
             return None, None
@@ -119,14 +119,14 @@ class _Parser:
         return tree, None
 
     def _unexpected(self, chunk: Chunk, tokens: list[Token], index: int) -> Chunk | None:
-        """Report the token that does not fit; what is left if a second declaration starts there."""
+        """Report the token that does not fit; return the rest if a second declaration starts there."""
         second = common_slips.second_declaration(tokens, index) if self.start == "declaration" else None
         slip = common_slips.Slip(self.source, chunk, tokens, index, self.start, second)
         self._fail(chunk, lambda: min([*self._build.problems, common_slips.explain(slip)], key=_start))
         return _rest(tokens, second) if second and not self._hidden else None
 
     def _fail(self, chunk: Chunk, explain: Callable[[], Diagnostic]) -> None:
-        self.broken.extend(common_slips.declared(chunk.tokens))
+        self.broken.extend(common_slips.declared_names(chunk.tokens))
         if len(self._shown) < MAX_DIAGNOSTICS:
             self._shown.append(explain())
         else:
@@ -143,15 +143,15 @@ def _end(chunk: Chunk) -> Token:
 
 
 def _rest(tokens: list[Token], start: int) -> Chunk:
-    """The tokens from the second declaration of a line on; its kind may have looked like a unit."""
+    """Return the tokens from the second declaration of a line on; its kind may have looked like a unit."""
     first, *others = tokens[start:-1]
     return whole([first._replace(kind="NAME") if first.kind == "UNIT" else first, *others])
 
 
 class _Build:
-    """One method for each rule of `scene.lark`; each takes the values of the rule's symbols.
+    """Builder of tree nodes: one method for each rule of `scene.lark`, which takes the values of the rule's symbols.
 
-    What the grammar cannot say (a number's range, the order of arguments) goes to `problems`.
+    Violations that the grammar cannot express (a number's range, the order of arguments) are added to `problems`.
     """
 
     def __init__(self, source: Source) -> None:
@@ -161,46 +161,46 @@ class _Build:
 
     @cached_property
     def methods(self) -> Builder:
-        """The methods by the names that `scene.lark` gives the rules."""
+        """Return the methods by the names that `scene.lark` gives the rules."""
         return {rule.method: getattr(self, rule.method) for rule in load().rules if rule.method}
 
     def note(self, problem: Diagnostic | None) -> None:
-        """Keep a problem of the declaration at hand, if there is one."""
+        """Record a problem of the present declaration, if there is one."""
         if problem:
             self.problems.append(problem)
 
     # ------------------------------------------------------------------ declarations
 
     def version(self, values: list[Token]) -> Version:
-        """`softmark 1`, first of all declarations and known."""
+        """Build `softmark 1`, which must be the first declaration, with a known version."""
         word, number = values
         self.note(input_limits.version(self.source, number, _over(word, number), self.first))
         return Version(int(number.text) if number.text.isdecimal() else 0, _over(word, number))
 
     def title(self, values: list[Token]) -> Title:
-        """`scene "title"`."""
+        """Build `scene "title"`."""
         word, text = values
         return Title(self._text(text), _over(word, text))
 
     def use(self, values: list[Token]) -> Use:
-        """`use "path" as name`."""
+        """Build `use "path" as name`."""
         word, path, _, name = values
         return Use(self._text(path), name.text, _over(word, name), path.span, name.span)
 
     def param(self, values: list[Any]) -> Param:
-        """`param name = value in low .. high`."""
+        """Build `param name = value in low .. high`."""
         word, name, _, value, *bounds = values
         low, high = (bounds[1], bounds[3]) if bounds else (None, None)
         span = between(word.span, (high or value).span)
         return Param(name.text, value, low, high, span, name.span)
 
     def expect(self, values: list[Any]) -> Expect:
-        """`expect condition`."""
+        """Build `expect condition`."""
         word, condition = values
         return Expect(condition, between(word.span, condition.span))
 
     def declare(self, values: list[Any]) -> Declare:
-        """`kind name = value`."""
+        """Build `kind name = value`."""
         kind, name, _, value = values
         if kind.text in input_limits.FOREIGN_KINDS:
             self.note(input_limits.foreign_word(self.source, kind, input_limits.FOREIGN_KINDS[kind.text]))
@@ -209,12 +209,12 @@ class _Build:
     # ------------------------------------------------------------------- expressions
 
     def binary(self, values: list[Any]) -> Binary:
-        """`left operator right`."""
+        """Build `left operator right`."""
         left, operator, right = values
         return Binary(operator.text, left, right, between(left.span, right.span))
 
     def power(self, values: list[Any]) -> Binary:
-        """`base^exponent`; `5 m ^ 2` could mean `5 m^2` or `(5 m)^2`."""
+        """Build `base^exponent`; `5 m ^ 2` could mean `5 m^2` or `(5 m)^2`."""
         base, _, exponent = values
         span = between(base.span, exponent.span)
         unit = getattr(base, "unit", None)
@@ -223,17 +223,17 @@ class _Build:
         return Binary("^", base, exponent, span)
 
     def unary(self, values: list[Any]) -> Unary:
-        """`operator operand`."""
+        """Build `operator operand`."""
         operator, operand = values
         return Unary(operator.text, operand, between(operator.span, operand.span))
 
     def compare(self, values: list[Any]) -> Compare:
-        """`a < b < c`."""
+        """Build `a < b < c`."""
         operators = tuple(token.text for token in values[1::2])
         return Compare(tuple(values[::2]), cast(Any, operators), between(values[0].span, values[-1].span))
 
     def number(self, values: list[Token]) -> Number:
-        """Digits and a unit; zero and infinity must be meant."""
+        """Build a number with a unit; report underflow to zero and overflow to infinity."""
         digits = values[0]
         value = float(digits.text)
         self.note(input_limits.number(self.source, digits, value))
@@ -241,29 +241,29 @@ class _Build:
         return Number(value, unit, digits.text, between(digits.span, unit.span) if unit else digits.span)
 
     def string(self, values: list[Token]) -> String:
-        """A text in double quotes."""
+        """Build a text in double quotes."""
         return String(self._text(values[0]), values[0].span)
 
     def name(self, values: list[Token]) -> Name:
-        """A name, perhaps with dots."""
+        """Build a name, possibly with dots."""
         return Name(tuple(values[0].text.split(".")), values[0].span)
 
     def group(self, values: list[Any]) -> Expression:
-        """Brackets that only group: what they hold, with a span that includes them."""
+        """Build a bracketed expression, whose span includes the brackets."""
         opening, inner, closing = values
         fields = {name: getattr(inner, name) for name in inner.__slots__}
         return cast(Expression, type(inner)(**fields | {"span": _over(opening, closing)}))
 
     def vector(self, values: list[Any]) -> Vector:
-        """`(a, b, c) unit`."""
+        """Build `(a, b, c) unit`."""
         return Vector(_items(values), _unit(values), _over(values[0], values[-1]))
 
     def series(self, values: list[Any]) -> List:
-        """`[a, b, c] unit`."""
+        """Build `[a, b, c] unit`."""
         return List(_items(values), _unit(values), _over(values[0], values[-1]))
 
     def call(self, values: list[Any]) -> Call:
-        """`function(argument, name = argument)`."""
+        """Build `function(argument, name = argument)`."""
         arguments = tuple(value for value in values if isinstance(value, Argument))
         named = False
         for argument in arguments:
@@ -274,14 +274,14 @@ class _Build:
         return Call(self.name(values[:1]), arguments, _over(values[0], values[-1]))
 
     def argument(self, values: list[Any]) -> Argument:
-        """`name = value` or `value`."""
+        """Build `name = value` or `value`."""
         if len(values) == 1:
             return Argument(None, values[0], values[0].span)
         name, _, value = values
         return Argument(name.text, value, between(name.span, value.span), name.span)
 
     def _text(self, token: Token) -> str:
-        """What a text in quotes says: `\\"` is a quote, `\\\\` a backslash."""
+        r"""Return the content of a quoted text: `\"` is a quote, `\\` a backslash."""
         if "\\" not in token.text:
             return token.text[1:-1]
         self.note(input_limits.escape(self.source, token))

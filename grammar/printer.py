@@ -1,6 +1,6 @@
-"""Tree to text: the canonical form of a scene, described in README.md.
+"""Printer: syntax tree to text in the canonical form of a scene, described in README.md.
 
-`format_source` gives back a text only after it has parsed it again and found the same tree and comments.
+`format_source` returns a text only after parsing it again and finding the same tree and comments.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from softmark.grammar.tree import (
 
 
 class CannotFormat(Exception):
-    """There is no canonical form, or it would not say the same as the text; the text is to stay as it is."""
+    """The text has no canonical form with the same meaning and must stay as it is."""
 
     def __init__(self, reason: str, diagnostics: Sequence[Diagnostic] = ()) -> None:
         super().__init__(reason)
@@ -37,7 +37,7 @@ class CannotFormat(Exception):
 
 
 def format_source(source: Source) -> str:
-    """The canonical form of a scene. Raises `CannotFormat` rather than lose anything."""
+    """Return the canonical form of a scene. Raises `CannotFormat` rather than lose anything."""
     tree, diagnostics = parse(source)
     if diagnostics:
         raise CannotFormat(f"{source.name} does not parse", diagnostics)
@@ -51,11 +51,10 @@ def format_source(source: Source) -> str:
 
 
 def print_tree(tree: Tree, text: str | None = None) -> str:
-    """A tree with its comments as text.
+    """Return a tree with its comments as text.
 
-    `text` is what it was parsed from: a declaration with a comment where the canonical form has no place for
-    one (between an operator and its operand) stays as it stands there. Raises `CannotFormat` for a tree that
-    no text stands for.
+    `text` is the parsed source: a declaration with a comment where the canonical form has no place for one (between an
+    operator and its operand) is copied unchanged. Raises `CannotFormat` for a tree without a textual form.
     """
     try:
         rows = list(_rows(tree))
@@ -66,7 +65,7 @@ def print_tree(tree: Tree, text: str | None = None) -> str:
 
 
 def print_expression(expression: Expression) -> str:
-    """An expression on one line. Raises `CannotFormat` for a tree that no text stands for."""
+    """Return an expression on one line. Raises `CannotFormat` for a tree without a textual form."""
     try:
         return flat(expression)
     except LayoutError as problem:
@@ -87,7 +86,7 @@ class _Row:
 
 
 def _rows(tree: Tree) -> Iterator[_Row]:
-    """Declarations and comments in the order of the text."""
+    """Yield declarations and comments in the order of the text."""
     comments = list(reversed(tree.comments))
     line = 0  # where the last row ended
     for declaration in tree.declarations:
@@ -112,7 +111,7 @@ def _own_line(comment: Comment, line: int) -> _Row:
 
 
 def _blocks(rows: Iterable[_Row]) -> Iterator[list[_Row]]:
-    """Cut before blank lines, and before and after comments on their own lines."""
+    """Split before blank lines, and before and after comments on their own lines."""
     block: list[_Row] = []
     for row in rows:
         if block and (row.blank or not row.declaration or not block[-1].declaration):
@@ -134,7 +133,7 @@ def _print_block(block: list[_Row], text: str | None) -> list[str]:
 
 
 def _print_declarations(block: list[_Row], text: str | None) -> Iterator[list[str]]:
-    """The lines of each declaration; those next to each other on single lines are aligned."""
+    """Yield the lines of each declaration; adjacent ones on single lines are aligned."""
     for aligns, run in groupby(block, _aligns):
         if aligns:
             yield from _aligned([row.declaration for row in run])
@@ -149,7 +148,7 @@ def _aligns(row: _Row) -> bool:
 
 
 def _aligned(run: list[Declaration | None]) -> Iterator[list[str]]:
-    """Names and `=` under one another; what would then be too long goes over several lines, unaligned."""
+    """Yield declarations with aligned names and `=`; one that becomes too long is broken into lines, unaligned."""
     fits = [len(line) <= WIDTH for line in _columns(run)]
     for fit, part in groupby(zip(fits, run, strict=True), lambda pair: pair[0]):
         declarations = [declaration for _, declaration in part]
@@ -166,7 +165,7 @@ def _columns(run: list[Declaration | None]) -> list[str]:
 
 
 def _with_comments(declarations: list[list[str]], comments: list[Comment | None]) -> list[str]:
-    """Comments behind single lines next to each other start in one column, two blanks away."""
+    """Append comments to adjacent single lines in one column, two blanks away."""
     found: list[str] = []
     for single, pairs in groupby(zip(declarations, comments, strict=True), lambda pair: len(pair[0]) == 1):
         stretch = list(pairs)
@@ -181,7 +180,7 @@ def _with_comments(declarations: list[list[str]], comments: list[Comment | None]
 
 
 def _print_declaration(row: _Row, text: str | None) -> list[str]:
-    """Over several lines with the comments at their arguments, or as it was where that is not possible."""
+    """Return a declaration on several lines with comments at their arguments, or unchanged if impossible."""
     try:
         return _lines(row.declaration, row.inner)
     except LayoutError:
@@ -203,7 +202,7 @@ def _lines(declaration: Declaration | None, comments: Sequence[Comment] = (), ex
 
 
 def _natural(declaration: Declaration) -> str:
-    """A declaration on one line."""
+    """Return a declaration on one line."""
     match declaration:
         case Version():
             return f"softmark {declaration.number}"
@@ -238,5 +237,5 @@ def _range(declaration: Declaration) -> str:
 
 
 def _bound(expression: Expression) -> str:
-    """A bound of a range: a sum at most; what binds less stands in brackets."""
+    """Return a bound of a range: at most a sum; anything that binds less tightly is bracketed."""
     return flat(expression) if level(expression) >= LEVELS["+"] else f"({flat(expression)})"

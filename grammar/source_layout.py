@@ -1,6 +1,6 @@
-"""An expression as text: on one line where it fits, else one argument per line, comments where they were.
+"""Layout of expressions: on one line if it fits, else one argument per line, with comments in their places.
 
-To print one more node: a case in `flat`, and one in `_Layout.lines` if it can go over several lines.
+To print one more node: a case in `flat`, and one in `_Layout.lines` if it can extend over several lines.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ ATOM = 9
 
 
 class LayoutError(ValueError):
-    """There is no text for this tree, or no place for one of its comments."""
+    """A tree has no textual form, or one of its comments no place."""
 
 
 def quote(value: str) -> str:
-    """A text in double quotes, its quotes and backslashes escaped."""
+    """Return a text in double quotes, its quotes and backslashes escaped."""
     if "\n" in value or "\r" in value:
         raise LayoutError("a text cannot hold a line break")
     escaped = value.replace("\\", "\\\\").replace('"', '\\"')
@@ -42,7 +42,7 @@ def quote(value: str) -> str:
 
 
 def flat(node: Expression | Argument) -> str:
-    """An expression on one line."""
+    """Return an expression on one line."""
     match node:
         case Number():
             return node.text + _unit(node.unit)
@@ -71,9 +71,9 @@ def lines(
     comments: Sequence[Comment] = (),
     explode: bool = False,
 ) -> list[str]:
-    """An expression between `lead` and `trail`, on one line if it fits; on several to `explode` it.
+    """Return an expression between `lead` and `trail`, on one line if it fits; with `explode` on several.
 
-    Raises `LayoutError` where a comment has no place.
+    Raises `LayoutError` if a comment has no place.
     """
     layout = _Layout(list(comments), explode)
     found = layout.lines(expression, "", lead, trail)
@@ -83,14 +83,14 @@ def lines(
 
 
 class _Layout:
-    """Breaks what does not fit, outermost brackets first; `comments` are those still to be placed."""
+    """Line breaker, outermost brackets first; `comments` are those still to be placed."""
 
     def __init__(self, comments: list[Comment], explode: bool) -> None:
         self.comments, self.explode = comments, explode
 
     def lines(self, node: Expression | Argument, margin: str, lead: str, trail: str) -> list[str]:
-        """The lines of a node, the first one after `lead` and the last one before `trail`."""
-        self._refuse_before(node.span.start)  # what stands before an item is placed by now
+        """Return the lines of a node, the first one after `lead` and the last one before `trail`."""
+        self._refuse_before(node.span.start)  # comments before an item are placed by now
         line = f"{margin}{lead}{flat(node)}{trail}"
         if len(line) <= WIDTH and not self.explode and not self._commented(node):
             return [line]
@@ -110,7 +110,7 @@ class _Layout:
                 return self._items(node, items, margin, lead + opening, closing + trail) if items else [line]
 
     def _chain(self, node: Binary | Compare, margin: str, lead: str, trail: str) -> list[str]:
-        """Operand by operand, each line but the last ending in its operator."""
+        """Return one line per operand, each but the last ending in its operator."""
         self.explode = False
         operands, operators = _operands(node)
         found: list[str] = []
@@ -129,7 +129,7 @@ class _Layout:
         opening: str,
         closing: str,
     ) -> list[str]:
-        """Item by item, each with a comma, comments before or behind theirs."""
+        """Return one line per item, each with a comma, and its comments before or behind it."""
         self.explode = False
         inner = margin + " " * INDENT
         found = [margin + opening]
@@ -144,7 +144,7 @@ class _Layout:
         return [*found, margin + closing]
 
     def _take(self, end: int) -> list[Comment]:
-        """The next comments, up to an offset of the text."""
+        """Return the next comments, up to an offset of the text."""
         count = sum(comment.span.start < end for comment in self.comments)
         taken, self.comments = self.comments[:count], self.comments[count:]
         return taken
@@ -157,7 +157,7 @@ class _Layout:
         return bool(self.comments) and self.comments[0].span.start < node.span.end
 
     def _behind(self, item: Expression | Argument, following: int) -> bool:
-        """Whether the next comment stands on the line where `item` ends, before the following item."""
+        """Return whether the next comment is on the line where `item` ends, before the following item."""
         if not self.comments:
             return False
         span = self.comments[0].span
@@ -176,7 +176,7 @@ def _sign(node: Unary) -> str:
 
 
 def _bracketed(node: Call | Vector | List) -> tuple[str, Sequence[Expression | Argument], str]:
-    """What opens, what stands inside, what closes."""
+    """Return the opening bracket, the items inside, and the closing bracket."""
     match node:
         case Call():
             return f"{node.function.text}(", node.arguments, ")"
@@ -187,7 +187,7 @@ def _bracketed(node: Call | Vector | List) -> tuple[str, Sequence[Expression | A
 
 
 def level(node: Expression) -> int:
-    """How tightly the outermost operator binds; `ATOM` without one."""
+    """Return how tightly the outermost operator binds; `ATOM` without one."""
     match node:
         case Binary():
             return LEVELS[node.operator]
@@ -200,7 +200,7 @@ def level(node: Expression) -> int:
 
 
 def _brackets(node: Expression, least: int) -> tuple[str, str]:
-    """The brackets around an operand that binds less than `least`."""
+    """Return the brackets around an operand that binds less tightly than `least`."""
     return ("(", ")") if level(node) < least else ("", "")
 
 
@@ -210,7 +210,7 @@ def _group(node: Expression, least: int) -> str:
 
 
 def _operands(node: Binary | Compare) -> tuple[list[tuple[Expression, int]], list[str]]:
-    """The operands of `a + b - c` or `a < b < c`, each with the level it must have, and the operators."""
+    """Return the operands of `a + b - c` or `a < b < c`, each with its required level, and the operators."""
     binding = level(node)
     if isinstance(node, Compare):
         return [(operand, binding + 1) for operand in node.operands], list(node.operators)
@@ -223,7 +223,7 @@ def _operands(node: Binary | Compare) -> tuple[list[tuple[Expression, int]], lis
 
 
 def _chain(node: Binary | Compare) -> tuple[list[str], list[str]]:
-    """The operands of a chain as text, and its operators; a power has two and groups to the right."""
+    """Return the operands of a chain as text, and its operators; a power has two and groups to the right."""
     if isinstance(node, Binary) and node.operator == "^":
         base = flat(node.left)
         if level(node.left) < ATOM or getattr(node.left, "unit", None):

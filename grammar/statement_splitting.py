@@ -1,4 +1,4 @@
-"""Tokens to declarations, before parsing: an error in one of them leaves the others alone."""
+"""Splitting of tokens into declarations before parsing, so that an error in one does not affect the others."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ UNFINISHED = frozenset({"SIGN", "TIMES", "CIRCUMFLEX", "COMPARE", "EQUAL", "RANG
 
 @dataclass(slots=True)
 class Chunk:
-    """The tokens of one declaration, the brackets it leaves open, and the bracket that is one too deep."""
+    """The tokens of one declaration, the brackets it leaves open, and the first surplus closing bracket."""
 
     tokens: list[Token] = field(default_factory=list)
     unclosed: list[Token] = field(default_factory=list)
     too_deep: Token | None = None
 
     def add(self, token: Token) -> None:
-        """Append a token and keep count of the brackets; one that closes nothing leaves the count alone."""
+        """Append a token and count the brackets; a closing bracket without an opening one is not counted."""
         self.tokens.append(token)
         if token.kind in OPENERS:
             self.unclosed.append(token)
@@ -35,7 +35,7 @@ class Chunk:
 
 
 def declarations(tokens: Sequence[Token]) -> Iterator[Chunk]:
-    """Cut a text's tokens where declarations start."""
+    """Yield the tokens of each declaration of a text."""
     chunk = Chunk()
     for i, token in enumerate(tokens):
         if chunk.tokens and _starts(chunk, tokens, i):
@@ -47,7 +47,7 @@ def declarations(tokens: Sequence[Token]) -> Iterator[Chunk]:
 
 
 def whole(tokens: Sequence[Token]) -> Chunk:
-    """All tokens as one chunk."""
+    """Return all tokens as one chunk."""
     chunk = Chunk()
     for token in tokens:
         chunk.add(token)
@@ -62,7 +62,7 @@ def _starts(chunk: Chunk, tokens: Sequence[Token], i: int) -> bool:
 
 
 def opens(tokens: Sequence[Token], i: int) -> bool:
-    """Whether `tokens[i:]` read as the start of a declaration: a reserved word, or `NAME NAME =`."""
+    """Return whether `tokens[i:]` look like the start of a declaration: a reserved word, or `NAME NAME =`."""
     if tokens[i].kind in WORDS:
         return True
     three = tokens[i : i + 3]

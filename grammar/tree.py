@@ -1,7 +1,7 @@
-"""The syntax tree: one frozen dataclass per rule of `scene.lark`, each with the span of text it came from.
+"""Syntax tree: one frozen dataclass per rule of `scene.lark`, each with the span of its source text.
 
-To add a node: one class here, one rule in `scene.lark`, one method in `parser.py`, one in `printer.py`.
-Two trees are equal when they mean the same: spans take no part in the comparison.
+To add a node: one class here, one rule in `scene.lark`, one method in `parser.py`, one in `printer.py`. Two trees are
+equal when they mean the same: spans are not compared.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Literal, TypeAlias
 
 @dataclass(slots=True, unsafe_hash=True)  # and never changed: a frozen one takes three times as long to make
 class Span:
-    """A stretch of a source text; lines and columns count from 1, in code points; the end is outside."""
+    """A range of a source text; lines and columns count from 1, in code points; the end is exclusive."""
 
     start: int  # offset of the first character
     end: int  # offset after the last character
@@ -24,7 +24,7 @@ class Span:
 
 
 def between(first: Span, last: Span) -> Span:
-    """The span from the start of `first` to the end of `last`."""
+    """Return the span from the start of `first` to the end of `last`."""
     return Span(first.start, last.end, first.line, first.column, last.end_line, last.end_column)
 
 
@@ -33,7 +33,7 @@ def between(first: Span, last: Span) -> Span:
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """`kg/m^3`: the text after a number, a vector or a list, not yet looked up."""
+    """A unit such as `kg/m^3`: the text after a number, a vector or a list, not yet looked up."""
 
     text: str
     span: Span = field(compare=False, repr=False)
@@ -41,7 +41,7 @@ class Unit:
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """`60`, `60 kPa`, `5 %`; `text` keeps the digits as written."""
+    """A number such as `60`, `60 kPa`, `5 %`; `text` keeps the digits as written."""
 
     value: float
     unit: Unit | None
@@ -51,7 +51,7 @@ class Number:
 
 @dataclass(frozen=True, slots=True)
 class String:
-    """`"silicone.vtk"`; `value` is the text between the quotes, escapes resolved."""
+    """A text such as `"silicone.vtk"`; `value` is the text between the quotes, escapes resolved."""
 
     value: str
     span: Span = field(compare=False, repr=False)
@@ -59,20 +59,20 @@ class String:
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """`h`, `rod.eta`, `tissue.liver.young`: names joined by dots."""
+    """A name such as `h`, `rod.eta`, `tissue.liver.young`, possibly joined by dots."""
 
     parts: tuple[str, ...]
     span: Span = field(compare=False, repr=False)
 
     @property
     def text(self) -> str:
-        """The name as written, dots included."""
+        """Name as written, dots included."""
         return self.parts[0] if len(self.parts) == 1 else ".".join(self.parts)
 
 
 @dataclass(frozen=True, slots=True)
 class Vector:
-    """`(0, 0, -9.81) m/s^2`: at least two items; a unit multiplies every item that has none."""
+    """A vector such as `(0, 0, -9.81) m/s^2`, at least two items; a unit multiplies every item that has none."""
 
     items: tuple[Expression, ...]
     unit: Unit | None
@@ -81,7 +81,7 @@ class Vector:
 
 @dataclass(frozen=True, slots=True)
 class List:
-    """`[10, 5, 2.5] mm`."""
+    """A list such as `[10, 5, 2.5] mm`."""
 
     items: tuple[Expression, ...]
     unit: Unit | None
@@ -90,7 +90,7 @@ class List:
 
 @dataclass(frozen=True, slots=True)
 class Argument:
-    """`young = 60 kPa` or, without a name, `silicone`."""
+    """An argument such as `young = 60 kPa` or, without a name, `silicone`."""
 
     name: str | None
     value: Expression
@@ -100,7 +100,7 @@ class Argument:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """`cylinder(length = L, radius = R)`."""
+    """A call such as `cylinder(length = L, radius = R)`."""
 
     function: Name
     arguments: tuple[Argument, ...]
@@ -109,7 +109,7 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class Unary:
-    """`-x`, `+x`, `not a`."""
+    """A unary operation such as `-x`, `+x`, `not a`."""
 
     operator: Literal["-", "+", "not"]
     operand: Expression
@@ -118,7 +118,7 @@ class Unary:
 
 @dataclass(frozen=True, slots=True)
 class Binary:
-    """`a + b`, `a^2`, `a and b`. Brackets that only group leave no node; the span includes them."""
+    """A binary operation such as `a + b`, `a^2`, `a and b`. Grouping brackets leave no node; the span includes them."""
 
     operator: Literal["+", "-", "*", "/", "^", "and", "or"]
     left: Expression
@@ -128,7 +128,7 @@ class Binary:
 
 @dataclass(frozen=True, slots=True)
 class Compare:
-    """`x <= 0 mm`, `1 mm < sag < 2 mm`: operands one more than operators."""
+    """A comparison such as `x <= 0 mm`, `1 mm < sag < 2 mm`: one more operand than operators."""
 
     operands: tuple[Expression, ...]
     operators: tuple[Literal["<", "<=", ">", ">=", "==", "!="], ...]
@@ -143,7 +143,7 @@ Expression: TypeAlias = Number | String | Name | Vector | List | Call | Unary | 
 
 @dataclass(frozen=True, slots=True)
 class Version:
-    """`softmark 1`: the version of the language, on the first line."""
+    """The version of the language on the first line, such as `softmark 1`."""
 
     number: int
     span: Span = field(compare=False, repr=False)
@@ -151,7 +151,7 @@ class Version:
 
 @dataclass(frozen=True, slots=True)
 class Title:
-    """`scene "Silicone beam"`."""
+    """The title of a scene, such as `scene "Silicone beam"`."""
 
     text: str
     span: Span = field(compare=False, repr=False)
@@ -159,7 +159,7 @@ class Title:
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """`use "std/tissues.scene" as tissue`."""
+    """An import such as `use "std/tissues.scene" as tissue`."""
 
     path: str
     alias: str
@@ -170,7 +170,7 @@ class Use:
 
 @dataclass(frozen=True, slots=True)
 class Param:
-    """`param nu = 0.49 in 0 .. 0.49999`."""
+    """A parameter such as `param nu = 0.49 in 0 .. 0.49999`."""
 
     name: str
     value: Expression
@@ -182,7 +182,7 @@ class Param:
 
 @dataclass(frozen=True, slots=True)
 class Declare:
-    """`material silicone = linear_elastic(...)`: the one shape of every other declaration."""
+    """Any other declaration, such as `material silicone = linear_elastic(...)`."""
 
     kind: str
     name: str
@@ -194,7 +194,7 @@ class Declare:
 
 @dataclass(frozen=True, slots=True)
 class Expect:
-    """`expect rod.eta < 5 %`."""
+    """An expectation such as `expect rod.eta < 5 %`."""
 
     condition: Expression
     span: Span = field(compare=False, repr=False)
@@ -205,7 +205,7 @@ Declaration: TypeAlias = Version | Title | Use | Param | Declare | Expect
 
 @dataclass(frozen=True, slots=True)
 class Comment:
-    """`# ...` up to the end of its line, the `#` included."""
+    """A comment `# ...` up to the end of its line, the `#` included."""
 
     text: str
     span: Span = field(compare=False, repr=False)
@@ -213,9 +213,9 @@ class Comment:
 
 @dataclass(frozen=True, slots=True)
 class Tree:
-    """A scene as written: its declarations in order, and every comment.
+    """A parsed scene: its declarations in order, and every comment.
 
-    `broken` are the names of declarations left out for an error: who misses one has been told already.
+    `broken` are the names of declarations omitted because of an error, so that their use is not reported again.
     """
 
     declarations: tuple[Declaration, ...]
@@ -227,7 +227,7 @@ class Tree:
 
 
 def children(node: Expression | Argument) -> tuple[Expression | Argument, ...]:
-    """The parts of an expression, in the order of the text."""
+    """Return the parts of an expression, in the order of the text."""
     match node:
         case Vector() | List():
             return node.items
@@ -246,7 +246,7 @@ def children(node: Expression | Argument) -> tuple[Expression | Argument, ...]:
 
 
 def walk(node: Expression | Argument) -> Iterator[tuple[Expression | Argument, int]]:
-    """Every part of an expression, itself first, with the count of expressions around it; no recursion."""
+    """Yield every part of an expression, itself first, with its nesting depth; no recursion."""
     pending: list[tuple[Expression | Argument, int]] = [(node, 0)]
     while pending:
         part, depth = pending.pop()
@@ -256,7 +256,7 @@ def walk(node: Expression | Argument) -> Iterator[tuple[Expression | Argument, i
 
 
 def expressions(declaration: Declaration) -> tuple[Expression, ...]:
-    """The expressions of a declaration, in the order of the text."""
+    """Return the expressions of a declaration, in the order of the text."""
     match declaration:
         case Param(value=value, low=low, high=high):
             return (value,) if low is None or high is None else (value, low, high)

@@ -32,7 +32,7 @@ class CentreLine:
     transverse: Callable[[Array], Array]  # displacement along gravity, m
     rotation: Callable[[Array], Array]  # of the section, from the axis towards gravity, rad
     root_curvature: float  # d(rotation)/ds at the clamp, 1/m
-    estimated_error: float  # m, of the displacement of any point of the body; numerical error alone
+    estimated_error: float  # m, error of the displacement of any point; numerical error only
     linearised: bool = False  # small rotations: a section moves by theta x r, to first order
 
     def displacement(self, X: Array) -> Array:

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 else:
     from softmark.references.lazy_imports import np
 
-POINTS = (40, 64)  # of collocation, of the solution that is compared and of the one that is told
+POINTS = (40, 64)  # collocation points of the coarser and of the returned solution
 TOLERANCES = (1e-6, 1e-8)  # relative, of the integration in time, of both
 KEPT = 64  # solutions that are remembered: a column at one time after another
 ROUNDING = 1e-13
-SURE = 0.01  # of travel and force: how far two solutions may be apart
+SURE = 0.01  # relative difference of the two solutions in travel and force
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 else:
     from softmark.references.lazy_imports import np
 
-STEPS = 100  # of Newton's method, which needs about 5
-JUST = 1e-12  # of the length: blocks that are pressed by no more only touch, for coordinates are rounded
+STEPS = 100  # largest number of Newton steps; about 5 are needed
+JUST = 1e-12  # relative to the length: blocks compressed by less only touch, since coordinates are rounded
 CLOSE = 1e-12  # relative: a step after which the next is rounding
 TOO_FAR = "it is pressed by more than its law holds", "press it by less"
 
@@ -131,7 +131,7 @@ class Block:
     low: float
     high: float
     solid: Solid
-    root: Vector  # m: what stays where it is across
+    root: Vector  # m: fixed lateral position
 
     @property
     def length(self) -> float:
@@ -159,7 +159,7 @@ class Stack:
     high: Vector
     area: float  # m^2, of a section; all around of a body of revolution
     turns: bool  # a body of revolution about y
-    ends: tuple[float | None, float | None]  # m, by which an end is moved along the axis; None of one that is loaded
+    ends: tuple[float | None, float | None]  # m, axial displacement of an end; None for a loaded end
     traction: float = 0.0  # Pa, outward on the loaded end, per area at rest
     pressure: float = 0.0  # Pa, inward on it, per area as it is
 
@@ -228,7 +228,7 @@ class PressedStack:
         """By how much the low end of each block moves along the axis, m."""
         stack = self.stack
         grown = [block.length * along for block, (along, _) in zip(stack.blocks, self.strains, strict=True)]
-        # between blocks that are pressed a gap is closed; of one that is left all but that is said by the ends
+        # between compressed blocks gaps are closed; a remaining gap follows from the ends
         opened = [0.0 if joint.glued else self.left - joint.gap for joint in stack.joints]
         found = [0.0]
         for more, joint in zip(grown, opened, strict=False):

@@ -23,7 +23,7 @@ State = Literal["monotone", "oscillatory", "divergent", "assumed", "rounding", "
 
 SAFETY_THREE, SAFETY_TWO = 1.25, 3.0  # Roache 1994: with an order that was observed, and with one that is assumed
 LARGEST = 20.0  # an observed order beyond this is no order: the finest two agree by chance
-NEAR = 0.1  # of one, for the ratio that is one in the asymptotic range
+NEAR = 0.1  # tolerance of the ratio that is one in the asymptotic range
 # Parts of the formal order between which an observed one counts. Below: edges where a support ends leave displacements
 # an order of 1 to 2 whatever the element (Szabo and Babuska 1991, chapter 10), and Eca and Hoekstra (2014) trust a
 # quarter at least; half of it is the stricter. Above: nothing smooth converges faster than theory, and they stop at

@@ -18,16 +18,16 @@ from softmark.references.measured_data import Unreadable
 from softmark.safe_files import read_regular
 
 SEPARATORS = (",", ";", "\t")
-BEFORE = 1000  # lines, among which the header is looked for
+BEFORE = 1000  # lines searched for the header
 SHOWN = 12  # columns that a message lists
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")  # float() reads more: 1_000, nan, infinity
 COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")  # a number with a decimal comma
-LARGEST = 1e30  # what quantities of a scene are as well
+LARGEST = 1e30  # as for quantities of a scene
 _PART = r"(?:[^\W\d_]|[%°])+\.?(?:(?:\^|\*\*)?-?\d)?"
 _UNIT = rf"(?:1/)?{_PART}(?:[*/·. ]{_PART})*"  # `kN/m^2`, `°C`, `Sekunden`
 UNIT = re.compile(rf"{_UNIT}|\( ?(?:{_UNIT}|[-1]) ?\)|\[ ?(?:{_UNIT}|[-1]) ?\]")
-NO_UNIT = ("", "-", "\N{EN DASH}")  # of a column of plain numbers, beside others that have one
-MISSING = frozenset((  # numbers that are none
+NO_UNIT = ("", "-", "\N{EN DASH}")  # unit entries of a column of plain numbers
+MISSING = frozenset((  # words for missing numbers
     "na", "n/a", "n.a", "n.a.", "nd", "n.d", "n.d.", "nan", "inf", "infinity", "nil", "none", "null", "missing",
     "empty", "void", "no", "x", "keine", "fehlt",
 ))  # fmt: skip
@@ -115,7 +115,7 @@ def _rows(name: str, text: str, separator: str, most: int | None = None) -> list
                 break
             if any(fields):
                 rows.append((begins, [field.strip() for field in fields]))
-            begins = reader.line_num + 1  # a row goes over several lines where a quote is not closed
+            begins = reader.line_num + 1  # an unclosed quote joins several lines
         return rows
     except csv.Error as error:
         raise Unreadable(name, f"line {reader.line_num} is no row of CSV ({error})", "save it as CSV") from None

@@ -44,7 +44,7 @@ class DataSet:
     size: int  # bytes
     licence: str
     citation: str
-    checked: str  # how far it is known that the addresses hold this very file
+    checked: str  # verification state of the addresses
 
 
 SOFA = "https://raw.githubusercontent.com/sofa-framework/sofa"

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 else:
     from softmark.references.lazy_imports import np
 
-GONE = 45.0  # exp(-45) is 3e-20: what has decayed by more is nothing
+GONE = 45.0  # exp(-45) is 3e-20: smaller terms are dropped
 LEAST, MOST = 1_000, 20_000  # modes: a ramp takes the first, 2e-8 of the time of diffusion after a jump the second
-AT_ONCE = 1e-12  # of the time: a jump that is nearer is now
+AT_ONCE = 1e-12  # relative to the time: closer jumps count as now
 
 
 def left(driven: Driven, rates: Array, t: float) -> Array:

@@ -22,8 +22,8 @@ else:
 
 PLACES, FEW = 24, 4  # of Gauss's rules: for 1 / C, and for loads, which go with areas at most
 SMALL = 0.1  # turns, and axial forces against those that buckle: a state beyond is not one of small loads
-ROUNDING = 1e-9  # of the largest displacement
-LOOSE = 1e-13  # of the largest stiffness: less is none
+ROUNDING = 1e-9  # relative to the largest displacement
+LOOSE = 1e-13  # relative to the largest stiffness: smaller stiffness counts as zero
 
 
 @dataclass(frozen=True)

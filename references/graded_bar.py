@@ -23,9 +23,9 @@ Along = Callable[["Array"], "Array"]  # a constant at distances s (n,) from the 
 
 PANELS = 64  # pieces of the bar, each integrated by itself
 POINTS = 10  # Gauss points in a piece
-TIGHT = 1e-12  # relative: what the quadrature that checks the integral is asked for
+TIGHT = 1e-12  # relative tolerance of the checking quadrature
 MOST = 400  # pieces into which it may cut the bar
-LOOSE = 1e-2  # relative: where two quadratures differ by more, the integral is not known; less is a stated error
+LOOSE = 1e-2  # relative: a larger difference of two quadratures is an error; a smaller one is stated
 ROUNDING = 64.0 * 2.0**-52
 
 

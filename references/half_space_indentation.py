@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 else:
     from softmark.references.lazy_imports import np
 
-ON_AXIS = 1e-5  # of the radius of contact: nearer to the axis nothing moves across it, to rounding
+ON_AXIS = 1e-5  # relative to the contact radius: closer to the axis the radial displacement is rounding
 ROUNDING = 1e-13  # relative, of a displacement
 
 
@@ -41,7 +41,7 @@ class Tip:
     power: int  # n
     rate: float  # c, m^(1-n)
     edge: float | None = None  # m
-    span: float = math.inf  # m: of a sphere its radius, what the depth is small beside
+    span: float = math.inf  # m: radius of a sphere, for the check of the depth
     rim: float = 0.0  # m, of a punch: the radius that its edge is rounded by
     blunt: float = 0.0  # m, of a cone: by how much it ends before the tip that it would have
 
@@ -110,7 +110,7 @@ class HalfSpace:
     depth: float  # m, that the tip has moved since it touched
     young: float  # Pa
     poisson: float  # 1
-    at: Vector = (0.0, 0.0, 0.0)  # m, where it touched
+    at: Vector = (0.0, 0.0, 0.0)  # m, point of first contact
     normal: Vector = (0.0, 0.0, 1.0)  # unit vector, out of the body
     around: Surroundings = Surroundings()
 

@@ -33,7 +33,7 @@ else:
     from softmark.references.lazy_imports import np
 
 ROUNDING = 16.0 * 2.0**-52  # relative, of a displacement, where equations are well-conditioned
-ALONG = 1e-9  # of the core's radius: points that near its border are on it
+ALONG = 1e-9  # relative to the core's radius: closer points lie on its border
 Mode = tuple[int, float, float, float]  # p, f, g and lam (p f + (p + n) g) / mu
 
 

@@ -10,10 +10,10 @@ from softmark.references.half_space_indentation import HalfSpace, Surroundings, 
 from softmark.references.straight_cantilever import Refused, Vector
 
 Kind = Literal["sphere", "cone", "punch", "cylinder"]
-FAR = 0.5  # of the radius of a sphere: a depth beyond which no theory of small ones is asked
-WIDE = 0.5  # of the distance to a free side: a radius of contact beyond which it is no half-space and no layer
-THICK = 0.5  # of the thickness: a radius of contact beyond which it is no half-space
-SAID = 0.05  # relative, of the force: what of all that the theory leaves out is told with every answer
+FAR = 0.5  # relative to the radius of a sphere: largest depth for small-depth theories
+WIDE = 0.5  # relative to the distance to a free side: largest contact radius
+THICK = 0.5  # relative to the thickness: largest contact radius on a half-space
+SAID = 0.05  # relative error of the force from omitted effects, above which it is reported
 NO_FRICTION = "use a theory with friction, or leave `friction` out"
 
 
@@ -23,15 +23,15 @@ class Pressed:
 
     kind: Kind
     size: float  # m: radius of a sphere, a cylinder, or of what is flat of a punch; of a cone its half-angle, rad
-    depth: float  # m, that it has moved since it touched; negative where a gap is left
+    depth: float  # m, travel since first contact; negative for a remaining gap
     young: float  # Pa
     poisson: float  # 1
-    at: Vector  # m, where it touches the undeformed face
+    at: Vector  # m, point of first contact on the undeformed face
     normal: Vector  # unit vector, out of the face
     around: Surroundings
     friction: float = 0.0
     slid: Vector = (0.0, 0.0, 0.0)  # m, along the face since it touched
-    share: float = 1.0  # of the whole that the body is: 1/2 beside a plane of symmetry, 1/4 between two
+    share: float = 1.0  # modelled fraction: 1/2 with one plane of symmetry, 1/4 with two
     slice: float | None = None  # m, along z of one in plane strain
     edge: float = 0.0  # m: the radius that the rim of a punch, or the tip of a cone, is rounded by
     turned: bool = False  # whether it was moved along the face while it was pressed in as well, or back

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 else:
     from softmark.references.lazy_imports import np
 
-POINTS = 32  # of Gauss and Legendre, over the radius of contact
+POINTS = 32  # Gauss-Legendre points over the contact radius
 FARTHEST = 24.0  # w beyond which 1 - L is below rounding
 THINNEST = 6.0  # radius of contact over thickness, up to which the points above are enough
 CLOSEST = 1e-13  # relative, of the radius of contact
@@ -142,7 +142,7 @@ class Layer:
         if a == 0.0:
             return np.zeros_like(r)
         t = a * self._rule[0]
-        # y without what a half-space has of it is even and smooth, and so is that
+        # y minus the half-space solution is even and smooth
         smooth = self._y - self.modulus / math.pi * (self.depth - self.tip.at(a * np.append(self._rule[0], 1.0)))
         even = np.polynomial.chebyshev.Chebyshev.fit((t / a) ** 2, smooth[:-1], 12, domain=[0.0, 1.0]).deriv()
         inside = r < a

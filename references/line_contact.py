@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 else:
     from softmark.references.lazy_imports import np
 
-TERMS = 12  # of the even polynomial
-POINTS = 48  # of the rule for what is smooth
+TERMS = 12  # terms of the even polynomial
+POINTS = 48  # quadrature points for the smooth part
 
 
 def half_width(force: float, radius: float, modulus: float) -> float:

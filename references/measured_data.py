@@ -117,9 +117,9 @@ class MeasuredSurface:
     points: Array  # (n, 3), m
     triangles: Ints  # (t, 3)
     uncertainty: float  # m, of the place of any of its points
-    source: str  # who measured it, or the file alone
-    residual: Residual | None = None  # of its registration; None where there was none
-    notes: tuple[str, ...] = ()  # what reading changed or found
+    source: str  # authors, or the file only
+    residual: Residual | None = None  # registration residual; None without registration
+    notes: tuple[str, ...] = ()  # notes on the reading
 
     @property
     def resolution(self) -> float:

@@ -10,7 +10,7 @@ from io import BytesIO, StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from softmark.mesh_file_hazards import hazard_of
+from softmark.mesh_file_hazards import find_hazard
 from softmark.records import dataclass
 from softmark.references.data_download import find, source_of
 from softmark.references.measured_data import Frame, MeasuredSurface, Unreadable, Vector
@@ -26,7 +26,7 @@ from softmark.references.surface_geometry import (
     unit_normals,
     used,
 )
-from softmark.resource_limits import limited_resources, reason_of
+from softmark.resource_limits import describe_read_error, limited_resources
 from softmark.safe_files import open_regular, read_regular
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ VOLUMES = frozenset({"tetgen", "dolfin-xml"})  # which lie in several files
 UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never return from a truncated file
 
 FLAT = 0.99  # |sum of area vectors| / area of a face that counts as flat: normals within some 8 degrees
-TILT = math.cos(math.radians(30))  # of a triangle of the measured face against the held one
+TILT = math.cos(math.radians(30))  # largest angle of a triangle of the measured face against the held one
 ALIKE = (0.8, 1.25)  # area of the measured face over that of the held one
 
 
@@ -244,13 +244,13 @@ def _by_trimesh(file: Path) -> tuple[Any, Any]:
         raise Unreadable(file.name, "reading it needs trimesh", "run `pip install trimesh`") from None
     log = importlib.import_module("logging").getLogger("trimesh")
     level = log.level
-    log.setLevel("CRITICAL")  # a missing texture is nobody's concern here
+    log.setLevel("CRITICAL")  # missing textures do not matter here
     try:
-        with limited_resources(file):  # without a name and a path: materials in other files stay unread
+        with limited_resources(file):  # without name and path, so that materials in other files stay unread
             data = BytesIO(read_regular(file))
             mesh = trimesh.load_mesh(data, file_type=file.suffix.lower()[1:], process=False, skip_materials=True)
-    except Exception as error:  # its readers raise what they like
-        reason = f"trimesh cannot read it ({reason_of(error)})"
+    except Exception as error:  # its readers raise any exception
+        reason = f"trimesh cannot read it ({describe_read_error(error)})"
         raise Unreadable(file.name, reason, "write the file again") from None
     finally:
         log.setLevel(level)
@@ -277,13 +277,13 @@ def _meshio(file: Path) -> Any:
     """What meshio makes of the file in one of the formats of its name. Raises Unreadable."""
     try:
         with limited_resources(file):
-            elsewhere = hazard_of(file)
-    except Exception as error:  # the readers of HDF5 raise what they like
-        elsewhere = f"it cannot be read ({reason_of(error)})"
+            elsewhere = find_hazard(file)
+    except Exception as error:  # the HDF5 readers raise any exception
+        elsewhere = f"it cannot be read ({describe_read_error(error)})"
     if elsewhere:
         raise Unreadable(file.name, elsewhere, "write it as STL, OBJ, PLY or VTK")
     meshio = importlib.import_module("meshio")
-    kinds = meshio.extension_to_filetypes.get(file.suffix.lower(), [None])  # None: let meshio say it
+    kinds = meshio.extension_to_filetypes.get(file.suffix.lower(), [None])  # None: meshio reports it
     reasons = []
     for kind in (k for k in kinds if k not in UNENDING | VOLUMES):
         said = StringIO()  # meshio prints why it fails, and exits
@@ -292,7 +292,7 @@ def _meshio(file: Path) -> Any:
                 return meshio.read(file, kind)
         except SystemExit:
             reasons.append(" ".join(said.getvalue().split()) or f"it is no {kind} file")
-        except Exception as error:  # its readers raise what they like
-            reasons.append(reason_of(error))
+        except Exception as error:  # its readers raise any exception
+            reasons.append(describe_read_error(error))
     why = "; ".join(reasons) or "in this format it may never finish"
     raise Unreadable(file.name, f"meshio cannot read it ({why})", "write it as STL, OBJ, PLY or VTK")

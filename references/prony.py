@@ -23,10 +23,10 @@ else:
     from softmark.references.lazy_imports import np
 
 ROUNDING = 1e-12  # relative, of a displacement: poles are roots of a polynomial
-POLISHED = 3  # times: roots of a polynomial whose rates lie far apart are known to few digits
+POLISHED = 3  # largest ratio of times: roots of polynomials with widely spread rates are inaccurate
 PANELS, POINTS = 12, 10  # in which a dissipated energy is integrated between two breaks of a course, at least
-NARROWS = 0.3  # of a panel, what the one before it is: towards a break rates are large
-SOON = 0.3  # of the shortest time, the first panel at most
+NARROWS = 0.3  # ratio of neighbouring panels, which narrow towards a break
+SOON = 0.3  # largest first panel, relative to the shortest relaxation time
 
 
 @dataclass(frozen=True)

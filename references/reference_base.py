@@ -25,17 +25,17 @@ class Reference:
     """
 
     how: ClassVar[How] = "solved"
-    graded: ClassVar[bool] = False  # whether it knows bodies whose constants vary in space, where it is solved
+    graded: ClassVar[bool] = False  # whether it supports bodies with varying constants, if it is solved
     wired: ClassVar[bool] = False  # whether it is about networks, and no other bodies
-    with_stress: ClassVar[bool] = False  # whether it knows stress and strain, too
-    with_forces: ClassVar[bool] = False  # whether it knows what supports carry, and energies
-    with_displacements: ClassVar[bool] = True  # whether it knows how points move
-    table: ClassVar[str] = ""  # what a file is that is not such a one, for messages
-    about: ClassVar[About] = "cantilever"  # what it is solved for
-    means: ClassVar[str] = ""  # of a theory, by what it is solved: `closed form`
-    usual: ClassVar[Kind | None] = None  # its kind, where `how` does not tell it
+    with_stress: ClassVar[bool] = False  # whether it gives stress and strain
+    with_forces: ClassVar[bool] = False  # whether it gives reactions and energies
+    with_displacements: ClassVar[bool] = True  # whether it gives displacements
+    table: ClassVar[str] = ""  # description of a wrong file, for messages
+    about: ClassVar[About] = "cantilever"  # kind of problem that it is solved for
+    means: ClassVar[str] = ""  # method of a theory: `closed form`
+    usual: ClassVar[Kind | None] = None  # kind of truth, if `how` does not determine it
     source: ClassVar[str]  # who says so
-    error_meaning: ClassVar[str]  # what its estimated error bounds
+    error_meaning: ClassVar[str]  # quantity that its estimated error bounds
 
     @classmethod
     def usually(cls) -> str:

@@ -28,10 +28,10 @@ else:
     from softmark.references.lazy_imports import np
 
 STEPS = 100
-TOLERANCE = 1e-12  # of the extent: what a last step may move
-GAIN = 1e-7  # of the sum of squares: what a last step may gain
+TOLERANCE = 1e-12  # relative to the extent: size of the last step
+GAIN = 1e-7  # relative to the sum of squares: gain of the last step
 FIRST_DAMPING = 1e-3
-LEAST_DAMPING = 1e-9  # keeps what the surface does not determine where it was
+LEAST_DAMPING = 1e-9  # keeps undetermined motions at zero
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 else:
     from softmark.references.lazy_imports import np
 
-POINTS = 64  # of Gauss and Legendre across the wall: smooth integrands to rounding
+POINTS = 64  # Gauss-Legendre points across the wall: smooth integrands to rounding
 LARGEST, STEP = 50.0, 0.002  # stretch of the hollow up to which the path is looked at, and by which of its logarithm
 HALVINGS = 200
 ROUNDING = 16.0 * 2.0**-52  # relative, of a pressure

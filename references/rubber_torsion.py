@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 else:
     from softmark.references.lazy_imports import np
 
-POINTS = 64  # of Gauss and Legendre along the radius: polynomials and smooth functions to rounding
+POINTS = 64  # Gauss-Legendre points along the radius: smooth integrands to rounding
 ROUNDING = 16.0 * 2.0**-52  # relative, of a displacement
 
 

@@ -28,11 +28,11 @@ class StoppedBar:
 
     length: float  # m
     section: float  # m^2
-    young: float  # Pa, along it: of what keeps its sides as they are
+    young: float  # Pa, axial modulus with its lateral constraints
     narrowing: float  # what it narrows by across, in each direction, of its stretch: Poisson's ratio, or 0
     away: float  # m
     load: float  # N, at its end, away from the held one
-    root: Vector  # m, of the held end: what stays where it is
+    root: Vector  # m, centre of the held end
     axis: Vector  # unit vector, from the held end to the other one
     across: tuple[bool, bool, bool] = (True, True, True)  # directions in which it narrows
 

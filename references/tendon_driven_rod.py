@@ -33,10 +33,10 @@ else:
 ROUGH, FINE = 1e-4, 1e-7
 """Tolerances of the residual, on the way to the full load and there."""
 
-NODES = 41  # of every step of the load; one that needs many more was too long
+NODES = 41  # collocation nodes of every load step; one that needs many more was too large
 MOST_ROUGH, MOST_NODES = 400, 20_000
-SHORTEST = 1.0 / 256.0  # of the load: a step that is too long is halved down to this
-STATES = 13  # of a station: place, quaternion, force and moment
+SHORTEST = 1.0 / 256.0  # smallest load step, relative to the load
+STATES = 13  # state variables of a station: position, quaternion, force and moment
 
 
 @dataclass(frozen=True)

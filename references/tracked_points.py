@@ -22,7 +22,7 @@ from softmark.records import dataclass
 from softmark.references.data_download import find, source_of
 from softmark.references.measured_data import Frame, MeasuredPoints, Unreadable, Vector
 from softmark.references.reference_base import How, Reference
-from softmark.resource_limits import limited_resources, reason_of
+from softmark.resource_limits import describe_read_error, limited_resources
 from softmark.safe_files import open_regular
 
 if TYPE_CHECKING:
@@ -163,7 +163,9 @@ def read_table(file: Path) -> MarkerTable:
         with limited_resources(file), TextIOWrapper(open_regular(file), encoding="utf-8-sig", newline="") as lines:
             rows = [[text.strip() for text in row] for row in csv.reader(lines)]
     except (OSError, UnicodeDecodeError, csv.Error, MemoryError) as error:
-        raise Unreadable(file.name, f"it cannot be read ({reason_of(error)})", "give a CSV file in UTF-8") from None
+        raise Unreadable(
+            file.name, f"it cannot be read ({describe_read_error(error)})", "give a CSV file in UTF-8"
+        ) from None
     at = next((i for i, row in enumerate(rows) if set(REST) <= {c.lower() for c in row}), None)
     if at is None:
         raise Unreadable(file.name, "it has no header with x0, y0, z0, the positions at rest",

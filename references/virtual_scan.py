@@ -31,8 +31,8 @@ RAYS = 4
 VOXELS = 200_000_000
 """A grid beyond this would fill the memory; the published scanner's whole view has 29.6 million voxels."""
 
-MARGIN = 3  # voxels of background around the body, beyond four standard deviations of the blur
-PAIRS = 4_000_000  # rays and triangles that are looked at together
+MARGIN = 3  # background voxels around the body, beyond four standard deviations of the blur
+PAIRS = 4_000_000  # pairs of rays and triangles processed at once
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
 from softmark.references.measured_data import Unreadable, Vector
-from softmark.resource_limits import limited_resources, reason_of
+from softmark.resource_limits import describe_read_error, limited_resources
 from softmark.safe_files import UnsafeFile, open_regular, path_within
 
 if TYPE_CHECKING:
@@ -66,8 +66,8 @@ def read_volume(file: Path, spacing: Vector | None = None, unit: float | None = 
         volume = _checked(file.name, _spaced(volume, spacing))
     except Unreadable:
         raise
-    except Exception as error:  # readers raise what they like
-        reason = f"it cannot be read ({reason_of(error)})"
+    except Exception as error:  # readers raise any exception
+        reason = f"it cannot be read ({describe_read_error(error)})"
         raise Unreadable(file.name, reason, "write the file again") from None
     return volume
 

@@ -1,19 +1,20 @@
-"""Numerics over plain arrays, usable alone; in rooms, each of which imports only those before it (tests/test_rooms.py).
+"""Numerics on plain arrays, usable without the rest; packages import only those before them (tests/test_rooms.py).
 
-    base       kernels on disk, late imports, threads
-    materials  laws: psi(F), P, dP/dF
-    elements   reference cells: shape functions, quadrature, facets
-    mesh       points and cells, shapes, files, what elements make of a mesh
-    energies   value, gradient, Hessian over local degrees of freedom
-    sparse     factorisations and iterations of our own
-    assembly   sums of energies over shared degrees of freedom
-    stresses   stress and strain of a mesh that was solved, recovered to nodes
-    linear     which method solves a system
-    statics    equilibrium, stability, paths, recovery
-    dynamics   integrators, and the march that runs them
-    reduced    few unknowns in place of many
-    checks     forces found again by other formulas
-    alone      solids for programs of their own, put together from all of these
+    runtime             kernels on disk, lazy imports, threads
+    materials           laws: psi(F), P, dP/dF
+    elements            reference cells: shape functions, quadrature, facets
+    mesh                points and cells, shapes, files, interpolation on a mesh
+    energies            value, gradient, Hessian over local degrees of freedom
+    sparse              factorisations and iterations of our own
+    assembly            sums of energies over shared degrees of freedom
+    stress_recovery     stress and strain of a solved mesh, recovered at nodes
+    linear              selection of a linear solver
+    statics             equilibrium, stability, paths, recovery
+    dynamics            time integrators
+    contact             contact and friction
+    model_reduction     few unknowns in place of many
+    independent_forces  forces computed again by other formulas
+    api                 Python interface, built from all of these
 
 To solve a solid without a scene, SI units throughout:
 
@@ -24,7 +25,7 @@ To solve a solid without a scene, SI units throughout:
     wall = clamp(beam, beam.nodes(lambda X: X[:, 0] <= 0.0))
     equilibrium(beam, [wall], [gravity(beam, (0.0, 0.0, -9.81))]).displacement  # (n, 3), m
 
-Nothing is imported before one of the names is used, and nothing of softmark beside this package ever.
+Nothing is imported before one of the names is used, and nothing of softmark outside this package.
 """
 
 from __future__ import annotations

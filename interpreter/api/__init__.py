@@ -1,5 +1,5 @@
-"""softmark from Python: what `import softmark` offers, its arguments, results that show themselves, and the magic.
+"""Python interface of softmark: what `import softmark` offers, with results for notebooks, pandas and matplotlib.
 
-Imports every room but `cli`. `python_api.py` loads and runs; `shown_report.py` is what a run gives, with its frame and
-its plots, a file each; `optional_packages.py` says what is missing and how to get it.
+It may import every package except `cli`. `python_api.py` loads and runs scenes; `shown_report.py` is the result of a
+run, with its table and plots in a file each; `optional_packages.py` reports missing packages.
 """

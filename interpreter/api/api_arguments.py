@@ -1,4 +1,4 @@
-"""What `softmark` is given from Python: of the right type, sign and size, or one error that says so."""
+"""Checks of arguments passed to `softmark` from Python: type, sign and range, with a single clear error."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MOST = 1000  # of what is counted, as on the command line
 
 
 class BadArgument(SceneError, ValueError):
-    """An argument of `load`, `run`, `compare` or `stress` that cannot be meant."""
+    """Invalid argument of `load`, `run`, `compare` or `stress`."""
 
     def __init__(self, message: str) -> None:
         Exception.__init__(self, message)
@@ -26,42 +26,42 @@ class BadArgument(SceneError, ValueError):
 
 
 def refuse(name: str, value: object, expected: str) -> NoReturn:
-    """Raise BadArgument: what was expected, and what was given."""
+    """Raise BadArgument with the expected and the given value."""
     shown = repr(value)
     shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
     raise BadArgument(f"`{name}` is {expected}; {shown} ({type(value).__name__}) was given")
 
 
 def count(name: str, value: object, least: int = 1) -> int:
-    """A whole number from `least` to 1000. Raises BadArgument."""
+    """Return a whole number from `least` to 1000. Raises BadArgument."""
     if isinstance(value, bool) or not isinstance(value, Integral) or not least <= int(value) <= MOST:
         refuse(name, value, f"a whole number from {least} to {MOST}")
     return int(value)
 
 
 def positive(name: str, value: object, unit: str, or_none: bool = False) -> float:
-    """A positive finite number. Raises BadArgument."""
+    """Return a positive finite number, or None if allowed. Raises BadArgument."""
     if isinstance(value, bool) or not isinstance(value, Real) or not 0 < float(value) < math.inf:
         refuse(name, value, f"a positive number of {unit}" + (" or None" if or_none else ""))
     return float(value)
 
 
 def flag(name: str, value: object) -> bool:
-    """True or False. Raises BadArgument."""
+    """Return True or False. Raises BadArgument."""
     if not isinstance(value, bool):
         refuse(name, value, "True or False")
     return value
 
 
 def text(name: str, value: object, what: str) -> str:
-    """A text. Raises BadArgument."""
+    """Return a text. Raises BadArgument."""
     if not isinstance(value, str):
         refuse(name, value, what)
     return value
 
 
 def place(name: str, value: object, what: str) -> Path:
-    """A path that is not empty. Raises BadArgument."""
+    """Return a non-empty path. Raises BadArgument."""
     if not isinstance(value, str | os.PathLike) or not isinstance(os.fspath(value), str) or "\0" in os.fspath(value):
         refuse(name, value, f"{what}, as a text or a path")
     if not os.fspath(value):
@@ -70,7 +70,7 @@ def place(name: str, value: object, what: str) -> Path:
 
 
 def places(name: str, value: object) -> tuple[str, ...]:
-    """Files, or names of what is installed: one, or several. Raises BadArgument."""
+    """Return one or several files, or names of installed plugins. Raises BadArgument."""
     wanted = "a file or the name of an installed plugin, or several"
     if isinstance(value, str | os.PathLike):
         value = (value,)
@@ -80,7 +80,7 @@ def places(name: str, value: object) -> tuple[str, ...]:
 
 
 def models(value: object) -> tuple[str, ...]:
-    """Names of models: one, or several. Raises BadArgument."""
+    """Return the names of one or several models. Raises BadArgument."""
     wanted = "the name of a model, or names of several"
     if isinstance(value, str):
         return (value,)
@@ -93,7 +93,7 @@ def models(value: object) -> tuple[str, ...]:
 
 
 def override(name: str, value: object) -> str:
-    """`L=120 mm`: the value of a parameter, a text as on the command line, a plain number or a quantity of pint.
+    """Return `L=120 mm` for a parameter: the value is a text as on the command line, a number or a pint quantity.
 
     Raises BadArgument.
     """
@@ -101,7 +101,7 @@ def override(name: str, value: object) -> str:
 
     written = value if isinstance(value, str) else None
     if pint_quantities.is_quantity(value):
-        written = pint_quantities.written(value)
+        written = pint_quantities.quantity_text(value)
     elif isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(float(value)):
         written = repr(int(value)) if isinstance(value, Integral) else repr(float(value))
     if written is None:
@@ -110,7 +110,7 @@ def override(name: str, value: object) -> str:
 
 
 def varied(value: object) -> tuple[str, ...]:
-    """`h=10 mm,5 mm` for each entry of a mapping of names to values. Raises BadArgument."""
+    """Return `h=10 mm,5 mm` for each entry of a mapping from names to values. Raises BadArgument."""
     from softmark.interpreter.api.pint_quantities import is_quantity
 
     wanted = 'a dict of names to values, such as {"h": ["10 mm", "5 mm"]}'
@@ -132,7 +132,7 @@ def varied(value: object) -> tuple[str, ...]:
 
 
 def once(resume: object, fresh: object) -> tuple[bool, bool]:
-    """`resume` and `fresh`, of which one at most is meant. Raises BadArgument."""
+    """Return `resume` and `fresh`, of which at most one may be True. Raises BadArgument."""
     if flag("resume", resume) and flag("fresh", fresh):
         raise BadArgument("`resume` goes on with what is there and `fresh` forgets it: give one of them")
     return bool(resume), flag("fresh", fresh)

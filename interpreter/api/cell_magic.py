@@ -1,4 +1,4 @@
-"""`%load_ext softmark`: the cell magic `%%scene`, which runs a cell as a scene and shows its report."""
+"""Cell magic `%%scene` of `%load_ext softmark`, which runs a cell as a scene and shows its report."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from IPython.core.magic import Magics, cell_magic, magics_class
 from IPython.display import display
 
 from softmark.grammar.diagnostic import Source
-from softmark.interpreter.api.python_api import loaded_of
+from softmark.interpreter.api.python_api import load_source
 from softmark.interpreter.api.shown_report import RunReport
 
 LEFT = ("scene", "report")  # names that a cell leaves
 
 
-class _Line(argparse.ArgumentParser):
-    """The line of the magic; what is wrong with it is a UsageError, which IPython shows without a traceback."""
+class _LineParser(argparse.ArgumentParser):
+    """Argument parser of the magic's line; errors are UsageErrors, which IPython shows without a traceback."""
 
     def error(self, message: str) -> NoReturn:
-        """Raise it."""
+        """Raise a UsageError with the message."""
         raise UsageError(f"%%scene: {message}\n{self.format_usage().strip()}")
 
     def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
-        """Of `--help`, which has printed."""
+        """End the cell after `--help` has been printed."""
         raise UsageError("%%scene: nothing was run")
 
 
 def parser() -> argparse.ArgumentParser:
-    """The line of the magic."""
-    own = _Line("%%scene", description="Run the cell as a scene, show its report, and leave `scene` and `report`.")
+    """Return the argument parser of the magic's line."""
+    own = _LineParser("%%scene", description="Run the cell as a scene, show its report, and leave `scene` and `report`.")
     own.add_argument("name", nargs="?", help="leave the report under this name, too; messages call the cell so")
     own.add_argument("-p", action="append", default=[], metavar="NAME=VALUE", help="replace a parameter or a field")
     own.add_argument("--model", action="append", default=[], metavar="NAME", help="only this model")
@@ -66,7 +66,7 @@ class SceneMagics(Magics):
         for name in (*LEFT, *([given.name] if given.name else [])):
             shell.user_ns.pop(name, None)  # what an earlier cell left
         source = Source(given.name or "<cell>", cell)
-        loaded = loaded_of(source, Path(), None, given.p, given.plugin, given.model)
+        loaded = load_source(source, Path(), None, given.p, given.plugin, given.model)
         shell.user_ns["scene"] = loaded
         report = loaded.run(given.model or None, stated=given.stated)
         shell.user_ns |= {"report": report} | ({given.name: report} if given.name else {})
@@ -74,7 +74,7 @@ class SceneMagics(Magics):
 
 
 def _show(report: RunReport, notebook: bool) -> None:
-    """The report in a notebook; its table in a terminal."""
+    """Show the report in a notebook, or its table in a terminal."""
     if notebook:
         display(report)  # type: ignore[no-untyped-call]
         return
@@ -84,5 +84,5 @@ def _show(report: RunReport, notebook: bool) -> None:
 
 
 def register(shell: InteractiveShell) -> None:
-    """Add the magic to a shell."""
+    """Add the magic to an IPython shell."""
     shell.register_magics(SceneMagics)

@@ -1,6 +1,7 @@
-"""A report drawn by matplotlib: deformed lines, histories, curves, and metrics from state to state.
+"""Plots of a report with matplotlib: deformed lines, time histories, curves, and metrics from state to state.
 
-`KINDS` says who finds what can be drawn of each kind, by name; another kind is a function there, and its drawing.
+`KINDS` maps each kind of plot to the function that lists its plots by name. To add a kind: such a function, and the
+drawings that it returns.
 """
 
 from __future__ import annotations
@@ -11,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.api import api_arguments
-from softmark.interpreter.api.optional_packages import needed
+from softmark.interpreter.api.optional_packages import import_extra
 from softmark.interpreter.language.number_formatting import choose_scale
 from softmark.interpreter.report.charts.curve_styles import Look
 from softmark.interpreter.report.page.html_markup import listed
 from softmark.interpreter.report.run.figures import centre_lines, state_charts, time_histories
 from softmark.interpreter.report.run.report_summary import Findings, MetricColumn
 from softmark.interpreter.report.run.tables.line_probes import lines_of, looks
-from softmark.interpreter.results.run_report import Report, SeenCurve
+from softmark.interpreter.results.run_report import PlottedCurve, Report
 from softmark.interpreter.results.state_results import Moment
 from softmark.records import dataclass
 
@@ -37,7 +38,7 @@ MARKED = 8  # marks along a curve
 
 @dataclass(frozen=True)
 class Trace:
-    """One line of a plot: x and y in SI; `low` and `high` where it is known within a band."""
+    """One line of a plot: x and y in SI; `low` and `high` are the bounds of a band of uncertainty."""
 
     name: str
     x: Values
@@ -48,7 +49,7 @@ class Trace:
 
 @dataclass(frozen=True)
 class Drawing:
-    """What a plot shows: symbols and units of both axes, and its lines; `equal` where both axes have one scale."""
+    """Content of a plot: symbols and units of both axes, and its lines; `equal` if both axes have the same scale."""
 
     title: str
     x: tuple[str, str]
@@ -61,17 +62,17 @@ Found = Mapping[str, Callable[[], Drawing]]  # what can be drawn, by name
 
 
 def plot(report: Report, name: str | None, kind: str | None, ax: Axes | None) -> Axes:
-    """Draw a probe or a metric, or what there is first. Raises BadArgument and MissingExtra."""
+    """Draw a probe or a metric, by default the first one available. Raises BadArgument and MissingExtra."""
     findings = Findings(report)
     drawing = _chosen(findings, name, kind)
-    pyplot = needed("matplotlib.pyplot", "report.plot()", "plot")
+    pyplot = import_extra("matplotlib.pyplot", "report.plot()", "plot")
     own = ax if ax is not None else pyplot.subplots(layout="constrained")[1]
     _draw(drawing, looks(report), own)
     return own
 
 
 def _chosen(findings: Findings, name: str | None, kind: str | None) -> Drawing:
-    """What is asked for, or the first that there is. Raises BadArgument."""
+    """Return the requested drawing, or the first one. Raises BadArgument."""
     if name is not None:
         api_arguments.text("name", name, "the name of a probe or a metric, or None")
     if kind is not None and kind not in KINDS:
@@ -84,7 +85,7 @@ def _chosen(findings: Findings, name: str | None, kind: str | None) -> Drawing:
 
 
 def _refusal(findings: Findings, name: str | None, kind: str | None, known: Mapping[str, Found]) -> str:
-    """What cannot be drawn, why, and what can be."""
+    """Return an error message: why this cannot be drawn, and the names that can."""
     drawn = [f"`{n}` ({k})" for k, found in known.items() for n in found]
     can = f"what can: {listed(drawn)}" if drawn else "nothing of this report can; `report.frame()` has its numbers"
     asked = f"`{name}`" if name is not None else "This report"
@@ -106,7 +107,7 @@ def _refusal(findings: Findings, name: str | None, kind: str | None, known: Mapp
 
 
 def _lines(findings: Findings) -> Found:
-    """Deformed lines, in the plane in which they bend."""
+    """Return drawings of deformed lines, in the plane in which they bend."""
 
     def made(number: int, probe: str) -> Drawing:
         own = centre_lines.Lines(findings, number, probe)
@@ -119,7 +120,7 @@ def _lines(findings: Findings) -> Found:
 
 
 def _histories(findings: Findings) -> Found:
-    """Displacements over time."""
+    """Return drawings of displacements over time."""
 
     def made(course: time_histories.Course) -> Drawing:
         traces = [Trace(n, course.moments, u) for n, u in course.values.items()]
@@ -129,7 +130,7 @@ def _histories(findings: Findings) -> Found:
 
 
 def _curves(findings: Findings) -> Found:
-    """Metrics that are curves, over what they are held against."""
+    """Return drawings of metrics that are curves, with the curves that they are compared with."""
     found: dict[str, Callable[[], Drawing]] = {}
     for metric in findings.metrics:
         seen = {n: m.curve for n, r in findings.everyone.items() if (m := r.metrics.get(metric.name)) and m.curve}
@@ -140,8 +141,8 @@ def _curves(findings: Findings) -> Found:
     return found
 
 
-def _curve(metric: MetricColumn, seen: Mapping[str, SeenCurve], known: SeenCurve | None) -> Drawing:
-    """Curves of models over the one that is known, as far as the models go."""
+def _curve(metric: MetricColumn, seen: Mapping[str, PlottedCurve], known: PlottedCurve | None) -> Drawing:
+    """Return the curves of models with the reference curve, over the range of the models."""
     across, up = next(iter(seen.values())).units
     traces = [Trace(name, curve.x, curve.y) for name, curve in seen.items()]
     if known is not None:
@@ -150,8 +151,8 @@ def _curve(metric: MetricColumn, seen: Mapping[str, SeenCurve], known: SeenCurve
     return Drawing(metric.name, ("t" if across == "s" else "x", across), ("y", up), traces)
 
 
-def _within(name: str, curve: SeenCurve, low: float, high: float) -> Trace:
-    """The part of a curve around a range of x, with the band in which it is known."""
+def _within(name: str, curve: PlottedCurve, low: float, high: float) -> Trace:
+    """Return the part of a curve around a range of x, with its band of uncertainty."""
     near = np.flatnonzero((curve.x >= low) & (curve.x <= high))
     first, last = (near[0], near[-1]) if len(near) else (np.searchsorted(curve.x, low),) * 2
     own = slice(max(int(first) - 1, 0), int(last) + 2)
@@ -162,7 +163,7 @@ def _within(name: str, curve: SeenCurve, low: float, high: float) -> Trace:
 
 
 def _states(findings: Findings) -> Found:
-    """Metrics from state to state."""
+    """Return drawings of metrics from state to state."""
 
     def made(metric: Any, curves: Mapping[str, Any]) -> Drawing:
         traces = [Trace(n, *zip(*curve.known, strict=True)) for n, curve in curves.items()]
@@ -182,7 +183,7 @@ KINDS: Mapping[str, Callable[[Findings], Found]] = {
 
 
 def _draw(drawing: Drawing, known: Mapping[str, Look], ax: Any) -> None:
-    """The lines with a legend and units on both axes."""
+    """Draw the lines with a legend and units on both axes."""
     x = choose_scale(_all(t.x for t in drawing.traces), drawing.x[1], percent=True)
     y = choose_scale(_all(t.y for t in drawing.traces), drawing.y[1], percent=True)
     for trace in drawing.traces:
@@ -207,7 +208,7 @@ def _over(values: Values, factor: float) -> list[float]:
 
 
 def _style(look: Look | None, count: int) -> dict[str, Any]:
-    """Colour, dash and marks as the report has them; what is not deformed is dotted."""
+    """Return colour, dash and markers as in the report; undeformed lines are dotted."""
     if look is None:
         return {"color": NEUTRAL, "linestyle": ":", "linewidth": 1.2}
     dash = [float(d) for d in look.dash.split()]

@@ -1,4 +1,4 @@
-"""What is being done, in a notebook: one line below the cell that is rewritten, and gone at the end."""
+"""Progress line in a notebook: one line below the cell that is rewritten, and removed at the end."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ PAUSE = 0.2  # s between two lines
 WIDE = 110  # characters of a line
 
 
-class Line:
-    """The line; nothing of it is shown before something takes longer than PAUSE."""
+class ProgressLine:
+    """Progress line; it appears only when something takes longer than PAUSE."""
 
     def __init__(self) -> None:
         self._last = time.monotonic()
         self._handle: Any = None
 
     def say(self, what: str, detail: str) -> None:
-        """Show what is being done: `solve`, `rod: iteration 3`."""
+        """Show the current task: `solve`, `rod: iteration 3`."""
         now = time.monotonic()
         if now - self._last < PAUSE:
             return
@@ -40,20 +40,23 @@ class Line:
             self._handle.update(bundle, raw=True)
 
     def end(self) -> None:
-        """Take the line away."""
+        """Remove the line."""
         if self._handle is not None:
             self._show("")
 
 
 @contextmanager
-def line() -> Iterator[Say]:
-    """Whom to tell what is being done: the line of a notebook, or nobody; IPython is not imported to find out."""
+def progress_line() -> Iterator[Say]:
+    """Yield the function that reports progress: to a notebook's line if there is one, else to nowhere.
+
+    IPython is not imported to find out.
+    """
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython is not None else None
     if getattr(shell, "kernel", None) is None:
         yield lambda what, detail: None
         return
-    own = Line()
+    own = ProgressLine()
     try:
         yield own.say
     finally:

@@ -1,4 +1,4 @@
-"""What is not installed with softmark itself: one message with the way to install it."""
+"""Import of optional packages, with the install command in the error if one is missing."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import Any
 
 
 class MissingExtra(ImportError):
-    """A package that only some of softmark needs is not installed; the message says how to get it."""
+    """An optional package is not installed; the message gives the install command."""
 
 
-def needed(module: str, what: str, extra: str) -> Any:
-    """A module of an extra. Raises MissingExtra where its package is not there."""
+def import_extra(module: str, what: str, extra: str) -> Any:
+    """Import and return a module of an extra. Raises MissingExtra if its package is not installed."""
     try:
         return importlib.import_module(module)
     except ImportError as error:

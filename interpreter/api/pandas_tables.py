@@ -1,11 +1,11 @@
-"""A report as a table for pandas: a row is one number, all in SI."""
+"""Report as a pandas table: one row for each number, in SI."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from softmark.interpreter.api.optional_packages import needed
+from softmark.interpreter.api.optional_packages import import_extra
 from softmark.interpreter.results.run_report import MetricResult, ModelResult, ReferenceResult, Report
 
 if TYPE_CHECKING:
@@ -34,19 +34,19 @@ Row = dict[str, Any]
 
 
 def frame(report: Report) -> DataFrame:
-    """A row for each model or reference, metric and state. Raises MissingExtra."""
-    pandas = needed("pandas", "report.frame()", "notebook")
+    """Return a DataFrame with a row for each model or reference, metric and state. Raises MissingExtra."""
+    pandas = import_extra("pandas", "report.frame()", "notebook")
     found: DataFrame = pandas.DataFrame(list(rows(report)), columns=list(COLUMNS))
     return found.astype(dict.fromkeys(NUMBERS, float))
 
 
 def rows(report: Report) -> Iterator[Row]:
-    """The rows, as dicts of COLUMNS; one without a metric for a model that has none."""
+    """Yield the rows as dicts of COLUMNS; a model without metrics gets one row without a metric."""
     verdicts = _verdicts(report)
     for result in report.outcomes:
         for name in result.metrics or ((None,) if result.name in report.models else ()):
             own = _row(report, result, name) | {"verdict": verdicts.get((result.name, name))}
-            yield from _in_states(result, name, own)
+            yield from _rows_of_states(result, name, own)
 
 
 def _row(report: Report, result: ModelResult | ReferenceResult, name: str | None) -> Row:
@@ -69,8 +69,8 @@ def _number(metric: MetricResult) -> Row:
             "published": metric.published, "reason": metric.reason}  # fmt: skip
 
 
-def _in_states(result: ModelResult | ReferenceResult, name: str | None, row: Row) -> Iterator[Row]:
-    """The row, or one for each state; the stated error and the time are those of the last state and of all."""
+def _rows_of_states(result: ModelResult | ReferenceResult, name: str | None, row: Row) -> Iterator[Row]:
+    """Yield the row, or one for each state; stated error and time refer to the last state and the whole run."""
     if not result.states or name is None:
         yield row
         return
@@ -83,7 +83,7 @@ def _in_states(result: ModelResult | ReferenceResult, name: str | None, row: Row
 
 
 def _verdicts(report: Report) -> dict[tuple[str, str | None], str]:
-    """The worst verdict of what is expected of a metric of a model."""
+    """Return the worst verdict of the expectations on each metric of each model."""
     found: dict[tuple[str, str | None], str] = {}
     for e in report.expectations:
         for key in e.about:

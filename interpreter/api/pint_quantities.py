@@ -1,4 +1,4 @@
-"""Quantities of pint as texts of the language; pint itself is never imported, for whoever has a quantity has it."""
+"""Conversion of pint quantities to texts of the language; pint itself is never imported."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ CLOSE = 1e-9  # relative: what two ways to the same number in SI may differ by
 
 
 def is_quantity(value: object) -> bool:
-    """Whether a value is a quantity of pint, by its class."""
+    """Return whether a value is a pint quantity, judged by its class."""
     pint = any(base.__module__.partition(".")[0] == "pint" for base in type(value).__mro__)
     return pint and hasattr(value, "magnitude") and hasattr(value, "dimensionality")
 
 
-def written(value: Any) -> str | None:
-    """`60.0 kPa`: a quantity in its own unit where the language has it, else in SI; None where it cannot be had."""
+def quantity_text(value: Any) -> str | None:
+    """Return `60.0 kPa`: a quantity in its own unit if the language has it, else in SI; None if neither is possible."""
     try:
         exponents = _exponents(value.dimensionality)
         number = float(value.magnitude)
@@ -32,13 +32,13 @@ def written(value: Any) -> str | None:
     dimension = (*exponents.values(), 0)
     own = format(value.units, "~C").replace("**", "^")
     known = _measure(own or "1")
-    if known is not None and known.dimension[:4] == dimension[:4] and _near(known.factor * number, coherent):
+    if known is not None and known.dimension[:4] == dimension[:4] and _is_close(known.factor * number, coherent):
         return f"{number!r} {own}".strip()
     return f"{coherent!r} {units.si_unit(dimension)}".removesuffix(" 1")  # type: ignore[arg-type]
 
 
 def _exponents(dimensionality: Mapping[str, float]) -> dict[str, int]:
-    """The power of each of the BASE units. Raises LookupError for what the language has no dimension for."""
+    """Return the power of each of the BASE units. Raises LookupError if the language has no such dimension."""
     found = dict.fromkeys(BASE.values(), 0)
     for name, power in dimensionality.items():
         if power != int(power):
@@ -54,5 +54,5 @@ def _measure(text: str) -> units.Measure | None:
         return None
 
 
-def _near(a: float, b: float) -> bool:
+def _is_close(a: float, b: float) -> bool:
     return abs(a - b) <= CLOSE * max(abs(a), abs(b))

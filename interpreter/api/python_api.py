@@ -1,4 +1,6 @@
-"""The interpreter from Python: `softmark.load(...).run(...)`, `softmark.compare(...)` and `softmark.stress(...)`."""
+"""Python entry points of the interpreter: `softmark.load(...).run(...)`, `softmark.compare(...)`,
+`softmark.stress(...)`.
+"""
 
 from __future__ import annotations
 
@@ -22,14 +24,14 @@ TOLD = ("model", "reference", "metric")  # kinds of what a scene declares that i
 
 @dataclass(frozen=True)
 class LoadedScene:
-    """A scene without errors, ready to run; `warnings` are doubts about it."""
+    """A scene without errors, ready to run; `warnings` lists its warnings."""
 
     scene: Scene
     warnings: tuple[Diagnostic, ...]
 
     @property
     def title(self) -> str:
-        """The scene's title."""
+        """Title of the scene."""
         return self.scene.title
 
     @property
@@ -38,12 +40,12 @@ class LoadedScene:
         return tuple(self.scene.of_kind("model"))
 
     def __repr__(self) -> str:
-        from softmark.interpreter.results.prompt_representation import cut, listed
+        from softmark.interpreter.results.prompt_representation import join_names, shorten
 
-        own = [f"{kind}s {listed(list(known))}" for kind in TOLD if (known := self.scene.of_kind(kind))]
+        own = [f"{kind}s {join_names(list(known))}" for kind in TOLD if (known := self.scene.of_kind(kind))]
         counts = {"expectation": len(self.scene.expectations), "warning": len(self.warnings)}
         own += [f"{n} {noun}{'s' * (n != 1)}" for noun, n in counts.items() if n]
-        return f"<Scene {cut(self.title or self.scene.source.name)!r}: {'; '.join(own)}>"
+        return f"<Scene {shorten(self.title or self.scene.source.name)!r}: {'; '.join(own)}>"
 
     def _repr_html_(self) -> str:
         from softmark.interpreter.report.notebook.scene_box import inline
@@ -51,14 +53,15 @@ class LoadedScene:
         return inline(self.scene, self.warnings)
 
     def run(self, models: str | Sequence[str] | None = None, repeat: int = 1, stated: bool = False) -> RunReport:
-        """Solve and judge; `models` restricts to some, `repeat` times each solution so often.
+        """Solve the models and evaluate metrics and expectations; `models` selects some of them.
 
-        With `stated` each model is asked what error it states itself, which costs about as much again.
+        Each solution is repeated `repeat` times for timing. With `stated` each model also estimates its own error, at
+        about the same cost again.
 
-        A notebook shows what is being done until it is. Models that do not converge are in the report with their
-        status: look at it before their numbers.
-        Raises SceneError if the scene cannot be built or a name in `models` is unknown, BadArgument, which is one, for
-        an argument of another type or size.
+        A notebook shows the progress. Models that do not converge are in the report with their status: check it before
+        using their numbers.
+        Raises SceneError if the scene cannot be built or a name in `models` is unknown, and its subclass BadArgument
+        for an argument of a wrong type or size.
         """
         from softmark.interpreter.api import api_arguments
         from softmark.interpreter.validation.requested_names import unknown_models
@@ -70,22 +73,22 @@ class LoadedScene:
         asked = () if api_arguments.flag("stated", stated) else None
         from softmark.interpreter.api import notebook_progress
         from softmark.interpreter.api.shown_report import RunReport
-        from softmark.interpreter.pipeline.run_options import Options, Sound
-        from softmark.interpreter.pipeline.run_pipeline import report_of
+        from softmark.interpreter.pipeline.run_options import CheckedScene, RunOptions
+        from softmark.interpreter.pipeline.run_pipeline import run_to_report
 
         if problems := unknown_models(self.scene, only):
             raise SceneError(problems)
-        with notebook_progress.line() as say:
-            options = Options(only=only, repeat=int(repeat), say=say, stated=asked, free=True)
-            return RunReport.showing(report_of(Sound(self.scene, self.warnings), options))
+        with notebook_progress.progress_line() as say:
+            options = RunOptions(only=only, repeat=int(repeat), say=say, stated=asked, free=True)
+            return RunReport.showing(run_to_report(CheckedScene(self.scene, self.warnings), options))
 
 
 def load(file: str | Path, /, plugins: Sequence[str | Path] = (), **parameters: Parameter) -> LoadedScene:
-    """The scene of a file, or of the standard library by name: `load("beam.scene", L="120 mm")`.
+    """Return the scene of a file, or of the standard library by name: `load("beam.scene", L="120 mm")`.
 
-    `parameters` replace those of the scene: texts, quantities of pint, or numbers where they have no unit. `plugins`
-    are files of others, or names of installed ones, whose words it may use. Raises SceneError with every diagnostic if
-    something is wrong, BadArgument for a value of another type, FileNotFoundError if there is no such scene.
+    `parameters` replace those of the scene: texts, pint quantities, or numbers if they have no unit. `plugins` are
+    plugin files or names of installed plugins whose words the scene may use. Raises SceneError with all diagnostics if
+    something is wrong, BadArgument for a value of a wrong type, FileNotFoundError if there is no such scene.
     """
     from softmark.interpreter.api.api_arguments import place
 
@@ -95,18 +98,18 @@ def load(file: str | Path, /, plugins: Sequence[str | Path] = (), **parameters: 
         source = read_scene_file(path)
     except UnreadableScene as missing:
         raise FileNotFoundError(f"{missing.reason}. {missing.remedy}") from missing
-    return _loaded(source, path.parent, path, parameters, plugins)
+    return _load_source(source, path.parent, path, parameters, plugins)
 
 
 def loads(text: str, /, plugins: Sequence[str | Path] = (), **parameters: Parameter) -> LoadedScene:
-    """The scene of a text; files that it names are looked for in the working directory. Raises SceneError."""
+    """Return the scene of a text; its file paths are relative to the working directory. Raises SceneError."""
     from softmark.interpreter.api import api_arguments
 
     api_arguments.text("text", text, "the text of a scene")
-    return _loaded(Source("<text>", text), Path(), None, parameters, plugins)
+    return _load_source(Source("<text>", text), Path(), None, parameters, plugins)
 
 
-def _loaded(
+def _load_source(
     source: Source,
     folder: Path,
     file: Path | None,
@@ -116,10 +119,10 @@ def _loaded(
     from softmark.interpreter.api import api_arguments
 
     overrides = [api_arguments.override(name, value) for name, value in parameters.items()]
-    return loaded_of(source, folder, file, overrides, api_arguments.places("plugins", plugins))
+    return load_source(source, folder, file, overrides, api_arguments.places("plugins", plugins))
 
 
-def loaded_of(
+def load_source(
     source: Source,
     folder: Path,
     file: Path | None,
@@ -127,9 +130,9 @@ def loaded_of(
     plugins: Sequence[str],
     only: Sequence[str] = (),
 ) -> LoadedScene:
-    """The scene of a text with overrides as on the command line, `L=120 mm`. Raises SceneError.
+    """Return the scene of a text with overrides as on the command line, `L=120 mm`. Raises SceneError.
 
-    With `only` what other models cannot do is no error.
+    With `only`, errors that concern only other models are ignored.
     """
     scene, diagnostics = load_scene(source, folder, file, overrides, only, plugins)
     if any(d.severity == "error" for d in diagnostics) or scene is None:
@@ -151,12 +154,12 @@ def compare(
     fresh: bool = False,
     allow_contaminated: bool = False,
 ) -> ShownComparison:
-    """Every model of some scenes under every setting of their studies: errors, times, and what they tell.
+    """Solve every model of some scenes for all values of their studies, and compare errors and times.
 
-    `vary={"h": ["10 mm", "5 mm"]}` takes the place of the studies. `folder` keeps the journal that `resume` goes on
-    with; without it nothing is kept. `timeout` is in s for each configuration; `repeats=0` leaves out timing. Raises
-    SceneError, BadArgument, FileNotFoundError, journal.Refused for a folder that is in use or holds results already,
-    and pool.Unavailable where workers or a cluster cannot be had.
+    `vary={"h": ["10 mm", "5 mm"]}` replaces the studies. `folder` keeps the journal from which `resume` continues;
+    without it nothing is kept. `timeout` is in s for each configuration; `repeats=0` skips timing. Raises SceneError,
+    BadArgument, FileNotFoundError, journal.Refused for a folder that is in use or already has results, and
+    pool.Unavailable if workers or a cluster are not available.
     """
     import tempfile
 
@@ -187,7 +190,7 @@ def compare(
     for one in scenes:
         scene = one.scene if isinstance(one, LoadedScene) else load(one).scene
         subjects.append(subject_of(scene, [s.name for s in subjects]))
-    with tempfile.TemporaryDirectory() as scratch, notebook_progress.line() as say:
+    with tempfile.TemporaryDirectory() as scratch, notebook_progress.progress_line() as say:
         request = ComparisonRequest(
             Path(folder or scratch), texts, only, study, jobs, cluster, timeout, repeats, resume, fresh,
             allow_contaminated, "softmark.compare", say,
@@ -206,12 +209,12 @@ def stress(
     resume: bool = False,
     fresh: bool = False,
 ) -> ShownStress:
-    """Every model of a scene walked to its edges, by its stability studies, or along every number where it has none.
+    """Run the robustness studies of a scene, or one over all its numbers, and return where each model fails.
 
-    `silent` of the result are the points that look right and are wrong. `folder` keeps the journal that `resume` goes
-    on with; without it nothing is kept. `timeout` is in CPU seconds for each point, `memory` in GiB for each process.
-    Raises SceneError, BadArgument, FileNotFoundError, journal.Refused for a folder that is in use or holds results
-    already, and pool.Unavailable where workers cannot be had.
+    `silent` of the result lists the points that look right and are wrong. `folder` keeps the journal from which
+    `resume` continues; without it nothing is kept. `timeout` is in CPU seconds for each point, `memory` in GiB for each
+    process. Raises SceneError, BadArgument, FileNotFoundError, journal.Refused for a folder that is in use or already
+    has results, and pool.Unavailable if workers are not available.
     """
     import tempfile
 
@@ -229,12 +232,12 @@ def stress(
     from softmark.interpreter.api import notebook_progress
     from softmark.interpreter.api.shown_studies import ShownStress
     from softmark.interpreter.study.configurations.configuration_expansion import subject_of
-    from softmark.interpreter.study.robustness.robustness_study import StabilityRequest
-    from softmark.interpreter.study.robustness.robustness_study import stress as carry_out
+    from softmark.interpreter.study.robustness.robustness_study import RobustnessRequest
+    from softmark.interpreter.study.robustness.robustness_study import run_robustness_studies as carry_out
 
     loaded = scene if isinstance(scene, LoadedScene) else load(scene)
-    with tempfile.TemporaryDirectory() as scratch, notebook_progress.line() as say:
-        request = StabilityRequest(
+    with tempfile.TemporaryDirectory() as scratch, notebook_progress.progress_line() as say:
+        request = RobustnessRequest(
             Path(folder or scratch), only, study, jobs, timeout, memory, resume, fresh, "softmark.stress", say
         )
         return ShownStress.showing(carry_out(subject_of(loaded.scene), request))

@@ -1,6 +1,6 @@
-"""What a run gives in Python: its report, and how it is shown, drawn and written.
+"""Result of a run in Python: a report that can be displayed, plotted and written to files.
 
-Jupyter shows `_repr_html_`; other prompts a line. Nothing that draws or writes is imported before it is asked for.
+Jupyter shows `_repr_html_`; other prompts show one line. Modules for plots and files are imported on demand.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 
 class RunReport(Report):
-    """A report of `run`, with its table for pandas, its plots for matplotlib, and its files."""
+    """Report of `run`, with a pandas table, matplotlib plots and files."""
 
     @classmethod
     def showing(cls, report: Report) -> Self:
-        """The same report."""
+        """Return the report as a RunReport."""
         return cls(**own_fields(report))
 
     def _repr_html_(self) -> str:
@@ -30,19 +30,20 @@ class RunReport(Report):
         return inline(self)
 
     def frame(self) -> DataFrame:
-        """A row for each model, reference, metric and state, in SI: see `frames.COLUMNS`.
+        """Return a DataFrame with a row for each model, reference, metric and state, in SI: see
+        `pandas_tables.COLUMNS`.
 
-        Raises MissingExtra where pandas is not installed.
+        Raises MissingExtra if pandas is not installed.
         """
         from softmark.interpreter.api.pandas_tables import frame
 
         return frame(self)
 
     def plot(self, name: str | None = None, kind: str | None = None, ax: Axes | None = None) -> Axes:
-        """Draw a probe or a metric by its name, or what there is first, into `ax` or a new figure.
+        """Draw a probe or a metric by its name, by default the first one, into `ax` or a new figure.
 
-        `kind` chooses where a name can be drawn in several ways: `line` (deformed), `history` (over time), `curve` and
-        `states`. Raises BadArgument for what cannot be drawn, with what can; MissingExtra where matplotlib is not
+        `kind` selects the plot if a name has several: `line` (deformed), `history` (over time), `curve` and `states`.
+        Raises BadArgument for what cannot be drawn, with the possible names; MissingExtra if matplotlib is not
         installed.
         """
         from softmark.interpreter.api.matplotlib_plots import plot
@@ -50,9 +51,9 @@ class RunReport(Report):
         return plot(self, name, kind, ax)
 
     def write(self, folder: str | Path) -> list[Path]:
-        """Write report.json and report.html into a folder, as `dsl run --out` does; their paths.
+        """Write report.json and report.html into a folder, as `dsl run --out` does, and return their paths.
 
-        Raises BadArgument for what is no folder's name, and OSError.
+        Raises BadArgument for an invalid folder name, and OSError.
         """
         from softmark.interpreter.api import api_arguments
         from softmark.interpreter.report.files.report_files import write
@@ -61,5 +62,5 @@ class RunReport(Report):
 
 
 def own_fields(found: Any) -> dict[str, Any]:
-    """The fields of a result, for one of a class derived from its own."""
+    """Return the fields of a result, to construct an object of a derived class."""
     return {f.name: getattr(found, f.name) for f in fields(found)}

@@ -1,6 +1,6 @@
-"""What comparisons and stability studies give in Python: their results, and how these are shown and written.
+"""Results of comparisons and robustness studies in Python, with their display and files.
 
-Jupyter shows `_repr_html_`; other prompts a line. Nothing that draws or writes is imported before it is asked for.
+Jupyter shows `_repr_html_`; other prompts show one line. Modules for plots and files are imported on demand.
 """
 
 from __future__ import annotations
@@ -9,23 +9,23 @@ from pathlib import Path
 from typing import Self
 
 from softmark.interpreter.api.shown_report import own_fields
-from softmark.interpreter.results.prompt_representation import cut
+from softmark.interpreter.results.prompt_representation import shorten
 from softmark.interpreter.study.comparison_study import Comparison
-from softmark.interpreter.study.robustness.robustness_record import Stress
+from softmark.interpreter.study.robustness.robustness_record import RobustnessRecord
 
 
 class ShownComparison(Comparison):
-    """What `compare` found, and its files."""
+    """Result of `compare`, with its files."""
 
     @classmethod
     def showing(cls, found: Comparison) -> Self:
-        """The same comparison."""
+        """Return the comparison as a ShownComparison."""
         return cls(**own_fields(found))
 
     def __repr__(self) -> str:
         solved = sum(p["status"] in ("converged", "capped") for p in self.points)
         models = len({p["model"] for p in self.points})
-        advice = "".join(f"; {cut(a.sentence)}" for a in self.found.analysis.advice[:1])
+        advice = "".join(f"; {shorten(a.sentence)}" for a in self.found.analysis.advice[:1])
         return f"<Comparison: {solved} of {len(self.points)} configurations of {models} models solved{advice}>"
 
     def _repr_html_(self) -> str:
@@ -34,21 +34,21 @@ class ShownComparison(Comparison):
         return inline(self.found)
 
     def write(self, folder: str | Path) -> list[Path]:
-        """Write compare.json and compare.html into a folder, as `dsl compare --out` does; their paths.
+        """Write compare.json and compare.html into a folder, as `dsl compare --out` does, and return their paths.
 
-        Raises BadArgument for what is no folder's name, and OSError.
+        Raises BadArgument for an invalid folder name, and OSError.
         """
         from softmark.interpreter.report.comparison.comparison_page import page
 
-        return _written(folder, {"compare.json": self.dumps(), "compare.html": page(self.found)})
+        return _write_files(folder, {"compare.json": self.dumps(), "compare.html": page(self.found)})
 
 
-class ShownStress(Stress):
-    """What `stress` found, and its files."""
+class ShownStress(RobustnessRecord):
+    """Result of `stress`, with its files."""
 
     @classmethod
-    def showing(cls, found: Stress) -> Self:
-        """The same study."""
+    def showing(cls, found: RobustnessRecord) -> Self:
+        """Return the study as a ShownStress."""
         return cls(**own_fields(found))
 
     def __repr__(self) -> str:
@@ -61,16 +61,16 @@ class ShownStress(Stress):
         return inline(self)
 
     def write(self, folder: str | Path) -> list[Path]:
-        """Write stress.json and stress.html into a folder, as `dsl stress --out` does; their paths.
+        """Write stress.json and stress.html into a folder, as `dsl stress --out` does, and return their paths.
 
-        Raises BadArgument for what is no folder's name, and OSError.
+        Raises BadArgument for an invalid folder name, and OSError.
         """
         from softmark.interpreter.report.robustness.robustness_page import page
 
-        return _written(folder, {"stress.json": self.dumps(), "stress.html": page(self)})
+        return _write_files(folder, {"stress.json": self.dumps(), "stress.html": page(self)})
 
 
-def _written(folder: str | Path, texts: dict[str, str]) -> list[Path]:
+def _write_files(folder: str | Path, texts: dict[str, str]) -> list[Path]:
     from softmark.interpreter.api import api_arguments
     from softmark.interpreter.results.atomic_files import replace
 

@@ -1,1 +1,4 @@
-"""`dsl`: the command line, its commands a file each, the pages of `dsl explain`, signals. Nothing imports this room."""
+"""Command line `dsl`: one file for each command, shell completion, plugin conformance, and signals.
+
+No other package imports this one.
+"""

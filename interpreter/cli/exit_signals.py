@@ -1,8 +1,8 @@
-"""How `dsl` leaves: at a signal, and where the machine it runs on has no more of something.
+"""Termination of `dsl` by a signal, or when the machine has run out of a resource.
 
-Python raises KeyboardInterrupt wherever it happens to be, in the middle of an import or of a destructor, where it is
-swallowed or printed as a traceback. What `dsl` has finished is on disk already, each file whole, so a signal has
-nothing to unwind: the handler says what is kept, takes away files that are being written, and ends the process.
+Python raises KeyboardInterrupt anywhere, even during an import or in a destructor, where it is swallowed or printed as
+a traceback. All finished results of `dsl` are already complete files on disk, so nothing needs unwinding: the handler
+prints what is saved, removes files that are being written, and ends the process.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ _words: list[Words] = []  # what to say of an interrupted command: the last one 
 
 
 def saying(words: Words) -> None:
-    """From now on an interrupt says this of what is kept."""
+    """Set the text about saved results that an interrupt prints from now on."""
     _words.append(words)
 
 
 def guard() -> None:
-    """End this process in order at SIGINT and SIGTERM, and give it the streams that it was started without.
+    """Install handlers that end this process in order at SIGINT and SIGTERM, and open missing standard streams.
 
-    A signal that whoever started us has set to be ignored stays ignored.
+    A signal that the parent process has set to be ignored stays ignored.
     """
     while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:  # `dsl run x >&-`: else a report gets its number
         pass
@@ -59,14 +59,14 @@ def guard() -> None:
 
 
 def unguard() -> None:
-    """All is said: from here on a signal ends the process as it ends any other."""
+    """Restore the default handlers: from here on a signal ends the process at once."""
     for number in (signal.SIGINT, signal.SIGTERM):
         if signal.getsignal(number) is _leave:
             signal.signal(number, signal.SIG_DFL)
 
 
 def _leave(number: int, frame: Any) -> None:
-    """Say what is kept and end with 128 + the signal; buffers are left alone, we may be in the midst of writing one."""
+    """Print what is saved and exit with 128 + the signal; buffers are not flushed, as one may be half written."""
     signal.signal(number, signal.SIG_IGN)
     word = "interrupted" if number == signal.SIGINT else "terminated"
     text = ""
@@ -83,7 +83,7 @@ def _leave(number: int, frame: Any) -> None:
 
 
 def spent(error: BaseException) -> str | None:
-    """What the machine has no more of and what to do, None where that is not what happened."""
+    """Return the exhausted resource and the remedy, None for other errors."""
     if isinstance(error, MemoryError):
         return "out of memory; use a coarser mesh, fewer models at a time (`--model`), or a machine with more memory"
     if isinstance(error, ImportError) and ("failed to map" in str(error) or "Cannot allocate" in str(error)):
@@ -95,7 +95,9 @@ def spent(error: BaseException) -> str | None:
 
 
 def cramped() -> str | None:
-    """Why this process has not enough memory to load its libraries, which would end it without a word, or None."""
+    """Return an error message if there is too little memory to load the libraries, which would kill the process; else
+    None.
+    """
     try:
         import resource
     except ImportError:  # Windows has no such limits

@@ -1,8 +1,8 @@
-"""The command `dsl`: arguments, exit statuses, and nothing imported before it is needed.
+"""Entry point of the command `dsl`: arguments and exit statuses; modules are imported on demand.
 
-Exit statuses: 0 all well, 1 an expectation not met or cells of a solution inside out, 2 the command line or a scene in
-error, 3 a model or reference failed or did not converge, or the machine has no more room, memory or files, 70 a defect
-of softmark itself, 130 interrupted, 143 terminated.
+Exit statuses: 0 success; 1 an expectation not met or inverted cells in a solution; 2 an error in the command line or a
+scene; 3 a model or reference failed or did not converge, or the machine ran out of disk space, memory or files; 70 a
+defect of softmark itself; 130 interrupted; 143 terminated.
 """
 
 from __future__ import annotations
@@ -49,10 +49,10 @@ COMPUTING = frozenset(
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; the value is the exit status."""
+    """Run one command and return the exit status."""
     if argv is None:  # a process of our own, and not a call from Python
         exit_signals.guard()
-        pausing.begin()
+        pausing.pause_collection()
         os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", IDLE)
     arguments = list(sys.argv[1:] if argv is None else argv)
     status = _guarded(arguments)
@@ -61,7 +61,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _guarded(arguments: list[str]) -> int:
-    """The exit status, whatever happens."""
+    """Return the exit status, whatever exception occurs."""
     try:
         status = _dispatch(arguments)
         sys.stdout.flush()
@@ -90,14 +90,14 @@ def _guarded(arguments: list[str]) -> int:
 
 
 def _of_another(error: Exception) -> str | None:
-    """What is said where a plugin failed in a place that no model or metric stands for."""
+    """Return a message if the exception comes from plugin code outside any model or metric; else None."""
     plugins = sys.modules.get("softmark.interpreter.language.plugin_words")
     said = plugins.blamed(error) if plugins else None
     return f"{said}\n`dsl conformance` tries all of a plugin." if said else None
 
 
 def _complain(text: str) -> None:
-    """Print a last message on standard error; where that cannot be written, the exit status has to do."""
+    """Print a last message on standard error; if that fails, only the exit status remains."""
     try:
         print(text, file=sys.stderr, flush=True)
     except OSError:  # a full disk, or nobody reads
@@ -105,7 +105,7 @@ def _complain(text: str) -> None:
 
 
 def _silenced(*descriptors: int) -> None:
-    """Lead standard streams nowhere: what they still hold cannot be written, and would be tried again at exit."""
+    """Redirect standard streams to the null device, because their unwritable buffers would be flushed again at exit."""
     for descriptor in descriptors:
         with suppress(OSError, ValueError):
             stream = sys.stdout if descriptor == 1 else sys.stderr
@@ -114,10 +114,10 @@ def _silenced(*descriptors: int) -> None:
 
 
 def _forgetting_signals(status: int) -> int:
-    """The status, after making Python forget an interrupt that a library's `exec` let through.
+    """Return the status after clearing an interrupt that a library's `exec` let through.
 
-    CPython remembers it and would end this process by a signal instead of by our status, although it was handled; it
-    forgets at the next `exec` of a text.
+    CPython remembers it and would end this process by a signal instead of our status, although it was handled; it
+    forgets it at the next `exec` of a text.
     """
     if status == 130:
         exec("")
@@ -142,7 +142,7 @@ def _dispatch(arguments: list[str]) -> int:
     module = importlib.import_module(f"softmark.interpreter.cli.commands.{COMMANDS[name][0]}")
     parser = argparse.ArgumentParser(prog=f"dsl {name}", description=COMMANDS[name][1], allow_abbrev=False)
     if name in COMPUTING - {"run"}:  # which says itself when it has loaded what it needs
-        pausing.end()
+        pausing.resume_collection()
     module.arguments(parser)
     parsed = parser.parse_intermixed_args(arguments[arguments.index(name) + 1 :])
     status: int = module.run(parsed)
@@ -150,7 +150,7 @@ def _dispatch(arguments: list[str]) -> int:
 
 
 def _help(arguments: list[str], name: str | None) -> int:
-    """The overview; for an unknown command an error with the nearest one."""
+    """Print the overview; for an unknown command an error with the closest name."""
     wanted = not arguments or arguments[0] in ("-h", "--help", "help")
     if name is not None and not wanted:
         from softmark.grammar.diagnostic import visible

@@ -1,1 +1,1 @@
-"""The documentation: its pages, what of them is made from the words, and how they are built."""
+"""Documentation: written pages, pages generated from the vocabulary, and the builder of the site."""

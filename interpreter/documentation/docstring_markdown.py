@@ -1,4 +1,4 @@
-"""The plain text of docstrings as Markdown (MyST): prose flows, formulas keep their lines, words become links."""
+"""Conversion of docstrings to Markdown (MyST): prose is joined, formulas keep their lines, words become links."""
 
 from __future__ import annotations
 
@@ -16,29 +16,31 @@ Linked = Callable[[str], str | None]
 
 
 def no_links(word: str) -> None:
-    """What `escaped` asks of a code word: none is a link."""
+    """Return None for every code word: a resolver for `escaped` without any links."""
 
 
-def escaped(text: str, linked: Linked = no_links) -> str:
-    """Text in which nothing is markup but `code`; a code word that `linked` knows becomes what it gives."""
+def escape_markup(text: str, linked: Linked = no_links) -> str:
+    """Return text with all markup escaped except `code`; code words for which `linked` returns a link become links."""
     parts = CODE.split(text)
     return "".join((linked(p[1:-1]) or p) if i % 2 else SPECIAL.sub(r"\\\1", p) for i, p in enumerate(parts))
 
 
-def described(doc: str, linked: Linked = no_links) -> str:
-    """A docstring as paragraphs and blocks of formulas."""
+def docstring_to_markdown(doc: str, linked: Linked = no_links) -> str:
+    """Return a docstring as paragraphs and blocks of formulas."""
     blocks = (block for part in re.split(r"\n\s*\n", doc) for block in _blocks(part.split("\n")))
-    return "\n\n".join(_fenced(lines) if formula else escaped(" ".join(lines), linked) for formula, lines in blocks)
+    return "\n\n".join(
+        _formula_block(lines) if formula else escape_markup(" ".join(lines), linked) for formula, lines in blocks
+    )
 
 
 def _blocks(lines: list[str]) -> Iterator[tuple[bool, list[str]]]:
-    """Runs of lines that are a formula, and sentences that go on from one to the next."""
+    """Yield runs of formula lines, and runs of prose lines that belong together."""
     own: list[str] = []
     before = ""
     kind = False
     for line, after in zip(lines, [*lines[1:], ""], strict=True):
-        formula = bool(FORMULA.match(line)) and not _goes_on(before, line) and not (after and _goes_on(line, after))
-        new = formula != kind or (not formula and not _goes_on(before, line)) or bool(OWN.match(line))
+        formula = bool(FORMULA.match(line)) and not _continues(before, line) and not (after and _continues(line, after))
+        new = formula != kind or (not formula and not _continues(before, line)) or bool(OWN.match(line))
         if own and new:
             yield kind, own
             own = []
@@ -48,21 +50,21 @@ def _blocks(lines: list[str]) -> Iterator[tuple[bool, list[str]]]:
         yield kind, own
 
 
-def _goes_on(before: str, line: str) -> bool:
-    """Whether a line was broken by the margin alone, so that the next one goes on with its sentence."""
+def _continues(before: str, line: str) -> bool:
+    """Return whether a line was only wrapped at the margin, so that the next line continues its sentence."""
     return len(before) + 1 + len(line.split(" ", 1)[0]) > WRAPPED and not line.startswith(" ")
 
 
-def _fenced(lines: list[str]) -> str:
+def _formula_block(lines: list[str]) -> str:
     return "\n".join(["```text", *lines, "```"])
 
 
-def fenced(language: str, text: str) -> str:
-    """A block of code."""
+def code_block(language: str, text: str) -> str:
+    """Return a fenced block of code."""
     return f"```{language}\n{text.rstrip()}\n```"
 
 
-def folded(summary: str, inside: str) -> str:
-    """What opens when its summary is clicked; open on paper."""
+def collapsible(summary: str, inside: str) -> str:
+    """Return content that opens when its summary is clicked; it is open in print."""
     opened = f"```{{raw}} html\n<details><summary>{summary}</summary>\n```"
     return f"{opened}\n\n{inside}\n\n```{{raw}} html\n</details>\n```"

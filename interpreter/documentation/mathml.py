@@ -1,7 +1,7 @@
-"""Formulas as MathML, which browsers draw themselves: no script, no network.
+"""Formulas as MathML, which browsers render without scripts or network.
 
-docutils translates the LaTeX; what it does not know is a warning at its place. Of what TeX reads token by token it
-takes too much: a fraction of two digits, an accent with an index. `spelt_out` gives it braces there.
+docutils translates the LaTeX and warns about unknown commands. It misreads what TeX reads token by token, such as a
+fraction of two digits or an accent with an index; `add_braces` adds braces there.
 """
 
 from __future__ import annotations
@@ -24,26 +24,26 @@ ACCENT = re.compile(rf"(\\(?:bar|hat|tilde|dot|ddot|vec|check|breve))(?![A-Za-z]
 FUNCTION = re.compile(r"(\\(?:det|ln|log|exp|sin|cos|tan)|\\operatorname\{[^{}]*\})\s+(?=[A-Za-z\\])")
 
 
-def spelt_out(tex: str) -> str:
-    """The same formula with braces around what a fraction and an accent take, and room behind functions."""
+def add_braces(tex: str) -> str:
+    """Return the formula with braces around the arguments of fractions and accents, and spaces after functions."""
     braced = FRACTION.sub(lambda m: f"{m[1]}{{{m[2]}}}" + (f"{{{m[3]}}}" if m[3] else ""), tex)
     braced = ACCENT.sub(lambda m: f"{{{m[1]}{{{m[2] or m[3]}}}{{}}}}", braced)
     return FUNCTION.sub(r"\1\, ", braced)
 
 
 def setup(app: Sphinx) -> None:
-    """The renderer `mathml`."""
+    """Register the Sphinx renderer `mathml`."""
     app.add_html_math_renderer("mathml", (inline, None), (block, None))
 
 
 def inline(self: HTML5Translator, node: nodes.math) -> None:
-    """A formula in a sentence."""
+    """Write a formula within a sentence."""
     self.body.append(_mathml(node, False))
     raise nodes.SkipNode
 
 
 def block(self: HTML5Translator, node: nodes.math_block) -> None:
-    """A formula on lines of its own, with its number where it has a label."""
+    """Write a displayed formula, with its number if it has a label."""
     number = node.get("number")
     ids = f' id="{node["ids"][0]}"' if node.get("ids") else ""
     label = f'<span class="eqno">({number})</span>' if number else ""
@@ -54,7 +54,7 @@ def block(self: HTML5Translator, node: nodes.math_block) -> None:
 def _mathml(node: Any, display: bool) -> str:
     text = node.astext()
     try:
-        found: str = tex2mathml(spelt_out(text.strip()), as_block=display)
+        found: str = tex2mathml(add_braces(text.strip()), as_block=display)
     except (MathError, OSError) as error:
         log.warning("a formula that docutils does not know: %s", error, location=node, type="softmark", subtype="math")
         return f"<code>{nodes.Text(text)}</code>"

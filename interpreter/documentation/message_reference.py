@@ -1,10 +1,10 @@
-"""The reference of every message: the pages of the codes, together by their hundreds."""
+"""Reference of all diagnostics: the explanation pages of the codes, grouped by hundreds."""
 
 from __future__ import annotations
 
 import re
 
-from softmark.interpreter.documentation.docstring_markdown import fenced
+from softmark.interpreter.documentation.docstring_markdown import code_block
 from softmark.interpreter.help.codes import Page
 from softmark.interpreter.help.codes import pages as codes
 
@@ -24,7 +24,7 @@ SIGN = "# Messages\n\nWhat `dsl explain CODE` prints. `E` is an error, with whic
 
 
 def pages() -> dict[str, str]:
-    """Markdown by the name of its file."""
+    """Return Markdown by file name."""
     tree = "\n".join(["```{toctree}", ":maxdepth: 1", "", *GROUPS, "```"])
     found = {f"{FOLDER}/{name}.md": _group(*group) for name, group in GROUPS.items()}
     return {f"{FOLDER}/index.md": f"{SIGN}\n\n{tree}\n", **found}
@@ -36,12 +36,12 @@ def _group(which: str, title: str) -> str:
 
 
 def _section(page: Page) -> str:
-    """A code's page as a section: its examples are scenes, one that gives the message and one that does not."""
+    """Return the page of a code as a section, with a scene that gives the message and one that does not."""
     title, _, text = page.text.partition("\n")
     body = FENCE.sub(lambda m: f"*{m[1].capitalize()}*\n\n{_example(m[1], m[2])}", text.strip())
     return f"```{{message}} {page.code}\n```\n\n#{title}\n\n{body}"
 
 
 def _example(which: str, scene: str) -> str:
-    """A scene in colours; one that is wrong may have what is no word."""
-    return fenced("{code-block} scene", f":force:\n\n{scene}") if which == "wrong" else fenced("scene", scene)
+    """Return a highlighted scene; a wrong one may contain unknown words."""
+    return code_block("{code-block} scene", f":force:\n\n{scene}") if which == "wrong" else code_block("scene", scene)

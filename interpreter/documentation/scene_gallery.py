@@ -1,7 +1,7 @@
-"""The gallery: every shipped scene with a picture, its numbers and its text.
+"""Gallery of all shipped scenes, each with a picture, its results and its text.
 
-Nothing is computed when the pages are built: `python tests/benchmarks/gallery.py` runs the scenes and leaves their
-numbers in `gallery.json` and a picture of each in `pictures/gallery/`.
+Nothing is computed when the pages are built. `python tests/benchmarks/gallery.py` runs the scenes and stores their
+results in `gallery.json` and a picture of each in `pictures/gallery/`.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from softmark.interpreter.documentation.docstring_markdown import escaped, fenced, folded
+from softmark.interpreter.documentation.docstring_markdown import code_block, collapsible, escape_markup
 from softmark.interpreter.language.number_formatting import format_quantity, is_negligible
 from softmark.interpreter.language.scene_sources import standard_scenes
 
@@ -32,22 +32,22 @@ QUIET = ("converged", "read")  # what is not worth a word
 Json = dict[str, Any]
 
 
-def known() -> dict[str, Json]:
-    """What is kept of the scenes, by their names."""
+def load_results() -> dict[str, Json]:
+    """Return the stored results of scenes by name."""
     return dict(json.loads(NUMBERS.read_text(encoding="utf-8"))) if NUMBERS.is_file() else {}
 
 
 def text_hash(name: str) -> str:
-    """What says whether the numbers of a scene are those of its text."""
+    """Return the digest of a scene's text, which shows whether stored results are up to date."""
     return hashlib.sha256(standard_scenes()[name].read_bytes()).hexdigest()
 
 
 def pages() -> dict[str, str]:
-    """Markdown by the name of its file: an overview with a card for each scene, and a page for each folder of them."""
+    """Return Markdown by file name: an overview with a card for each scene, and a page for each folder of scenes."""
     folders: dict[str, list[str]] = {}
     for name, file in standard_scenes().items():
         folders.setdefault(file.parent.name, []).append(name)
-    kept = known()
+    kept = load_results()
     tree = "\n".join(["```{toctree}", ":maxdepth: 1", "", *folders, "```"])
     cards = [f"## {folder.capitalize()}\n\n{_cards(folder, names, kept)}" for folder, names in folders.items()]
     overview = "\n\n".join([SIGN, tree, *cards]) + "\n"
@@ -63,7 +63,7 @@ def _cards(folder: str, names: list[str], kept: dict[str, Json]) -> str:
 def _card(folder: str, name: str, record: Json | None) -> str:
     place = f"{folder}.md#{name}"
     picture = f"[![]({_picture(name)})]({place})\n\n" if record and record["picture"] else ""
-    words = escaped(record["title"]) if record else ""
+    words = escape_markup(record["title"]) if record else ""
     return f"{picture}[`{name}`]({place}) {words}"
 
 
@@ -76,27 +76,29 @@ def _page(folder: str, names: list[str], kept: dict[str, Json]) -> str:
 
 
 def section(name: str, record: Json | None) -> str:
-    """One scene: what it looks like, what came out, what it is held against, and its text."""
+    """Return the section of one scene: picture, results, references and text."""
     file = standard_scenes()[name]
     text = file.read_text(encoding="utf-8")
     head = [f"```{{scene}} {name}\n```", f"## `{name}`"]
     if record is None:
-        return "\n\n".join([*head, "Nobody has run it for these pages yet.", folded("Its text", fenced("scene", text))])
+        return "\n\n".join(
+            [*head, "Nobody has run it for these pages yet.", collapsible("Its text", code_block("scene", text))]
+        )
     stale = [STALE] if record["sha256"] != text_hash(name) else []
     picture = (
         [f"![{_caption(record)}]({_picture(name)})", f"{{.facts}}\n{_caption(record)}"] if record["picture"] else []
     )
     return "\n\n".join(
         [
-            *head, f"**{escaped(record['title'])}**", *stale, *picture, _verdict(name, record), _table(record),
-            *_said(record), folded("What it expects", _expectations(record)),
-            folded("Its text", fenced("scene", text)),
+            *head, f"**{escape_markup(record['title'])}**", *stale, *picture, _verdict(name, record), _table(record),
+            *_descriptions(record), collapsible("What it expects", _expectations(record)),
+            collapsible("Its text", code_block("scene", text)),
         ]
     )  # fmt: skip
 
 
 def _caption(record: Json) -> str:
-    """What the picture shows, in words."""
+    """Return the caption of the picture."""
     shown = record["picture"]
     if "curve" in shown:
         return f"`{shown['curve']}` over the states: {', '.join(f'`{n}`' for n in shown['of'])}."
@@ -121,7 +123,7 @@ def _seconds(seconds: float | None) -> str:
 
 
 def _table(record: Json) -> str:
-    """Models and references by metrics, or the other way round, so that it is longer than wide."""
+    """Return models and references by metrics, transposed if that makes the table longer than wide."""
     references = {f"({n})": r for n, r in record["references"].items() if r["metrics"]}
     everyone = {**record["models"], **references}
     measured = [item for own in everyone.values() for item in own["metrics"].items()]
@@ -156,11 +158,11 @@ def _grid(head: list[str], rows: list[list[str]]) -> str:
     return "\n".join("| " + " | ".join(row) + " |" for row in (head, ruled, *rows))
 
 
-def _said(record: Json) -> list[str]:
-    """What each model is, and what each reference is and where it comes from."""
-    models = [f"`{n}`\n: {escaped(m['outline'])}" for n, m in record["models"].items()]
+def _descriptions(record: Json) -> list[str]:
+    """Return a description of each model, and of each reference with its source."""
+    models = [f"`{n}`\n: {escape_markup(m['outline'])}" for n, m in record["models"].items()]
     references = [
-        f"`{n}`\n: {escaped(', '.join(w for w in (r['kind'], r['means']) if w))}. {escaped(r['source'])}"
+        f"`{n}`\n: {escape_markup(', '.join(w for w in (r['kind'], r['means']) if w))}. {escape_markup(r['source'])}"
         for n, r in record["references"].items()
     ]
     return [":::{container} words", *models, *references, ":::"]

@@ -1,6 +1,6 @@
-"""The pages as a site of files: sources put together, and Sphinx over them. Needs the extra `docs`.
+"""Documentation site: collects the sources and builds them with Sphinx. Needs the extra `docs`.
 
-`site()` keeps what it has built under a digest of all sources, so that it is built once for each version.
+`site()` caches the result under a digest of all sources, so each version is built only once.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ INSTALL = 'pip install "softmark[docs]"'
 
 
 class Unavailable(Exception):
-    """The pages cannot be built here; the text says why, and what helps."""
+    """Error when the pages cannot be built here; the text gives the reason and the remedy."""
 
 
 @dataclass(frozen=True)
-class Built:
-    """A site: its folder, whether it was there already, and what Sphinx warned of."""
+class BuiltSite:
+    """A built site: its folder, whether it was cached, and the warnings of Sphinx."""
 
     folder: Path
     kept: bool
@@ -39,10 +39,10 @@ class Built:
 
 
 def sources() -> dict[str, bytes]:
-    """Every file that Sphinx reads, by its path: pages that were written, and those that are made."""
+    """Return every file that Sphinx reads by its path: written pages and generated ones."""
     from softmark.interpreter.documentation import foreign_word_pages, message_reference, scene_gallery, word_reference
 
-    written = {f.relative_to(ROOM).as_posix(): f.read_bytes() for f in _written()}
+    written = {f.relative_to(ROOM).as_posix(): f.read_bytes() for f in _written_pages()}
     made = {
         **word_reference.pages(),
         OTHERS: foreign_word_pages.page(),
@@ -52,18 +52,18 @@ def sources() -> dict[str, bytes]:
     return written | {path: text.encode() for path, text in made.items()}
 
 
-def _written() -> Iterator[Path]:
+def _written_pages() -> Iterator[Path]:
     yield from sorted(f for f in ROOM.glob("*.md") if f.name != "README.md")
     yield from sorted(f for f in (ROOM / "pictures").rglob("*.*"))
     yield from sorted((ROOM / "_static").glob("*.css"))
 
 
 def build(folder: Path, found: dict[str, bytes]) -> tuple[str, ...]:
-    """Build the site of these sources into a folder and return the warnings of Sphinx.
+    """Build the site from these sources into a folder and return the warnings of Sphinx.
 
-    Raises Unavailable without the extra, OSError where a page cannot be written, of which Sphinx only warns.
+    Raises Unavailable if the extra is missing, and OSError if a page cannot be written, about which Sphinx only warns.
     """
-    available()
+    require_sphinx()
     from sphinx.application import Sphinx
     from sphinx.util.docutils import docutils_namespace
 
@@ -93,14 +93,14 @@ def build(folder: Path, found: dict[str, bytes]) -> tuple[str, ...]:
     return lines
 
 
-def available() -> None:
-    """Raises Unavailable without the extra, with the way to it."""
+def require_sphinx() -> None:
+    """Check that the extra `docs` is installed. Raises Unavailable with the install command."""
     if missing := [name for name in NEEDED if find_spec(name) is None]:
         raise Unavailable(f"the pages are built by Sphinx, and {' and '.join(missing)} is not installed: {INSTALL}")
 
 
 def digest(found: dict[str, bytes]) -> str:
-    """What names a site: its sources, and the versions of what builds it."""
+    """Return the identifier of a site: a digest of its sources and the versions of the build tools."""
     from importlib.metadata import PackageNotFoundError, version
 
     told = hashlib.sha256()
@@ -117,24 +117,26 @@ def digest(found: dict[str, bytes]) -> str:
 
 
 def cache_folder() -> Path:
-    """Where sites are kept: $XDG_CACHE_HOME/softmark/docs. Raises Unavailable without a cache and a home."""
+    """Return the folder of cached sites, $XDG_CACHE_HOME/softmark/docs. Raises Unavailable without a cache or home
+    folder.
+    """
     try:
         return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "softmark" / "docs"
     except RuntimeError as error:
         raise Unavailable("there is no home folder to keep the pages in; `--out DIR` says where") from error
 
 
-def site(before: Callable[[], None] = lambda: None) -> Built:
-    """The site of this version, built where it is not there yet, after `before`; those of other versions are removed.
+def site(before: Callable[[], None] = lambda: None) -> BuiltSite:
+    """Return the site of this version; if needed, call `before`, build it and remove those of other versions.
 
-    Raises Unavailable without the extra, OSError where nothing can be written.
+    Raises Unavailable if the extra is missing, and OSError if nothing can be written.
     """
     found = sources()
     home = cache_folder()
     folder = home / digest(found)
     if (folder / "index.html").is_file():
-        return Built(folder, True)
-    available()
+        return BuiltSite(folder, True)
+    require_sphinx()
     before()
     home.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=home) as scratch:
@@ -144,4 +146,4 @@ def site(before: Callable[[], None] = lambda: None) -> Built:
     for other in home.iterdir():
         if other != folder and other.is_dir():
             shutil.rmtree(other, ignore_errors=True)
-    return Built(folder, False, warnings)
+    return BuiltSite(folder, False, warnings)

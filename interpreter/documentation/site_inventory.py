@@ -1,4 +1,4 @@
-"""Where a name is on a site: a page, a word, a message or a shipped scene, by the inventory that Sphinx leaves."""
+"""Locations of pages, words, messages and shipped scenes on a built site, from the inventory file of Sphinx."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ HEAD = 4  # lines before what is compressed
 
 
 def places(folder: Path) -> dict[str, str]:
-    """The file, and the place on it, of everything that has a name; pages, then words, messages and scenes.
+    """Return file and anchor of every name: pages first, then words, messages and scenes.
 
-    Of a name of several kinds, `surface (probe)`, the first stands for the name alone.
+    If a name has several kinds, such as `surface (probe)`, the bare name leads to the first one.
     """
     data = (folder / INVENTORY).read_bytes().split(b"\n", HEAD)[HEAD]
     found: dict[str, str] = {}

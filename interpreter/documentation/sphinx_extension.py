@@ -1,4 +1,4 @@
-"""What Sphinx is told of softmark: roles of words, messages and scenes, the language of blocks, and formulas."""
+"""Sphinx extension of softmark: roles for words, messages and scenes, the language of code blocks, and formulas."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from softmark.interpreter.language_server.syntax_highlighting.pygments_lexer imp
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Sphinx asks this of an extension."""
+    """Register the extension with Sphinx."""
     for role in ("word", "message", "scene"):  # ```{word} fem marks a place, {word}`fem` leads there
         app.add_crossref_type(role, role, "single: %s", nodes.literal)
     app.add_lexer("scene", SceneLexer)
@@ -28,12 +28,12 @@ def setup(app: Sphinx) -> dict[str, Any]:
 
 
 class Indexed(SphinxDirective):
-    """Entries of the index that lead to here, a line each: `single: young (field); fem`."""
+    """Directive with index entries for its position, one per line: `single: young (field); fem`."""
 
     has_content = True
 
     def run(self) -> list[nodes.Node]:
-        """The entries, and the place that they lead to."""
+        """Return the index entries and their target node."""
         target = nodes.target("", "", ids=[f"index-{self.env.new_serialno('index')}"])
         self.state.document.note_explicit_target(target)
         entries = [entry for line in self.content for entry in process_index_entry(line, target["ids"][0])]

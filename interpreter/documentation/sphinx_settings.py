@@ -1,4 +1,4 @@
-"""How Sphinx builds the pages: what would be `conf.py`, were there a folder with one."""
+"""Sphinx settings of the documentation; they replace a `conf.py`."""
 
 from __future__ import annotations
 

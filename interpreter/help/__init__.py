@@ -1,1 +1,1 @@
-"""What is said of every word and message of the language: by `dsl explain`, the editors and the pages."""
+"""Explanations of every word and message of the language, for `dsl explain`, editors and the documentation."""

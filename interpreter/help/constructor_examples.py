@@ -1,4 +1,4 @@
-"""An example of a constructor, from what its fields take."""
+"""Example calls of constructors, derived from the types of their fields."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _LISTS = {units.NONE: "[0.3, 0.2]", units.LENGTH: _SAMPLES["list"]}  # of what h
 
 
 def example(c: Constructor) -> str:
-    """A call that gives what is required, and of what may be left out what mostly is needed."""
+    """Return an example call with all required fields and the most commonly needed optional ones."""
     chosen = (*_CHOSEN.get(c.name, ()), *(names[0] for names in getattr(c.cls, "either", ())))
     given = [f for f in c.fields if f.required or f.name in chosen]
     files = {f.name: _FILES[c.name] for f in given if f.form == "file" and c.name in _FILES}
@@ -49,7 +49,7 @@ def example(c: Constructor) -> str:
 
 
 def sample(f: Field) -> str:
-    """A value that a field takes, as it is written."""
+    """Return a valid value of a field as it is written in a scene."""
     if f.name in _FITTING:
         return _FITTING[f.name]
     if f.name == "over" and f.kind == "metric":

@@ -1,4 +1,4 @@
-"""Units that a dimension is given in, the usual ones first."""
+"""Units to suggest and show for a physical dimension, the most common first."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ PREFIXES = {  # of those that a unit takes, the ones that people use
 
 
 @cache
-def measures(dimension: Dimension) -> tuple[str, ...]:
-    """The usual ones, and what else has a word of its own: `Pa`, `kPa`, ..., `bar`, `mmHg`; `%` of plain numbers."""
+def units_of(dimension: Dimension) -> tuple[str, ...]:
+    """Return the common units of a dimension and its other named ones: `Pa`, `kPa`, ..., `bar`, `mmHg`; `%` for
+    numbers.
+    """
     usual = [word for word in re.split(r",? or |, ", units.usual_units(dimension)) if word not in ("no unit", "1")]
     alone = [
         prefix + unit
@@ -28,13 +30,13 @@ def measures(dimension: Dimension) -> tuple[str, ...]:
 
 
 @cache
-def common() -> tuple[tuple[str, Dimension], ...]:
-    """The usual units of all dimensions that have a name."""
-    return tuple((unit, dimension) for dimension in units.NAMES for unit in measures(dimension)[:4])
+def common_units() -> tuple[tuple[str, Dimension], ...]:
+    """Return the common units of all dimensions that have a name."""
+    return tuple((unit, dimension) for dimension in units.NAMES for unit in units_of(dimension)[:4])
 
 
-def meaning(unit: str) -> str:
-    """What a unit measures and its size in SI: `a pressure, 1000 Pa`."""
+def describe_unit(unit: str) -> str:
+    """Return the quantity that a unit measures and its size in SI: `a pressure, 1000 Pa`."""
     measure = units.parse_unit(unit)
     return f"{units.dimension_name(measure.dimension)}, {measure.factor:.12g} {units.si_unit(measure.dimension)}".removesuffix(
         " 1"

@@ -1,7 +1,8 @@
-"""The library of materials: what each is, where its constants come from, and what it does when it is pulled.
+"""Library of materials: description, source of the constants, range of validity and tensile curve of each material.
 
-A material of `stdlib-scenes/materials/` has a comment above it: a line that says what it is, then `Source:`, `Test:`
-(temperature and rate), `Valid:` (`stretches 0.7 to 1`) and `Uncertain:`, of every constant. Lines go on indented.
+A material in `stdlib-scenes/materials/` has a comment above it: one line that describes it, then `Source:`, `Test:`
+(temperature and rate), `Valid:` (`stretches 0.7 to 1`) and `Uncertain:` for every constant. Continuation lines are
+indented.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ POINTS = 6  # of a curve, between its ends
 
 
 @dataclass(frozen=True)
-class Kept:
-    """A material of the library: the file that has it, how it is declared, and what its comment says by key."""
+class LibraryMaterial:
+    """Material of the library: its file, its declaration, and its comment by key."""
 
     name: str
     file: str  # as `use` takes it
@@ -33,30 +34,30 @@ class Kept:
 
     @property
     def directed(self) -> bool:
-        """Whether it has fibres."""
+        """True if the material has fibres."""
         return "fibres =" in self.text
 
     @property
     def stretches(self) -> tuple[float, float] | None:
-        """The range it is valid in, by stretches of a pull."""
+        """Range of uniaxial stretch in which the material is valid, None if it is not given."""
         found = STRETCHES.search(self.said.get("Valid", ""))
         return None if found is None else (float(found[1]), float(found[2]))
 
     @property
     def range_words(self) -> str:
-        """The same in words."""
+        """Range of validity in words."""
         return " to ".join(f"{s:g}" for s in self.stretches or ()) or "not given"
 
 
-def materials() -> dict[str, Kept]:
-    """Every material of the library by its name; nothing is imported that a check does not need."""
+def materials() -> dict[str, LibraryMaterial]:
+    """Return every material of the library by name; imports only what `dsl check` needs."""
     from softmark.scenes import ROOT
 
     files = sorted((ROOT / "materials").glob("*.scene"))
-    return {own.name: own for file in files for own in _of(file)}
+    return {own.name: own for file in files for own in _materials_of_file(file)}
 
 
-def _of(file: Path) -> Iterator[Kept]:
+def _materials_of_file(file: Path) -> Iterator[LibraryMaterial]:
     from softmark.grammar.diagnostic import Source
     from softmark.grammar.parser import parse
     from softmark.grammar.tree import Declare
@@ -69,13 +70,13 @@ def _of(file: Path) -> Iterator[Kept]:
             start = first
             while start > 0 and lines[start - 1].startswith("#"):
                 start -= 1
-            what, said = _read(lines[start:first])
+            what, said = _parse_comment(lines[start:first])
             text = " ".join(source.text[found.span.start : found.span.end].split())
-            yield Kept(found.name, f"std/materials/{file.name}", text, what, said)
+            yield LibraryMaterial(found.name, f"std/materials/{file.name}", text, what, said)
 
 
-def _read(comment: list[str]) -> tuple[str, dict[str, str]]:
-    """What a comment says first, and by its keys."""
+def _parse_comment(comment: list[str]) -> tuple[str, dict[str, str]]:
+    """Return the first line of a comment and its other entries by key."""
     found: dict[str, list[str]] = {"": []}
     key = ""
     for line in comment:
@@ -86,10 +87,10 @@ def _read(comment: list[str]) -> tuple[str, dict[str, str]]:
     return joined.pop(""), joined
 
 
-def curve(own: Kept) -> list[tuple[float, float]]:
-    """Stretches of a pull in the range that it is valid in, and the nominal stress of each, Pa.
+def tensile_curve(own: LibraryMaterial) -> list[tuple[float, float]]:
+    """Return pairs of uniaxial stretch and nominal stress, Pa, over the range of validity.
 
-    Of one material point; of what has fibres, which that does not know, of one cell, along x.
+    It uses one material point, or for a material with fibres one finite element stretched along x.
     """
     import softmark
 
@@ -117,13 +118,13 @@ metric   sigma = stress(amid, component = xx, measure = nominal)
 
 
 def page(name: str) -> str | None:
-    """The page of a material of the library, None of a name that it has not."""
+    """Return the explanation page of a library material, None for an unknown name."""
     own = materials().get(name.rpartition(".")[2])
     if own is None:
         return None
     from softmark.interpreter.language import units
 
-    rows = [f"  {l:<9.4g}{units.format_value(stress, units.PRESSURE)}" for l, stress in curve(own)]
+    rows = [f"  {l:<9.4g}{units.format_value(stress, units.PRESSURE)}" for l, stress in tensile_curve(own)]
     said = [f"{key}: {text}" for key, text in own.said.items()]
     use = f'use "{own.file}" as lib      # and then lib.{own.name}'
     table = ["", "Pulled along one axis, nominal stress by stretch:", *rows] if rows else []

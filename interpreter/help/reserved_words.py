@@ -1,4 +1,4 @@
-"""Words that are no constructors: reserved ones, functions, names with a meaning of their own, and units."""
+"""Explanations of words that are not constructors: reserved words, functions, predefined names and units."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ PLAIN = {
 
 
 def word_page(name: str) -> str | None:
-    """The lines of a reserved word, a function, or a name with a meaning of its own."""
+    """Return the page of a reserved word, a function or a predefined name; None for other names."""
     if name in RESERVED:
         return f"{name} (reserved word)\n\n{RESERVED[name]}"
     if name in CALLS:
@@ -51,7 +51,7 @@ def word_page(name: str) -> str | None:
 
 
 def unit_page(name: str) -> str | None:
-    """The lines of a unit or a product of units: what it measures, and its size in SI."""
+    """Return the page of a unit or a product of units: the quantity that it measures, and its size in SI."""
     try:
         measure = units.parse_unit(name)
     except units.UnitError:

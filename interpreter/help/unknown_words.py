@@ -1,4 +1,4 @@
-"""What is said of a name that the language does not have."""
+"""Hints for names that the language does not have."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
 
 def hint(name: str) -> str:
-    """What is to be done about a name that there is no page of: the word that is meant, or where words are listed."""
+    """Return advice for a name without a page: the word that was probably meant, or the command that lists words."""
     if name in foreign_aliases.MODULI:
         return f"laws take `young` and `poisson`: {foreign_aliases.MODULI[name]}"
-    if said := explain_foreign_word(name) or _meant_unit(name):
+    if said := explain_foreign_word(name) or _unit_hint(name):
         return said
-    close = find_misspelling(name, _names()) if len(name) > 1 else None
+    close = find_misspelling(name, _known_names()) if len(name) > 1 else None
     return f"did you mean `{close}`?" if close else "`dsl list` shows what there is"
 
 
-def _names() -> list[str]:
+def _known_names() -> list[str]:
     kinds = CATALOGUE
     made = [c for kind, table in kinds.items() for n in table if (c := kinds.constructor(kind, n))]
     words = [*kinds, *(c.name for c in made), *(f.name for c in made for f in c.fields), *kinds.words()]
     return [*words, *RESERVED, *CALLS, *PLAIN]
 
 
-def _meant_unit(name: str) -> str:
-    """The unit that is written in another way here: `did you mean `MPa`?`."""
+def _unit_hint(name: str) -> str:
+    """Return a hint to the correct spelling of a unit: `did you mean `MPa`?`."""
     try:
         units.parse_unit(name)
     except units.UnitError as error:

@@ -1,6 +1,6 @@
-"""Where models, contacts and theories were measured to be right: from stability studies, shown by `dsl explain`.
+"""Measured validity ranges of models, contacts and theories, from robustness studies, as shown by `dsl explain`.
 
-`ranges.json` beside this file has what `python tests/benchmarks/ranges.py` made of each `dsl stress` of a scene.
+`ranges.json` in this folder is written by `python tests/benchmarks/ranges.py`, from one `dsl stress` for each scene.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from softmark.interpreter.planning.varied_quantities import WalkedQuantity
-    from softmark.interpreter.study.robustness.robustness_record import StressEdge
+    from softmark.interpreter.study.robustness.robustness_record import ValidityEdge
 
 Json = dict[str, Any]
 
@@ -21,13 +21,13 @@ FILE = "ranges.json"
 
 
 def ranges_of(stress: Mapping[str, Any], constructors: Mapping[str, str], seconds: float) -> Json:
-    """What a `softmark-stress/1` says of where its models are right; `constructors`: of each model by its name.
+    """Return the validity ranges in a `softmark-stress/1` result; `constructors` maps models to constructors.
 
-    Each point had so many `seconds`, s of CPU.
+    Each point had at most `seconds` of CPU time, s.
     """
-    from softmark.interpreter.study.robustness.robustness_record import Stress
+    from softmark.interpreter.study.robustness.robustness_record import RobustnessRecord
 
-    found = Stress.from_json(stress)
+    found = RobustnessRecord.from_json(stress)
     models = [
         {"constructor": constructors[m], "model": m, "outline": study.outlines.get(m, m),
          "ranges": [_range(edges, q) for q in study.quantities if (edges := study.edges_of(m, q.name))]}
@@ -40,29 +40,29 @@ def ranges_of(stress: Mapping[str, Any], constructors: Mapping[str, str], second
     }  # fmt: skip
 
 
-def _range(own: list[StressEdge], quantity: WalkedQuantity) -> Json:
+def _range(own: list[ValidityEdge], quantity: WalkedQuantity) -> Json:
     from softmark.interpreter.report.robustness.robustness_view import beyond, reach
     from softmark.interpreter.report.robustness.validity_range_text import nowhere
-    from softmark.interpreter.study.robustness.robustness_record import StressChoice
+    from softmark.interpreter.study.robustness.robustness_record import ChoiceEdge
 
     said = {e.direction: words for e in own if (words := beyond(e, quantity.unit)) is not None}
-    chosen = any(isinstance(e, StressChoice) for e in own)
+    chosen = any(isinstance(e, ChoiceEdge) for e in own)
     right = reach(own, quantity.unit)
     found = {"quantity": quantity.name, "choice": chosen, "right": right, "beyond": said}
     return found if right or chosen else {**found, "nowhere": nowhere(own)}
 
 
 def lines(constructor: str) -> list[str]:
-    """What `dsl explain` says of a constructor: a line for each quantity of each of its models, if it was measured.
+    """Return the lines of `dsl explain` on a constructor: one for each measured quantity of each of its models.
 
-    A study that is about other words, as about a contact, shows its models there, each at the words that it is about.
+    A study about other words, such as a contact, shows its models on the pages of those words.
     """
     path = files(__package__ or "").joinpath(FILE)
     measured = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else []
-    return [line for study in measured for line in _of_study(study, constructor)]
+    return [line for study in measured for line in _lines_of_study(study, constructor)]
 
 
-def _of_study(measured: Json, constructor: str) -> list[str]:
+def _lines_of_study(measured: Json, constructor: str) -> list[str]:
     words = measured.get("words") or ()
     own = [
         m for m in measured["models"]
@@ -76,15 +76,15 @@ def _of_study(measured: Json, constructor: str) -> list[str]:
         f"From {measured['points']} points by `dsl stress {measured['scene']} --timeout {measured['seconds']:g}`, "
         f"softmark {measured['softmark']}; an end of which nothing is said is as far as it was walked:",
     ]
-    return head + [line for model in own for line in _lines(model)]
+    return head + [line for model in own for line in _lines_of_model(model)]
 
 
-def _lines(model: Json) -> list[str]:
+def _lines_of_model(model: Json) -> list[str]:
     width = max((len(r["quantity"]) for r in model["ranges"]), default=0)
-    return [f"  {model['outline']}"] + [f"    {r['quantity']:<{width}}  {_words(r)}" for r in model["ranges"]]
+    return [f"  {model['outline']}"] + [f"    {r['quantity']:<{width}}  {_range_words(r)}" for r in model["ranges"]]
 
 
-def _words(found: Json) -> str:
+def _range_words(found: Json) -> str:
     right, sides = found["right"], {"down": "below: ", "up": "above: "}
     if found["choice"]:
         return "; ".join([f"right with {', '.join(right)}" if right else "never right", *found["beyond"].values()])

@@ -1,4 +1,4 @@
-"""The page of a word of the language, or of a message: what `dsl explain` prints."""
+"""Explanation page of a word of the language or of a diagnostic code, as printed by `dsl explain`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CODE = re.compile(r"[EW]\d{3}$", re.IGNORECASE)
 
 
 def page(name: str, words: Vocabulary = CATALOGUE) -> str | None:
-    """The explanation of a name, or None; `words` may have those of plugins."""
+    """Return the explanation of a name, None if it is unknown; `words` may include words of plugins."""
     if CODE.match(name):
         from softmark.interpreter.help.codes import pages
 
@@ -41,39 +41,39 @@ def page(name: str, words: Vocabulary = CATALOGUE) -> str | None:
     if meant and not explain_foreign_word(name) and not unit_page(name):
         said = f"`{name}` is not a word of this language; what is meant is called `{meant}` here."
         return f"{said}\n\n{page(meant) or _field_page(meant)}"
-    return unit_page(name) or _of_library(name)
+    return unit_page(name) or _library_page(name)
 
 
-def _of_library(name: str) -> str | None:
-    """The page of a material of the library."""
+def _library_page(name: str) -> str | None:
+    """Return the page of a library material, None for an unknown name."""
     from softmark.interpreter.help import material_library
 
     return material_library.page(name)
 
 
 def _field_page(name: str) -> str:
-    """Where a field of this name occurs."""
+    """Return the list of constructors that have a field of this name."""
     owners = [(c, f) for c in constructors() if (f := c.field(name))]
-    return "\n".join(f"field of `{c.name}`: {f.doc}{facts(f)}" for c, f in owners)
+    return "\n".join(f"field of `{c.name}`: {f.doc}{field_facts(f)}" for c, f in owners)
 
 
 def _choice_page(name: str) -> str:
-    """Which fields have this choice."""
+    """Return the list of fields that have this option."""
     owners = [(c, f) for c in constructors() for f in c.fields if name in f.options]
-    return "\n".join(f"choice for `{f.name}` of `{c.name}`: {f.doc}{facts(f)}" for c, f in owners)
+    return "\n".join(f"choice for `{f.name}` of `{c.name}`: {f.doc}{field_facts(f)}" for c, f in owners)
 
 
 def constructors() -> list[Constructor]:
-    """All of the language."""
+    """Return all constructors of the language."""
     made = (CATALOGUE.constructor(kind, n) for kind, table in CATALOGUE.items() for n in table)
     return [c for c in made if c is not None]
 
 
 def constructor_page(c: Constructor) -> str:
-    """The page of one: what it is, its fields, an example, its source, and where it was measured to be right."""
+    """Return the page of a constructor: description, fields, example, source and measured validity ranges."""
     lines = [f"{c.name} ({c.kind})", "", inspect.getdoc(c.cls) or "", "", "Fields, in this order:"]
     width = max((len(f.name) for f in c.fields), default=0)
-    lines += [f"  {f.name:<{width}}  {f.doc}{facts(f)}" for f in c.fields]
+    lines += [f"  {f.name:<{width}}  {f.doc}{field_facts(f)}" for f in c.fields]
     if not c.fields:
         lines.append("  none")
     lines += ["", f"Example: {c.kind} NAME = {example(c)}"]
@@ -85,8 +85,8 @@ def constructor_page(c: Constructor) -> str:
     return "\n".join(lines)
 
 
-def facts(f: Field) -> str:
-    """Dimension, range and default of a field."""
+def field_facts(f: Field) -> str:
+    """Return dimension, range and default of a field."""
     facts = [f.expected if f.form != "quantity" or f.dimension is None else _dimension(f)]
     if f.interval is not None and f.form in ("quantity", "vector", "integer", "each"):
         facts.append(f.interval.words(f.dimension or units.NONE))
@@ -121,7 +121,7 @@ def _default(f: Field) -> str:
 
 
 def page_of_plugins(words: Vocabulary, name: str) -> str | None:
-    """The pages of a word that a plugin has, and of ours of that name; None of one that is ours alone."""
+    """Return the pages of a word of a plugin, with our own word of that name; None if no plugin has it."""
     found = [(c, words.owner(c.kind, c.name)) for c in words.find(name)] if words.plugins else []
     chosen = {(kind, word) for p in words.plugins for kind, word, _ in p.choices}
     if not any(owner or (c.kind, c.name) in chosen for c, owner in found):

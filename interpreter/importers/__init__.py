@@ -1,15 +1,18 @@
-"""What other programs' files say, as scenes: a reader for each format, one record for all, one writer.
+"""Importers that convert input files of other programs to scenes: a reader for each format, one record, one writer.
 
-    record     what a file says of a mesh and of what is done to it, in the file's own units
-    units      one unit of the file's lengths, stresses and times, as they were told
-    inp, msh, feb, pml    readers: file -> record; solvers/mesh/files/abaqus reads keyword lines and meshes of decks
-    inp_laws   materials of decks as laws of the language
-    loads_of   supports and loads of decks as they add up from step to step
-    amplitudes how the size of loads changes over a step of a deck
-    faces      sides of cells: found again from facets and from sets of nodes
-    mesh_file  the record's mesh beside the scene, with named parts
-    scene      the record as a text of the language
-    formats    which ending has which reader: to add a format, a file and a line there
+    imported_deck    record of a file's mesh, materials, supports and loads, in the file's own units
+    deck_units       units of the file's lengths, stresses and times
+    abaqus_deck, gmsh_import, febio_deck, pml_import   readers: file -> record
+    abaqus_materials materials of decks as laws of the language
+    abaqus_loads     supports and loads of decks, accumulated over the steps
+    deck_amplitudes  variation of loads over a step
+    deck_sets        named sets that nothing in the deck refers to
+    cell_faces       sides of cells, from facets or from sets of nodes
+    xml_numbers      numbers in XML files
+    imported_mesh    mesh file next to the scene, with named parts
+    scene_writer     record -> text of the language
+    import_formats   reader of each file extension; to add a format: a module and a line there
 
-Nothing is approximated: what has no words in the language is listed as left.
+solvers/mesh/files/abaqus reads keyword lines and meshes of decks. Nothing is approximated: what the language cannot
+express is listed as not imported.
 """

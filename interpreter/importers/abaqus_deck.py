@@ -1,6 +1,6 @@
-"""Decks of CalculiX and Abaqus (`.inp`) of the common kind: solids at rest.
+"""Reader of common CalculiX and Abaqus decks (`.inp`): static analyses of solids.
 
-Where the two programs mean different things by the same card it is read as CalculiX means it, which is said.
+Where the two programs interpret a card differently, CalculiX's meaning is used and reported.
 Source: Dhondt, "CalculiX CrunchiX User's Manual", version 2.20; Abaqus Analysis User's Guide.
 """
 
@@ -13,9 +13,17 @@ from pathlib import Path
 import numpy as np
 
 from softmark.interpreter.importers import abaqus_materials, deck_sets
-from softmark.interpreter.importers.abaqus_loads import Loads
+from softmark.interpreter.importers.abaqus_loads import AccumulatedLoads
 from softmark.interpreter.importers.deck_amplitudes import Amplitudes, StepTimes, read_amplitude
-from softmark.interpreter.importers.imported_deck import Deck, Foreign, Ints, Law, Left, OnFaces, Part
+from softmark.interpreter.importers.imported_deck import (
+    Deck,
+    FaceLoad,
+    ImportedLaw,
+    Ints,
+    MaterialPart,
+    NotImportable,
+    NotImported,
+)
 from softmark.references.measured_data import Unreadable
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.mesh.files.abaqus.deck_mesh import DeckMesh, MeshBuilder
@@ -30,11 +38,11 @@ SILENT = frozenset({
     "FILEOUTPUT", "MONITOR", "ENERGYPRINT", "ENERGYFILE", "ENERGYOUTPUT", "INTEGRATEDOUTPUT", "PRINT", "NODALENERGY",
     "SOLVERCONTROLS", "DIAGNOSTICS", "SYSTEM",
 })  # fmt: skip
-OTHERWISE = {  # cards by which other cards mean something else: nothing can be carried over beside them
+OTHERWISE = {  # cards that change the meaning of others: decks with them are refused
     "TRANSFORM": "its supports and forces are in other directions at some nodes",
     "SUBMODEL": "it is a part of another model",
 }  # fmt: skip
-WHY = {  # of cards that are common and have no reader
+WHY = {  # reasons for common cards that are not read
     "TIE": "it glues surfaces: `contact glue = tied(body)` glues pieces where they lie on each other",
     "CONTACTPAIR": "contact is declared by hand: `contact c = itself(body)` of pieces of one body",
     "CONTACT": "contact is declared by hand: `contact c = itself(body)` of pieces of one body",
@@ -62,7 +70,7 @@ ACTING = frozenset({"BOUNDARY", "CLOAD", "DLOAD", "DSLOAD"})
 
 
 def read(path: Path) -> Deck:
-    """Return what a deck says. Raises Unreadable, Foreign."""
+    """Read a deck. Raises Unreadable, NotImportable."""
     try:
         builder, reader = MeshBuilder(), _Reader()
         for card in read_cards(path):
@@ -71,24 +79,24 @@ def read(path: Path) -> Deck:
                 reader.take(scoped)
         return reader.deck(builder.finish(path.name))
     except UnsupportedDeck as error:
-        raise Foreign(f"{error.place}: {error.reason}", error.remedy or "") from None
+        raise NotImportable(f"{error.place}: {error.reason}", error.remedy or "") from None
     except DeckError as error:
         raise Unreadable(error.place, error.reason, error.remedy or "") from None
 
 
 @dataclass
 class _Step:
-    """A step: its cards, what kind of analysis it is, and how long it is."""
+    """One step: its cards, its kind of analysis, and its duration."""
 
     card: Card
     cards: list[Card] = field(default_factory=list)
-    other: Card | None = None  # a card of another analysis than one at rest
+    other: Card | None = None  # a card of an analysis that is not static
     static: Card | None = None
     ended: bool = False
 
     @property
     def period(self) -> float:
-        """The time from its begin to its end."""
+        """Duration of the step."""
         rows = self.static.rows if self.static is not None else []
         word = rows[0][1] if rows and len(rows[0]) > 1 else ""
         value = read_number(word, self.static) if word and self.static is not None else 0.0
@@ -96,31 +104,31 @@ class _Step:
 
     @property
     def finite(self) -> bool:
-        """Return whether the step follows large displacements (NLGEOM)."""
+        """True if the step uses large displacements (NLGEOM)."""
         told = self.card.options.get("NLGEOM")
         return told is not None and (told or "YES").upper() not in ("NO", "OFF")
 
 
 class _Reader:
-    """Takes cards that do not define the mesh, in their order, and puts them together with it."""
+    """Collects the cards that do not define the mesh, in their order, and combines them with the mesh."""
 
     def __init__(self) -> None:
         self.materials: dict[str, abaqus_materials.MaterialCards] = {}
         self.material: abaqus_materials.MaterialCards | None = None
         self.sections: list[Card] = []
-        self.before: list[Card] = []  # what acts in all steps
+        self.before: list[Card] = []  # supports and loads of all steps
         self.steps: list[_Step] = []
         self.amplitudes = Amplitudes({})
-        self.left: list[Left] = []
-        self.loads = Loads()
+        self.left: list[NotImported] = []
+        self.loads = AccumulatedLoads()
         self.finite = self.static = False
         self.taken: list[str] = []
 
     def take(self, card: Card) -> None:
-        """Take one more card. Raises DeckError, Foreign."""
+        """Add one card. Raises DeckError, NotImportable."""
         step = self.steps[-1] if self.steps and not self.steps[-1].ended else None
         if card.keyword in OTHERWISE:
-            raise Foreign(f"{card.title} in line {card.line}: {OTHERWISE[card.keyword]}",
+            raise NotImportable(f"{card.title} in line {card.line}: {OTHERWISE[card.keyword]}",
                           "write the deck without: supports and forces along x, y and z")  # fmt: skip
         if card.keyword in abaqus_materials.CARDS and self.material is not None:
             self.material.cards.append(card)
@@ -149,34 +157,35 @@ class _Reader:
             if step is not None:
                 step.other = card
             else:
-                self.left.append(Left(card.title, "it stands in no step", card.line))
+                self.left.append(NotImported(card.title, "it stands in no step", card.line))
         elif card.keyword not in SILENT:
-            self.left.append(Left(card.title, WHY.get(card.keyword, "no reader for it"), card.line))
+            self.left.append(NotImported(card.title, WHY.get(card.keyword, "no reader for it"), card.line))
 
     def _section(self, card: Card) -> None:
         for option in card.unknown_options(SECTION_OPTIONS):
             why = {"ORIENTATION": "directions of a material are not read",
                    "COMPOSITE": "layers of a section are not read"}.get(option, "it is not read")  # fmt: skip
-            self.left.append(Left(f"{option} of *SOLID SECTION", why, card.line))
+            self.left.append(NotImported(f"{option} of *SOLID SECTION", why, card.line))
         self.sections.append(card)
 
     def _static(self, card: Card, step: _Step) -> None:
         step.static = card
         if "RIKS" in card.options:
-            self.left.append(Left("RIKS of *STATIC", "the end of such a step is where it stops, not the whole load; "
+            self.left.append(NotImported("RIKS of *STATIC",
+                                  "the end of such a step is where it stops, not the whole load; "
                                   "`static(path = arc_length)` would follow it", card.line))  # fmt: skip
         for option in card.unknown_options(STATIC_OPTIONS | {"RIKS"}):
-            self.left.append(Left(f"{option} of *STATIC", "the scene is solved without it", card.line))
+            self.left.append(NotImported(f"{option} of *STATIC", "the scene is solved without it", card.line))
 
     # -------------------------------------------------------------- steps
 
     def _follow_steps(self) -> None:
-        """Add up what acts at the end of the last step at rest. Raises DeckError."""
+        """Accumulate supports and loads up to the end of the last static step. Raises DeckError."""
         if self.steps and not self.steps[-1].ended:
             raise self.steps[-1].card.error("the step that begins here has no *END STEP")
         kept = [step for i, step in enumerate(self.steps) if self._is_kept(step, i)]
         total = sum(step.period for step in kept) or 1.0
-        self.loads = Loads(self.amplitudes, StepTimes(0.0, total))
+        self.loads = AccumulatedLoads(self.amplitudes, StepTimes(0.0, total))
         for card in self.before:
             self.left += self.loads.take(card)
         for step in kept:
@@ -192,7 +201,7 @@ class _Reader:
     def _is_kept(self, step: _Step, number: int) -> bool:
         what = step.other
         if what is None and "PERTURBATION" in step.card.options:
-            if number == 0 and step.static is not None:  # linear, and nothing acts before it
+            if number == 0 and step.static is not None:  # linear, and no load acts before it
                 self.taken.append(
                     f"the step in line {step.card.line} is a perturbation of the body at rest: small strain"
                 )
@@ -201,13 +210,13 @@ class _Reader:
         if what is None:
             return True
         kind = what.title if what is step.other else "PERTURBATION"
-        self.left.append(Left(f"a step of {kind}", "only steps of *STATIC are carried over", what.line))
+        self.left.append(NotImported(f"a step of {kind}", "only steps of *STATIC are carried over", what.line))
         return False
 
     # -------------------------------------------------------------- together
 
     def deck(self, mesh: DeckMesh) -> Deck:
-        """Return all of it together. Raises DeckError, Foreign."""
+        """Return the whole deck as a record. Raises DeckError, NotImportable."""
         self._follow_steps()
         body = _Body(mesh, self.left)
         found = body.deck
@@ -216,18 +225,18 @@ class _Reader:
         found.strain = "finite" if self.finite or any(_is_rubber(p.law) for p in found.parts) else "small"
         if found.strain == "finite":
             found.parts = [abaqus_materials.in_finite_strain(part) for part in found.parts]
-        found.left += [Left(own.what, own.why, own.line) for own in mesh.ignored]
-        found.left += [Left(f"the part `{name[:60]}`", "no instance places it") for name in mesh.unplaced]
+        found.left += [NotImported(own.what, own.why, own.line) for own in mesh.ignored]
+        found.left += [NotImported(f"the part `{name[:60]}`", "no instance places it") for name in mesh.unplaced]
         self._explain(found)
         self._act(body)
         self._name_sets(body)
         found.taken += mesh.taken
         return found
 
-    def _parts(self, body: _Body) -> Iterator[Part]:
+    def _parts(self, body: _Body) -> Iterator[MaterialPart]:
         owner = np.full(len(body.deck.cells), -1)
         named: list[str] = []
-        laws: dict[str, tuple[Law | None, str]] = {}  # of each material, or why there is none
+        laws: dict[str, tuple[ImportedLaw | None, str]] = {}  # law of each material, or why there is none
         for card in self.sections:
             elset, material = card.options.get("ELSET", ""), card.options.get("MATERIAL", "").upper()
             if not elset:
@@ -240,20 +249,20 @@ class _Reader:
             named.append(material)
         for name, law in laws.items():
             if len(own := np.flatnonzero(np.isin(owner, [i for i, told in enumerate(named) if told == name]))):
-                yield Part(name, own, *law)
+                yield MaterialPart(name, own, *law)
         if len(rest := np.flatnonzero(owner == -1)):
             why = f"no *SOLID SECTION has them: the first is {body.mesh.describe_element(int(body.elements[rest[0]]))}"
-            self.left.append(Left(f"the material of {len(rest)} cells", why))
-            yield Part("rest", rest, None, why)
+            self.left.append(NotImported(f"the material of {len(rest)} cells", why))
+            yield MaterialPart("rest", rest, None, why)
 
-    def _law(self, material: str, card: Card) -> tuple[Law | None, str]:
+    def _law(self, material: str, card: Card) -> tuple[ImportedLaw | None, str]:
         """Return the law of a material, or why there is none. Raises DeckError."""
         if (told := self.materials.get(material)) is None:
             why = f"the material `{material[:60]}` is not defined" if material else "its section names no material"
-            self.left.append(Left(f"the material `{material[:60]}`", "it is not defined", card.line))
+            self.left.append(NotImported(f"the material `{material[:60]}`", "it is not defined", card.line))
             return None, why
         before = len(self.left)
-        law = abaqus_materials.law(told, self.left)
+        law = abaqus_materials.read_law(told, self.left)
         reason = self.left[-1] if law is None and len(self.left) > before else None
         return law, f"{reason.what}: {reason.why}" if reason is not None else ""
 
@@ -278,13 +287,13 @@ class _Reader:
             border = faces[found.sides.border.reshape(len(found.cells), -1)[faces[:, 0], faces[:, 1]]]
             if len(border) < len(faces):
                 why = "faces between two cells are no surface"
-                found.left.append(Left(f"pressure on {len(faces) - len(border)} faces", why, press.card.line))
+                found.left.append(NotImported(f"pressure on {len(faces) - len(border)} faces", why, press.card.line))
             if len(border):
-                found.pushes.append(OnFaces(press.who or "surface", border, press.value))
+                found.pushes.append(FaceLoad(press.who or "surface", border, press.value))
         self._weigh(body)
 
     def _weigh(self, body: _Body) -> None:
-        """Weights of sets that are the whole body together become one of the body."""
+        """Combine gravity loads of sets that together form the whole body into one of the body."""
         cells: dict[tuple[float, float, float], list[Ints]] = {}
         cards: dict[tuple[float, float, float], tuple[Card, str]] = {}
         for weight in self.loads.weights:
@@ -294,45 +303,47 @@ class _Reader:
             whole = np.concatenate(own)
             if len(np.unique(whole)) < len(body.deck.cells):
                 card, who = cards[vector]
-                self.left.append(Left(f"GRAV on the set `{who}`", "gravity acts on a whole body here", card.line))
+                self.left.append(
+                    NotImported(f"GRAV on the set `{who}`", "gravity acts on a whole body here", card.line)
+                )
                 continue
             body.deck.weights += [vector] * (len(whole) // len(body.deck.cells))
             if len(whole) % len(body.deck.cells):
                 card, who = cards[vector]
                 self.left.append(
-                    Left(f"GRAV on the set `{who}` once more", "gravity acts on a whole body here", card.line)
+                    NotImported(f"GRAV on the set `{who}` once more", "gravity acts on a whole body here", card.line)
                 )
 
     def _name_sets(self, body: _Body) -> None:
-        """Sets, surfaces and materials that have a name, and that nothing asks for."""
+        """Add named sets, surfaces and materials that nothing else refers to."""
         found, mesh = body.deck, body.mesh
         for name, definition, own in mesh.names("elements"):
             if id(definition) not in body.used and not definition.internal:
-                deck_sets.of_cells(found, name, body.places(own))
+                deck_sets.add_cell_set(found, name, body.places(own))
         for name, definition, own in mesh.names("nodes"):
             if id(definition) not in body.used and not definition.internal:
                 nodes = body.node_places[own]
-                deck_sets.of_nodes(found, name, nodes[nodes >= 0])
+                deck_sets.add_node_set(found, name, nodes[nodes >= 0])
         for name, surface, rows in mesh.surface_names():
             if id(surface) not in body.used and "INTERNAL" not in surface.card.options:
-                deck_sets.of_faces(found, name, body.sides([(body.places(own), side, who) for own, side, who in rows],
-                                                      surface.card))  # fmt: skip
+                sides = [(body.places(own), side, who) for own, side, who in rows]
+                deck_sets.add_face_set(found, name, body.sides(sides, surface.card))
         made_of = {card.options.get("MATERIAL", "").upper() for card in self.sections}
         for name, told in self.materials.items():
             if name not in made_of:
-                found.left.append(Left(f"the material `{name[:60]}`", "no cells are made of it", told.card.line))
+                found.left.append(NotImported(f"the material `{name[:60]}`", "no cells are made of it", told.card.line))
 
 
-def _is_rubber(law: Law | None) -> bool:
+def _is_rubber(law: ImportedLaw | None) -> bool:
     return law is not None and law.word != "linear_elastic"
 
 
 class _Body:
-    """The solid cells of a deck, and how its names are found in them."""
+    """Solid cells of a deck, and the look-up of its named sets in them."""
 
-    def __init__(self, mesh: DeckMesh, left: list[Left]) -> None:
+    def __init__(self, mesh: DeckMesh, left: list[NotImported]) -> None:
         self.mesh = mesh
-        self.used: set[int] = set()  # definitions that something asks for
+        self.used: set[int] = set()  # definitions that are referred to
         solids = {cell: mesh.cells[cell] for cell in KINDS if cell in mesh.cells}
         self._refuse_others(solids, left)
         ((cell, own),) = solids.items()
@@ -343,30 +354,32 @@ class _Body:
         table = cells.reshape(own.nodes.shape).astype(np.int64)
         self.deck = Deck(mesh.name, KINDS[cell], mesh.points[used], table, [], left=left)
 
-    def _refuse_others(self, solids: Mapping[str, object], left: list[Left]) -> None:
-        """Refuse decks whose solids are no body of one kind of cells, and list elements that are no solids."""
+    def _refuse_others(self, solids: Mapping[str, object], left: list[NotImported]) -> None:
+        """Refuse decks whose solids have several kinds of cells or none, and list elements that are not solids."""
         others, name = 0, self.mesh.name
         for kind, (card, many) in self.mesh.kinds.items():
             cell = cell_of(kind)
             if cell in KINDS and kind.startswith("C3D"):
                 if kind != PLAIN[cell]:
                     why = f"is taken as {PLAIN[cell]}, integrated in full, without what makes it another"
-                    left.append(Left(kind, why, card.line))
+                    left.append(NotImported(kind, why, card.line))
             elif kind.startswith("C3D"):
-                raise Foreign(f"{kind} in line {card.line} are cells that no model here has",
+                raise NotImportable(f"{kind} in line {card.line} are cells that no model here has",
                               "cells are tetrahedra of 4 or 10 nodes or hexahedra of 8 or 20")  # fmt: skip
             else:
                 others += many
-                left.append(Left(f"{many} elements {kind or '*ELEMENT'}", "only solids are cells of a body", card.line))
+                left.append(
+                    NotImported(f"{many} elements {kind or '*ELEMENT'}", "only solids are cells of a body", card.line)
+                )
                 if cell in solids:
-                    raise Foreign(f"{kind} in line {card.line} are not cells of a solid at rest",
+                    raise NotImportable(f"{kind} in line {card.line} are not cells of a solid at rest",
                                   "cells are C3D4, C3D10, C3D8 and C3D20")  # fmt: skip
         if not solids:
             words = f" ({others} elements of other kinds)" if others else ""
-            raise Foreign(f"{name} has no tetrahedra and no hexahedra{words}",
+            raise NotImportable(f"{name} has no tetrahedra and no hexahedra{words}",
                           "decks of solids are carried over: C3D4, C3D10, C3D8 and C3D20")  # fmt: skip
         if len(solids) > 1:
-            raise Foreign(f"{name} has several kinds of cells: {', '.join(sorted(PLAIN[c] for c in solids))}",
+            raise NotImportable(f"{name} has several kinds of cells: {', '.join(sorted(PLAIN[c] for c in solids))}",
                           "a model here has cells of one kind: write one deck for each")  # fmt: skip
 
     def _use(self, kind: str, word: str, card: Card) -> None:
@@ -376,28 +389,28 @@ class _Body:
                 self.used.add(id(own))
 
     def places(self, elements: Ints) -> Ints:
-        """Return the cells (k,) of the body that elements of the model are."""
+        """Return the indices (k,) of the body's cells among elements of the model."""
         place = np.minimum(np.searchsorted(self.elements, elements), len(self.elements) - 1)
         found: Ints = place[self.elements[place] == elements]
         return found
 
     def cells(self, name: str, card: Card) -> Ints:
-        """Return the cells (k,) of a set, or all without a name. Raises DeckError."""
+        """Return the cells (k,) of a set, or all if no name is given. Raises DeckError."""
         if not name:
             return np.arange(len(self.deck.cells))
         self._use("elements", name, card)
         return self.places(self.mesh.members("elements", name, card, card.scope))
 
     def nodes(self, name: str, card: Card) -> Ints:
-        """Return the nodes (k,) of the body that a set or a number means; others are listed. Raises DeckError."""
+        """Return the nodes (k,) of the body in a set or with a number; list nodes outside the body. Raises DeckError."""
         self._use("nodes", name, card)
         own = self.mesh.members("nodes", name, card, card.scope)
         if not len(own):
-            self.deck.left.append(Left(f"{card.title} on `{name[:60]}`", "it has no nodes", card.line))
+            self.deck.left.append(NotImported(f"{card.title} on `{name[:60]}`", "it has no nodes", card.line))
         places = self.node_places[own]
         if lost := int((places < 0).sum()):
             why = "they are of no solid cell, as reference points are"
-            self.deck.left.append(Left(f"{card.title} on {lost} nodes (`{name[:60]}`)", why, card.line))
+            self.deck.left.append(NotImported(f"{card.title} on {lost} nodes (`{name[:60]}`)", why, card.line))
         found: Ints = np.sort(places[places >= 0])
         return found
 
@@ -408,12 +421,12 @@ class _Body:
         return self.sides([(self.places(elements), label, who) for elements, label, who in rows], card)
 
     def sides(self, rows: list[tuple[Ints, str, str]], card: Card) -> Ints:
-        """Return the faces (f, 2) of cells at sides S3 or P3; labels that are none are listed."""
+        """Return the faces (f, 2) of cells at sides such as S3 or P3; list invalid labels."""
         count = len(ELEMENTS[self.deck.kind].facets)
         faces = [np.zeros((0, 2), dtype=np.int64)]
         for cells, label, who in rows:
             if not label[1:].isdigit() or not 1 <= int(label[1:]) <= count:
-                self.deck.left.append(Left(f"`{who}, {label}`", "no side of a solid is called so", card.line))
+                self.deck.left.append(NotImported(f"`{who}, {label}`", "no side of a solid is called so", card.line))
                 continue
             faces.append(np.stack([cells, np.full(len(cells), int(label[1:]) - 1)], axis=1))
         found: Ints = np.unique(np.concatenate(faces), axis=0)

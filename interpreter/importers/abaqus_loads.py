@@ -1,4 +1,4 @@
-"""*BOUNDARY, *CLOAD, *DLOAD and *DSLOAD as they add up from step to step."""
+"""Supports and loads of a deck (*BOUNDARY, *CLOAD, *DLOAD, *DSLOAD), accumulated over the steps."""
 
 from __future__ import annotations
 
@@ -8,15 +8,22 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from softmark.interpreter.importers.deck_amplitudes import Amplitudes, StepTimes
-from softmark.interpreter.importers.imported_deck import AtNodes, Foreign, Hold, Ints, Left, Vector
+from softmark.interpreter.importers.imported_deck import (
+    Ints,
+    NodeForces,
+    NodeSupport,
+    NotImportable,
+    NotImported,
+    Vector,
+)
 from softmark.solvers.mesh.files.abaqus.keyword_lines import Card, read_integer, read_number
 
-# Directions that names of *BOUNDARY hold, of a solid: Abaqus Analysis User's Guide, "Boundary conditions"
+# Directions fixed by names of *BOUNDARY in a solid: Abaqus Analysis User's Guide, "Boundary conditions"
 NAMED = {
     "ENCASTRE": (0, 1, 2), "PINNED": (0, 1, 2), "XSYMM": (0,), "YSYMM": (1,), "ZSYMM": (2,),
     "XASYMM": (1, 2), "YASYMM": (0, 2), "ZASYMM": (0, 1),
 }  # fmt: skip
-SHELLS = frozenset({"NOWARP", "NOOVAL", "NODEFORM"})  # of elements of pipes
+SHELLS = frozenset({"NOWARP", "NOOVAL", "NODEFORM"})  # constraints of pipe elements
 READ = frozenset({"OP", "AMPLITUDE", "TYPE", "REGIONTYPE", "NAME"})
 WHY = {
     "FOLLOWER": "the load turns with the surface in a way that no load here does",
@@ -28,12 +35,12 @@ WHY = {
     "CYCLICMODE": "it is for cyclic symmetry",
 }
 Nodes = Callable[[str, Card], Ints]
-Target = tuple[str, str]  # a set or a number as the file has it in upper case, and the scope in which it stands
+Target = tuple[str, str]  # set or node number in upper case, and its scope
 
 
 @dataclass(frozen=True)
-class Push:
-    """A pressure: on what, on which side, and how much."""
+class PressureLoad:
+    """Pressure: its surface or set, the side of the cells, and its value."""
 
     who: str
     label: str
@@ -43,8 +50,8 @@ class Push:
 
 
 @dataclass(frozen=True)
-class Weight:
-    """An acceleration of a set of elements, or of all where `who` is empty."""
+class GravityLoad:
+    """Acceleration of a set of elements, or of all if `who` is empty."""
 
     who: str
     vector: Vector
@@ -53,8 +60,8 @@ class Weight:
 
 
 @dataclass(frozen=True)
-class Moved:
-    """A displacement in one component: its value, and the step that gives it."""
+class PrescribedDisplacement:
+    """Prescribed displacement component: its value, and the step that prescribes it."""
 
     who: str
     value: float
@@ -63,8 +70,8 @@ class Moved:
 
 
 @dataclass(frozen=True)
-class Forced:
-    """A force in one component at each node of a set."""
+class NodalForce:
+    """Force component at each node of a set."""
 
     who: str
     value: float
@@ -73,30 +80,34 @@ class Forced:
 
 
 @dataclass
-class Loads:
-    """Everything that acts: later steps replace displacements and forces of a set; forces of one step add up."""
+class AccumulatedLoads:
+    """All supports and loads: later steps replace displacements and forces of a set; forces of one step add up."""
 
     amplitudes: Amplitudes = field(default_factory=Amplitudes)
     times: StepTimes = field(default_factory=lambda: StepTimes(1.0, 1.0))
-    moved: dict[tuple[Target, int], Moved] = field(default_factory=dict)  # by set and component, in turn
-    forced: dict[tuple[Target, int], Forced] = field(default_factory=dict)
-    presses: list[Push] = field(default_factory=list)
-    weights: list[Weight] = field(default_factory=list)
+    moved: dict[tuple[Target, int], PrescribedDisplacement] = field(
+        default_factory=dict
+    )  # by set and component, in order
+    forced: dict[tuple[Target, int], NodalForce] = field(default_factory=dict)
+    presses: list[PressureLoad] = field(default_factory=list)
+    weights: list[GravityLoad] = field(default_factory=list)
     step: int = 0
     taken: list[str] = field(default_factory=list)
 
-    def in_next_step(self, times: StepTimes) -> Loads:
-        """Return the same loads, to be changed in the next step."""
+    def in_next_step(self, times: StepTimes) -> AccumulatedLoads:
+        """Return a copy to be changed in the next step."""
         return replace(self, times=times, moved=dict(self.moved), forced=dict(self.forced), presses=list(self.presses),
                        weights=list(self.weights), step=self.step + 1, taken=list(self.taken))  # fmt: skip
 
-    def take(self, card: Card) -> list[Left]:
-        """Take one more card; return what of it is not carried over. Raises DeckError."""
+    def take(self, card: Card) -> list[NotImported]:
+        """Add one card; return the parts of it that are not imported. Raises DeckError."""
         anew = card.options.get("OP", "MOD").upper()
         if anew == "NEW":
             self._remove_earlier(card.keyword)
         elif anew != "MOD":
-            return [Left(f"{card.title} on {len(card.lines)} lines", f"OP={anew} is neither MOD nor NEW", card.line)]
+            return [
+                NotImported(f"{card.title} on {len(card.lines)} lines", f"OP={anew} is neither MOD nor NEW", card.line)
+            ]
         unknown = card.unknown_options(READ)
         if card.options.get("TYPE", "DISPLACEMENT").upper() != "DISPLACEMENT":
             unknown.insert(0, "TYPE")
@@ -104,19 +115,19 @@ class Loads:
             kind = f"{unknown[0]}={card.options[unknown[0]]}" if card.options[unknown[0]] else unknown[0]
             why = WHY.get(unknown[0], "is not read, and the load may mean something else by it")
             why = f"{kind}: {why}" if unknown[0] in WHY else f"{kind} {why}"
-            return [Left(f"{card.title} on {len(card.lines)} lines", why, card.line)]
+            return [NotImported(f"{card.title} on {len(card.lines)} lines", why, card.line)]
         factor = 1.0
         if (name := card.options.get("AMPLITUDE")) is not None:
             curve = self.amplitudes.factor(name, self.times)
             if isinstance(curve, str):
-                return [Left(f"{card.title} on {len(card.lines)} lines", curve, card.line)]
+                return [NotImported(f"{card.title} on {len(card.lines)} lines", curve, card.line)]
             factor = curve
             self.taken.append(f"{card.title} in line {card.line} has the amplitude `{name}`: the scene has "
                               f"{factor:.12g} times its values, the factor at the end of the step")  # fmt: skip
         return [left for row in card.each_row() if row for left in self._row(card, row, factor)]
 
     def _remove_earlier(self, keyword: str) -> None:
-        """OP=NEW removes what earlier steps gave; other cards of the same step, which have OP=NEW too, stay."""
+        """Apply OP=NEW: remove loads of earlier steps, but keep other cards of the same step."""
         if keyword == "BOUNDARY":
             self.moved = {key: own for key, own in self.moved.items() if own.step == self.step}
         elif keyword == "CLOAD":
@@ -125,7 +136,7 @@ class Loads:
             self.presses = [p for p in self.presses if p.card.keyword != keyword or p.step == self.step]
             self.weights = [w for w in self.weights if w.card.keyword != keyword or w.step == self.step]
 
-    def _row(self, card: Card, row: list[str], factor: float) -> Iterator[Left]:
+    def _row(self, card: Card, row: list[str], factor: float) -> Iterator[NotImported]:
         if len(row) < 2:
             raise card.error(f"a line of {card.title} is too short: `{', '.join(row)[:60]}`")
         if card.keyword == "BOUNDARY":
@@ -135,14 +146,14 @@ class Loads:
         else:
             yield from self._distributed(card, row, factor)
 
-    def _boundary(self, card: Card, row: list[str], factor: float) -> Iterator[Left]:
+    def _boundary(self, card: Card, row: list[str], factor: float) -> Iterator[NotImported]:
         word = row[1].upper()
         if word in NAMED:
             for c in NAMED[word]:
                 self._move(row[0], c, 0.0, card)
             return
         if word in SHELLS:
-            yield Left(f"{word} of *BOUNDARY on `{row[0]}`", "it is for elements of pipes", card.line)
+            yield NotImported(f"{word} of *BOUNDARY on `{row[0]}`", "it is for elements of pipes", card.line)
             return
         if not word.isdigit():
             raise card.error(f"`{row[1][:40]}` is neither a direction of *BOUNDARY nor a name of one",
@@ -157,25 +168,25 @@ class Loads:
             why = (
                 "it is a temperature or another quantity" if beyond > 6 or beyond < 1 else "nodes of solids do not turn"
             )
-            yield Left(f"direction {beyond} of *BOUNDARY on `{row[0]}`", why, card.line)
+            yield NotImported(f"direction {beyond} of *BOUNDARY on `{row[0]}`", why, card.line)
 
     def _move(self, who: str, component: int, value: float, card: Card) -> None:
         key = _target(who, card), component
         self.moved.pop(key, None)
-        self.moved[key] = Moved(who, value, card, self.step)
+        self.moved[key] = PrescribedDisplacement(who, value, card, self.step)
 
-    def _force(self, card: Card, row: list[str], factor: float) -> Iterator[Left]:
+    def _force(self, card: Card, row: list[str], factor: float) -> Iterator[NotImported]:
         component, value = read_integer(row[1], card), factor * read_number(row[2], card) if len(row) > 2 else 0.0
         if 1 <= component <= 3:
             key = _target(row[0], card), component - 1
             before = self.forced.get(key)
             added = before.value if before is not None and before.step == self.step else 0.0
-            self.forced[key] = Forced(row[0], value + added, card, self.step)
+            self.forced[key] = NodalForce(row[0], value + added, card, self.step)
         else:
             why = "nodes of solids do not turn" if 4 <= component <= 6 else "it is not a force"
-            yield Left(f"direction {component} of *CLOAD on `{row[0]}`", why, card.line)
+            yield NotImported(f"direction {component} of *CLOAD on `{row[0]}`", why, card.line)
 
-    def _distributed(self, card: Card, row: list[str], factor: float) -> Iterator[Left]:
+    def _distributed(self, card: Card, row: list[str], factor: float) -> Iterator[NotImported]:
         label, values = row[1].upper(), row[2:]
         if label == "GRAV" and len(values) >= 4:
             size, *along = (read_number(w, card) if w else 0.0 for w in values[:4])
@@ -183,27 +194,29 @@ class Loads:
             if length > 0.0:
                 x, y, z = (factor * size * a / length for a in along)
                 self.weights = [w for w in self.weights if w.who != row[0] or w.step == self.step]
-                self.weights.append(Weight(row[0], (x, y, z), card, self.step))
+                self.weights.append(GravityLoad(row[0], (x, y, z), card, self.step))
                 return
         elif label == "P" or (label[:1] == "P" and label[1:].isdigit()):
             value = factor * read_number(values[0], card) if values else 0.0
             same = [p for p in self.presses if (p.who, p.label) == (row[0], label)]
             if any(p.step == self.step for p in same):
-                yield Left(f"`{label}` on `{row[0]}` once more", "programs differ in whether it adds up", card.line)
+                yield NotImported(
+                    f"`{label}` on `{row[0]}` once more", "programs differ in whether it adds up", card.line
+                )
                 return
             self.presses = [p for p in self.presses if p not in same]
-            self.presses.append(Push(row[0], label, value, card, self.step))
+            self.presses.append(PressureLoad(row[0], label, value, card, self.step))
             return
         why = "only P, P1 to P6 and GRAV are read" if label != "GRAV" else "it has no size and direction"
-        yield Left(f"`{label}` of {card.title} on `{row[0]}`", why, card.line)
+        yield NotImported(f"`{label}` of {card.title} on `{row[0]}`", why, card.line)
 
     # -------------------------------------------------------------- together
 
     def surfaces_pressed(self) -> set[str]:
-        """Return the names of surfaces that are pressed, in upper case."""
+        """Return the names of surfaces under pressure, in upper case."""
         return {p.who.upper() for p in self.presses if p.card.keyword == "DSLOAD"}
 
-    def holds(self, nodes: Nodes) -> list[Hold]:
+    def holds(self, nodes: Nodes) -> list[NodeSupport]:
         """Return supports: one per set with its directions, or regrouped by node if sets prescribe different values."""
         by_set: dict[tuple[Target, bool], dict[int, float]] = {}
         members: dict[Target, Ints] = {}
@@ -218,42 +231,44 @@ class Loads:
                 clear = clear and told.get((node, c), own.value) == own.value
                 told[node, c] = own.value
         if not clear or any(who.isdigit() for who in names.values()):
-            return together(told)
-        found = [Hold(names[target], members[target], tuple(sorted(own)), tuple(own[c] for c in sorted(own)))
+            return group_equal_supports(told)
+        found = [NodeSupport(names[target], members[target], tuple(sorted(own)), tuple(own[c] for c in sorted(own)))
                  for (target, _), own in by_set.items()]  # fmt: skip
         return [hold for hold in found if len(hold.nodes)]
 
-    def forces(self, nodes: Nodes) -> list[AtNodes]:
-        """Return the forces of each node together. Raises Foreign."""
+    def forces(self, nodes: Nodes) -> list[NodeForces]:
+        """Return the total force of each node. Raises NotImportable."""
         told: dict[tuple[int, int], tuple[float, int]] = {}
         for (_, c), own in self.forced.items():
             for node in nodes(own.who, own.card).tolist():
                 before, then = told.get((node, c), (0.0, own.step))
                 if then != own.step:
-                    raise Foreign(f"*CLOAD in line {own.card.line}: a node is loaded by several sets in several steps",
-                                  "write one step with all that acts")  # fmt: skip
+                    raise NotImportable(
+                        f"*CLOAD in line {own.card.line}: a node is loaded by several sets in several steps",
+                        "write one step with all that acts",
+                    )
                 told[node, c] = (before + own.value, own.step)
         total: dict[int, list[float]] = {}
         for (node, c), (value, _) in told.items():
             total.setdefault(node, [0.0, 0.0, 0.0])[c] = value
-        return alike(sorted(total.items()))
+        return group_equal_forces(sorted(total.items()))
 
 
 def _target(who: str, card: Card) -> Target:
     return who.upper(), f"{card.scope.kind}:{card.scope.name}" if card.scope is not None else ""
 
 
-def alike(told: Iterable[tuple[int, Sequence[float]]]) -> list[AtNodes]:
-    """Forces of nodes: those that have the same become one set, and nothing is left of none."""
+def group_equal_forces(told: Iterable[tuple[int, Sequence[float]]]) -> list[NodeForces]:
+    """Group nodes that have equal forces into one set, and drop zero forces."""
     by_vector: dict[Vector, list[int]] = {}
     for node, (x, y, z) in told:
         if x or y or z:
             by_vector.setdefault((x, y, z), []).append(node)
-    return [AtNodes("force", np.array(own, dtype=np.int64), vector) for vector, own in by_vector.items()]
+    return [NodeForces("force", np.array(own, dtype=np.int64), vector) for vector, own in by_vector.items()]
 
 
-def together(told: dict[tuple[int, int], float]) -> list[Hold]:
-    """Supports of nodes and components: sets that are the same in several directions become one."""
+def group_equal_supports(told: dict[tuple[int, int], float]) -> list[NodeSupport]:
+    """Group prescribed displacements by set: sets that are equal in several directions become one support."""
     sets: dict[tuple[int, float], list[int]] = {}
     for (node, c), value in told.items():
         sets.setdefault((c, value), []).append(node)
@@ -267,5 +282,5 @@ def together(told: dict[tuple[int, int], float]) -> list[Hold]:
     for (key, moves), each in same.items():
         each.sort()
         name = "moved" if moves else "still"
-        found.append(Hold(name, arrays[key], tuple(c for c, _ in each), tuple(v for _, v in each)))
+        found.append(NodeSupport(name, arrays[key], tuple(c for c, _ in each), tuple(v for _, v in each)))
     return found

@@ -1,4 +1,4 @@
-"""Materials of CalculiX and Abaqus that are exactly a law of the language.
+"""Materials of CalculiX and Abaqus that correspond exactly to a law of the language.
 
 Sources: Abaqus Analysis User's Guide, "Hyperelastic behavior of rubberlike materials"; Dhondt, "CalculiX CrunchiX
 User's Manual", version 2.20, *HYPERELASTIC.
@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from softmark.interpreter.importers.imported_deck import Law, Left, Part
+from softmark.interpreter.importers.imported_deck import ImportedLaw, MaterialPart, NotImported
 from softmark.solvers.mesh.files.abaqus.keyword_lines import Card, read_number
 
-NEUTRAL = frozenset({  # nothing of a body at rest depends on them
+NEUTRAL = frozenset({  # irrelevant for a static analysis
     "EXPANSION", "CONDUCTIVITY", "SPECIFICHEAT", "DAMPING", "DEPVAR", "ELECTRICALCONDUCTIVITY", "LATENTHEAT",
     "INELASTICHEATFRACTION", "JOULEHEATFRACTION", "USEROUTPUTVARIABLES", "DIFFUSIVITY", "SOLUBILITY",
 })  # fmt: skip
@@ -33,7 +33,7 @@ WHY = {
     "PLASTIC": "no law here has plasticity",
     "USERMATERIAL": "its law is a subroutine",
 }  # fmt: skip
-VOID = 1e20  # D2 and D3 from which on their terms are nothing
+VOID = 1e20  # D2 and D3 above which their terms vanish
 NO_D = "D1 is missing or 0, by which Abaqus means no change of volume, and CalculiX a value of its own"
 MORE_D = "D2 and D3 add to the energy of the volume, which no law here has (1e30 leaves them out)"
 NO_MORE_D = ("a D2 that is missing or 0 leaves its term out in Abaqus, and CalculiX takes a value of its own (1e30 "
@@ -45,40 +45,42 @@ FORMS = ("ARRUDA-BOYCE", "MARLOW", "MOONEY-RIVLIN", "NEOHOOKE", "OGDEN", "POLYNO
 
 @dataclass(frozen=True)
 class MaterialCards:
-    """A material and the cards below it."""
+    """Material card and the cards below it."""
 
     card: Card
     cards: list[Card]
 
     @property
     def name(self) -> str:
-        """The name, as the file has it."""
+        """Name as written in the file."""
         return self.card.options.get("NAME", "")
 
 
-def law(told: MaterialCards, left: list[Left]) -> Law | None:
-    """Return the law; None where the language has no such law, which is listed. Raises DeckError."""
+def read_law(told: MaterialCards, left: list[NotImported]) -> ImportedLaw | None:
+    """Return the law, or None if the language lacks it, which is added to `left`. Raises DeckError."""
     elastic, density = None, None
     for card in told.cards:
-        found: Law | str | None = None
+        found: ImportedLaw | str | None = None
         if card.keyword == "DENSITY" and (values := _numbers(card)):
             density = values[0]
             if len(card.lines) > 1:
-                left.append(Left(f"*DENSITY of `{told.name}`", "its first line alone is taken", card.line))
+                left.append(NotImported(f"*DENSITY of `{told.name}`", "its first line alone is taken", card.line))
         elif card.keyword == "ELASTIC":
             found = _elastic(card)
         elif card.keyword == "HYPERELASTIC":
             found = _hyperelastic(card)
         elif card.keyword in NEUTRAL:
-            left.append(Left(f"{card.title} of `{told.name}`", "it does nothing without heat and time", card.line))
+            left.append(
+                NotImported(f"{card.title} of `{told.name}`", "it does nothing without heat and time", card.line)
+            )
         else:
             found = WHY.get(card.keyword, "no law here has it")
         if isinstance(found, str):
-            left.append(Left(f"{card.title} of `{told.name}`", found, card.line))
+            left.append(NotImported(f"{card.title} of `{told.name}`", found, card.line))
             return None
         elastic = found or elastic
     if elastic is None:
-        left.append(Left(f"the material `{told.name}`", "it has no *ELASTIC or *HYPERELASTIC", told.card.line))
+        left.append(NotImported(f"the material `{told.name}`", "it has no *ELASTIC or *HYPERELASTIC", told.card.line))
         return None
     return replace(elastic, density=density)
 
@@ -87,7 +89,7 @@ def _numbers(card: Card) -> list[float]:
     return [read_number(w, card) for row in card.each_row() for w in row if w]
 
 
-def _elastic(card: Card) -> Law | str:
+def _elastic(card: Card) -> ImportedLaw | str:
     kind, values = card.options.get("TYPE", "ISOTROPIC").upper(), _numbers(card)
     if unknown := card.unknown_options(frozenset({"TYPE"})):
         return f"its option {unknown[0]} is not read"
@@ -95,11 +97,13 @@ def _elastic(card: Card) -> Law | str:
         return f"TYPE={kind} is not read, only the isotropic law"
     if len(card.lines) != 1 or len(values) not in (2, 3):
         return "only one line of Young's modulus and Poisson's ratio is read, not what depends on temperature"
-    return Law("linear_elastic", {"young": values[0]}, {"poisson": values[1]})
+    return ImportedLaw("linear_elastic", {"young": values[0]}, {"poisson": values[1]})
 
 
-def _hyperelastic(card: Card) -> Law | str:
-    """Return the law of its energy: a part of the shape, and sum (J - 1)^(2i) / D_i of the volume (K = 2 / D_1)."""
+def _hyperelastic(card: Card) -> ImportedLaw | str:
+    """Return the law of a strain energy: an isochoric part, and the volumetric part sum (J - 1)^(2i) / D_i (K = 2 /
+    D_1).
+    """
     form = next((o for o in card.options if o in FORMS), "POLYNOMIAL")
     if unknown := card.unknown_options(frozenset({"N", form})):
         why = {
@@ -132,26 +136,26 @@ def _hyperelastic(card: Card) -> Law | str:
     return _with_bulk(form, degree, C, 2.0 / D[0])
 
 
-def _with_bulk(form: str, degree: int, C: list[float], bulk: float) -> Law | str:
+def _with_bulk(form: str, degree: int, C: list[float], bulk: float) -> ImportedLaw | str:
     if form == "NEOHOOKE":
         mu = 2.0 * C[0]
         if mu <= 0.0:
             return NO_SHEAR
         young = 9.0 * bulk * mu / (3.0 * bulk + mu)
         poisson = (3.0 * bulk - 2.0 * mu) / (2.0 * (3.0 * bulk + mu))
-        return Law("neo_hookean_isochoric", {"young": young}, {"poisson": poisson})
+        return ImportedLaw("neo_hookean_isochoric", {"young": young}, {"poisson": poisson})
     if form == "MOONEY-RIVLIN" and C[0] > 0.0 and C[1] >= 0.0:
-        return Law("mooney_rivlin", {"c1": C[0], "c2": C[1], "bulk": bulk})
+        return ImportedLaw("mooney_rivlin", {"c1": C[0], "c2": C[1], "bulk": bulk})
     if form == "MOONEY-RIVLIN":  # t1^2 + ... - 3 is the first invariant, and t1^-2 + ... - 3 the second
         if C[0] + C[1] <= 0.0:
             return NO_SHEAR
-        return Law(
+        return ImportedLaw(
             "ogden", {"bulk": bulk}, stress_lists={"mu": (2.0 * C[0], -2.0 * C[1])}, lists={"alpha": (2.0, -2.0)}
         )
     if form in ("YEOH", "REDUCEDPOLYNOMIAL"):
         if C[0] <= 0.0:
             return NO_SHEAR
-        return Law("yeoh", {**{f"c{i + 1}": c for i, c in enumerate(C)}, "bulk": bulk})
+        return ImportedLaw("yeoh", {**{f"c{i + 1}": c for i, c in enumerate(C)}, "bulk": bulk})
     if form == "OGDEN":  # 2 mu_i / alpha_i^2 there is mu_i / alpha_i of the language
         moduli, exponents = C[::2], C[1::2]
         if 0.0 in exponents:
@@ -159,13 +163,15 @@ def _with_bulk(form: str, degree: int, C: list[float], bulk: float) -> Law | str
         if sum(moduli) <= 0.0:
             return NO_SHEAR
         terms = [(2.0 * m / a, a) for m, a in zip(moduli, exponents, strict=True) if m != 0.0]
-        return Law("ogden", {"bulk": bulk}, stress_lists={"mu": tuple(m for m, _ in terms)},
+        return ImportedLaw("ogden", {"bulk": bulk}, stress_lists={"mu": tuple(m for m, _ in terms)},
                    lists={"alpha": tuple(a for _, a in terms)})  # fmt: skip
     return "its energy of the volume is ((J^2 - 1)/2 - ln J)/D, which no law here has"
 
 
-def in_finite_strain(part: Part) -> Part:
-    """Return the part with the law of *ELASTIC there, between Green's strain and the second Piola-Kirchhoff stress."""
+def in_finite_strain(part: MaterialPart) -> MaterialPart:
+    """Return the part with the finite-strain law of *ELASTIC, which relates Green strain and second Piola-Kirchhoff
+    stress.
+    """
     if part.law is None or part.law.word != "linear_elastic":
         return part
     return replace(part, law=replace(part.law, word="st_venant_kirchhoff"))

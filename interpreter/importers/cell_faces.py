@@ -1,4 +1,4 @@
-"""Sides of cells: found again from corners of facets, and from sets of nodes."""
+"""Sides of cells, found from the corners of facets or from sets of nodes."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ BY_NODES = {element.nodes: element for element in ELEMENTS.values()}
 
 
 def side_nodes(many: int) -> Ints:
-    """Nodes (s, q) of the sides S1, S2, ... of a cell of so many nodes: its corners, and those between them."""
+    """Return the nodes (s, q) of the sides S1, S2, ... of a cell with `many` nodes: corners, then mid-side nodes."""
     element = BY_NODES[many]
     return np.array(element.facets, dtype=np.int64)[facets_of_labels(element)]
 
 
-class Sides:
-    """The sides of cells (m, a) by their corners."""
+class CellSides:
+    """Sides of cells (m, a), identified by their corners."""
 
     def __init__(self, cells: Ints) -> None:
         self.cells, self.nodes = cells, side_nodes(cells.shape[1])
@@ -29,24 +29,26 @@ class Sides:
         own = np.sort(cells[:, self.nodes[:, :corners]], axis=2)  # (m, s, c)
         self.corners: Ints = own.reshape(-1, corners)
         _, inverse, counts = np.unique(self.corners, axis=0, return_inverse=True, return_counts=True)
-        self.border = (counts == 1)[inverse.reshape(-1)]  # of each side, whether it is the body's surface
+        self.border = (counts == 1)[inverse.reshape(-1)]  # for each side, whether it is on the body's surface
 
     def _pair(self, flat: Ints) -> Ints:
         each = len(self.nodes)
         return np.stack([flat // each, flat % each], axis=1).astype(np.int64)
 
     def of(self, facets: Ints) -> tuple[Ints, int]:
-        """The sides (f, 2) on the surface that facets of corners (k, c) are, and how many are none."""
+        """Return the surface sides (f, 2) that match facets of corners (k, c), and the number of facets without a
+        match.
+        """
         if not len(facets) or facets.shape[1] != self.corners.shape[1]:
             return np.zeros((0, 2), dtype=np.int64), len(facets)
         asked = np.unique(np.sort(facets, axis=1), axis=0)
-        known = asked[asked[:, 0] >= 0]  # a node of no cell is -1
+        known = asked[asked[:, 0] >= 0]  # a node outside all cells is -1
         border = np.flatnonzero(self.border)
         chosen = border[is_known_row(known, self.corners[border])]
         return self._pair(chosen), len(asked) - len(chosen)
 
     def within(self, nodes: Ints) -> tuple[Ints, Ints]:
-        """Sides (f, 2) of the surface all of whose nodes are among these, and those nodes (k,) that are of none."""
+        """Return the surface sides (f, 2) whose nodes are all among these, and the nodes (k,) that are in no such side."""
         inside = np.zeros(int(self.cells.max()) + 1, dtype=np.bool_)
         known = nodes[nodes < len(inside)]
         inside[known] = True

@@ -1,4 +1,4 @@
-"""*AMPLITUDE of a deck: how the size of loads changes over a step, and what it is at a time.
+"""Amplitudes of a deck (*AMPLITUDE): variation of loads over a step, and their factor at a time.
 
 Source: Abaqus Analysis User's Guide, "Amplitude curves"; Dhondt, "CalculiX CrunchiX User's Manual", *AMPLITUDE.
 """
@@ -17,7 +17,7 @@ EQUAL = frozenset({"FIXEDINTERVAL", "BEGIN"})
 
 @dataclass(frozen=True)
 class Amplitude:
-    """A curve of times and factors; between its points it is linear, or smooth, and outside it is constant."""
+    """Curve of times and factors, linear or smooth between its points and constant outside them."""
 
     times: tuple[float, ...]
     values: tuple[float, ...]
@@ -25,7 +25,7 @@ class Amplitude:
     smooth: bool = False
 
     def at(self, time: float) -> float:
-        """Return the factor at a time of the step, or of all steps together if `total_time`."""
+        """Return the factor at a time of the step, or of the whole analysis if `total_time`."""
         if time <= self.times[0]:
             return self.values[0]
         for i in range(1, len(self.times)):
@@ -37,7 +37,7 @@ class Amplitude:
 
 
 def read_amplitude(card: Card) -> Amplitude | str:
-    """Return the curve of a card, or why it is not read. Raises DeckError."""
+    """Return the curve of a card, or the reason why it is not read. Raises DeckError."""
     kind = "".join(card.options.get("DEFINITION", "TABULAR").upper().split())
     known = OPTIONS | (EQUAL if kind == "EQUALLYSPACED" else {"SMOOTH"})  # SMOOTH rounds the corners of derivatives
     if kind not in ("TABULAR", "EQUALLYSPACED", "SMOOTHSTEP"):
@@ -61,7 +61,7 @@ def read_amplitude(card: Card) -> Amplitude | str:
 
 @dataclass(frozen=True)
 class StepTimes:
-    """Times at which load factors of one step are evaluated: its end, and the end of the last step kept."""
+    """Times at which load factors of one step are evaluated: its end, and the end of the last step that is imported."""
 
     period: float
     total: float
@@ -69,12 +69,12 @@ class StepTimes:
 
 @dataclass
 class Amplitudes:
-    """All curves of a deck by their names in upper case; a text says why one is not read."""
+    """All curves of a deck by name in upper case; a text is the reason why a curve is not read."""
 
     curves: Mapping[str, Amplitude | str] = field(default_factory=dict)
 
     def factor(self, name: str, times: StepTimes) -> float | str:
-        """Return the factor of a load at the end of its step, or why there is none."""
+        """Return the factor of a load at the end of its step, or the reason why there is none."""
         found = self.curves.get(name.upper(), f"the amplitude `{name[:60]}` is not defined")
         if isinstance(found, str):
             return found

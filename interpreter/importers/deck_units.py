@@ -1,7 +1,7 @@
-"""Units of the numbers in a file: told on the command line, or declared by the file (decks of FEBio may do so).
+"""Units of the numbers in a file, given on the command line or declared by the file (as FEBio decks may do).
 
-Length, stress and time give all others: a force is a stress times an area, a density a stress times time squared by
-length squared. To add a system: a line in SYSTEMS.
+All other units follow from length, stress and time: a force is a stress times an area, a density a stress times time
+squared by length squared. To add a system: a line in SYSTEMS.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from softmark.interpreter.language.units import LENGTH, PRESSURE, TIME, Dimension, UnitError, dimension_name, parse_unit
 
 DENSITY: Dimension = (-3, 1, 0, 0, 0)
-SYSTEMS: dict[str, tuple[str, str, str]] = {  # its name in the order length, mass, time: length, stress, time
+SYSTEMS: dict[str, tuple[str, str, str]] = {  # name (length, mass, time): units of length, stress, time
     "m-kg-s": ("m", "Pa", "s"),
     "mm-t-s": ("mm", "MPa", "s"),
     "mm-kg-s": ("mm", "kPa", "s"),
@@ -24,7 +24,7 @@ SYSTEMS: dict[str, tuple[str, str, str]] = {  # its name in the order length, ma
     "um-g-s": ("um", "kPa", "s"),
     "cm-g-s": ("cm", "dPa", "s"),
 }
-SAME = 1e-9  # relative difference of two units that are the same one: rounding of their factors
+SAME = 1e-9  # relative difference below which two units are the same
 GIVE = (
     "say what one unit of its lengths is, `--unit 1mm`, and of its stresses, `--stress 1MPa`; or name a "
     f"consistent system: `--units` {', '.join(SYSTEMS)}"
@@ -32,16 +32,16 @@ GIVE = (
 _QUANTITY = re.compile(r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)?\s*(\S+)\s*")
 
 
-class Unasked(Exception):
-    """A unit that is needed and was not told, or cannot be one: why, and what to give."""
+class MissingUnit(Exception):
+    """A required unit is missing or invalid; the exception has the reason and the remedy."""
 
     def __init__(self, reason: str, remedy: str) -> None:
         super().__init__(reason)
         self.reason, self.remedy = reason, remedy
 
 
-class Contradicted(Exception):
-    """Units that were told and that the file contradicts: the reason, and what to do."""
+class ContradictoryUnits(Exception):
+    """The given units contradict those in the file; the exception has the reason and the remedy."""
 
     def __init__(self, reason: str, remedy: str) -> None:
         super().__init__(reason)
@@ -49,91 +49,93 @@ class Contradicted(Exception):
 
 
 @dataclass(frozen=True)
-class Declared:
-    """Units that a file declares: its own words, and the same system in SYSTEMS (None if it is not known)."""
+class DeclaredUnits:
+    """Unit system that a file declares: in its own words, and as in SYSTEMS (None if unknown)."""
 
     text: str
     system: str | None
 
 
 @dataclass(frozen=True)
-class One:
-    """One unit of a file: how a scene writes it, and what it is in SI."""
+class FileUnit:
+    """One unit of a file: its text in a scene, and its SI value."""
 
     text: str
     factor: float
 
 
 @dataclass(frozen=True)
-class Units:
-    """One unit of lengths and of stresses, and of times where they were told."""
+class FileUnits:
+    """Units of length and stress, and of time if given."""
 
-    length: One
-    stress: One | None = None
-    time: One | None = None
+    length: FileUnit
+    stress: FileUnit | None = None
+    time: FileUnit | None = None
     system: str = ""
 
     def of_length(self, value: float) -> str:
-        """As a scene has it."""
+        """Format a length for a scene."""
         return _written(value, self.length)
 
     def of_stress(self, value: float) -> str:
-        """As a scene has it. Raises Unasked."""
+        """Format a stress for a scene. Raises MissingUnit."""
         return _written(value, self._stress("stresses"))
 
     def of_force(self, value: float) -> float:
-        """In N. Raises Unasked."""
+        """Return a force in N. Raises MissingUnit."""
         return _sized(value * self._stress("forces").factor * self.length.factor**2)
 
     def of_density(self, value: float) -> str:
-        """As a scene has it. Raises Unasked."""
+        """Format a density for a scene. Raises MissingUnit."""
         whole = self._stress("densities").factor * (self._time("densities") / self.length.factor) ** 2
         return f"{_sized(value * whole)!r} kg/m^3"
 
     def of_acceleration(self, value: float) -> float:
-        """In m/s^2. Raises Unasked."""
+        """Return an acceleration in m/s^2. Raises MissingUnit."""
         return _sized(value * self.length.factor / self._time("accelerations") ** 2)
 
-    def _stress(self, of: str) -> One:
+    def _stress(self, of: str) -> FileUnit:
         if self.stress is None:
-            raise Unasked(f"the file has {of}, and not their unit",
+            raise MissingUnit(f"the file has {of}, and not their unit",
                           "say what one unit of its stresses is: `--stress 1MPa`, or `--units mm-t-s`")  # fmt: skip
         return self.stress
 
     def _time(self, of: str) -> float:
         if self.time is None:
-            raise Unasked(f"the file has {of}, and not the unit of its times",
+            raise MissingUnit(f"the file has {of}, and not the unit of its times",
                           "say what one unit of its times is: `--time 1s`, or `--units mm-t-s`")  # fmt: skip
         return self.time.factor
 
 
 def _sized(value: float) -> float:
     if not math.isfinite(value):
-        raise Unasked("a number of the file is beyond all sizes in these units", "say the units that the file has")
+        raise MissingUnit("a number of the file is beyond all sizes in these units", "say the units that the file has")
     return value
 
 
-def _written(value: float, one: One) -> str:
+def _written(value: float, one: FileUnit) -> str:
     _sized(value * one.factor)
     number, unit = one.text.split(" ")
     return f"{value!r} {unit}" if number == "1" else f"{value!r} * {one.text}"
 
 
-def agreed(told: Units | None, declared: Declared | None) -> Units:
-    """Units that were told, those that the file declares, or both if they agree. Raises Unasked, Contradicted."""
-    known = None if declared is None or declared.system is None else of_system(declared.system)
+def agree_on_units(told: FileUnits | None, declared: DeclaredUnits | None) -> FileUnits:
+    """Return the given units or those that the file declares, after checking that they agree. Raises MissingUnit,
+    ContradictoryUnits.
+    """
+    known = None if declared is None or declared.system is None else units_of_system(declared.system)
     if told is None and known is None:
         if declared is not None:
-            raise Unasked(
+            raise MissingUnit(
                 f"the file declares its units as `{declared.text[:40]}`, which is no system that is known", GIVE
             )
-        raise Unasked("a file does not say in which units its numbers are, and none are guessed", GIVE)
+        raise MissingUnit("a file does not say in which units its numbers are, and none are guessed", GIVE)
     if told is None or known is None or declared is None:
         return told or known  # type: ignore[return-value]  # one of them is there
     for what, own, theirs in (("length", told.length, known.length), ("stress", told.stress, known.stress),
                               ("time", told.time, known.time)):  # fmt: skip
         if own is not None and theirs is not None and not math.isclose(own.factor, theirs.factor, rel_tol=SAME):
-            raise Contradicted(
+            raise ContradictoryUnits(
                 f"the file declares the units `{declared.text[:40]}`, whose unit of {what} is {theirs.text}, and the "
                 f"command line says {own.text}",
                 "leave the units out of the command line, or correct `<units>` in the file if it is wrong there",
@@ -141,40 +143,42 @@ def agreed(told: Units | None, declared: Declared | None) -> Units:
     return known
 
 
-def of_system(system: str) -> Units:
-    """The units of a system in SYSTEMS."""
-    m, pa, s = (One(f"1 {text}", parse_unit(text).factor) for text in SYSTEMS[system])
-    return Units(m, pa, s, system)
+def units_of_system(system: str) -> FileUnits:
+    """Return the units of a system in SYSTEMS."""
+    m, pa, s = (FileUnit(f"1 {text}", parse_unit(text).factor) for text in SYSTEMS[system])
+    return FileUnits(m, pa, s, system)
 
 
-def told(system: str | None, length: str | None, stress: str | None, time: str | None) -> Units:
-    """What was told on a command line. Raises Unasked."""
+def read_unit_options(system: str | None, length: str | None, stress: str | None, time: str | None) -> FileUnits:
+    """Return the units given on the command line. Raises MissingUnit."""
     if system is not None:
         if length or stress or time:
-            raise Unasked(f"`--units {system}` says all units, and others are given beside it", "give one or the other")
+            raise MissingUnit(
+                f"`--units {system}` says all units, and others are given beside it", "give one or the other"
+            )
         if system not in SYSTEMS:
-            raise Unasked(f"`{system}` is no system of units that is known", "known are " + ", ".join(SYSTEMS))
-        return of_system(system)
+            raise MissingUnit(f"`{system}` is no system of units that is known", "known are " + ", ".join(SYSTEMS))
+        return units_of_system(system)
     if length is None:
-        raise Unasked("a file does not say in which units its numbers are, and none are guessed", GIVE)
-    return Units(
-        one("--unit", length, LENGTH),
-        one("--stress", stress, PRESSURE) if stress else None,
-        one("--time", time, TIME) if time else None,
+        raise MissingUnit("a file does not say in which units its numbers are, and none are guessed", GIVE)
+    return FileUnits(
+        parse_file_unit("--unit", length, LENGTH),
+        parse_file_unit("--stress", stress, PRESSURE) if stress else None,
+        parse_file_unit("--time", time, TIME) if time else None,
     )
 
 
-def one(option: str, text: str, dimension: Dimension) -> One:
-    """A quantity such as `1mm` or `2.5 kPa`. Raises Unasked."""
+def parse_file_unit(option: str, text: str, dimension: Dimension) -> FileUnit:
+    """Parse a quantity such as `1mm` or `2.5 kPa` as a unit. Raises MissingUnit."""
     remedy = {LENGTH: "1mm", PRESSURE: "1MPa", TIME: "1s", DENSITY: "1000kg/m^3"}[dimension]
     found = _QUANTITY.fullmatch(text)
     if found is None:
-        raise Unasked(f"`{option} {text}` is no quantity", f"write `{option} {remedy}`")
+        raise MissingUnit(f"`{option} {text}` is no quantity", f"write `{option} {remedy}`")
     try:
         number = float(found[1] or 1)
         measure = parse_unit(found[2])
     except (UnitError, ValueError) as error:
-        raise Unasked(f"`{option} {text}` is no quantity: {error}", f"write `{option} {remedy}`") from None
+        raise MissingUnit(f"`{option} {text}` is no quantity: {error}", f"write `{option} {remedy}`") from None
     if measure.dimension != dimension or not 0.0 < number * measure.factor < 1e300:
-        raise Unasked(f"`{option} {text}` is not {dimension_name(dimension)}", f"write `{option} {remedy}`")
-    return One(f"{found[1] or 1} {found[2]}", number * measure.factor)
+        raise MissingUnit(f"`{option} {text}` is not {dimension_name(dimension)}", f"write `{option} {remedy}`")
+    return FileUnit(f"{found[1] or 1} {found[2]}", number * measure.factor)

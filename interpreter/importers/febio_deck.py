@@ -1,4 +1,4 @@
-"""Decks of FEBio (`.feb`, versions 3.0 and 4.0) of the common kind: one solid at rest.
+"""Reader of common FEBio decks (`.feb`, versions 3.0 and 4.0): static analyses of one solid.
 
 Source: FEBio User's Manual, version 3.4 (material models, boundary conditions, loads); a body force b acts as
 -density b (FEElasticSolidDomain::BodyForce).
@@ -13,14 +13,29 @@ from pathlib import Path
 import numpy as np
 
 from softmark.interpreter.importers import deck_sets
-from softmark.interpreter.importers.abaqus_loads import alike, together
-from softmark.interpreter.importers.deck_units import Declared
-from softmark.interpreter.importers.imported_deck import Deck, Ended, Floats, Foreign, Ints, Law, Left, OnFaces, Part
-from softmark.interpreter.importers.xml_numbers import Words, child
+from softmark.interpreter.importers.abaqus_loads import group_equal_forces, group_equal_supports
+from softmark.interpreter.importers.deck_units import DeclaredUnits
+from softmark.interpreter.importers.imported_deck import (
+    Deck,
+    EndedLoad,
+    FaceLoad,
+    Floats,
+    ImportedLaw,
+    Ints,
+    MaterialPart,
+    NotImportable,
+    NotImported,
+)
+from softmark.interpreter.importers.xml_numbers import NumberParser, child_text
 from softmark.interpreter.models.imported_results.readers.xml_trees import ElementT, parsed
 from softmark.safe_files import read_regular
 
-KINDS = {"tet4": 4, "tet10": 10, "hex8": 8, "hex20": 20}  # whose words are ours, and their nodes
+KINDS = {
+    "tet4": 4,
+    "tet10": 10,
+    "hex8": 8,
+    "hex20": 20,
+}  # FEBio elements named as ours: numbers of nodes
 FACETS = {"tri3": 3, "tri6": 3, "tri7": 3, "quad4": 4, "quad8": 4, "quad9": 4}
 VERSIONS = ("3.0", "4.0")
 ROOM = (
@@ -37,7 +52,7 @@ ROOM = (
     "Output",
 )
 INSIDE = frozenset({"x_dof", "y_dof", "z_dof", "dofs", "dof", "scale", "value", "relative"})
-LAWS = {  # its type: our word, constants by its names, and choices
+LAWS = {  # FEBio's type: our word, constants by FEBio's names, and choices
     "neo-Hookean": ("neo_hookean", {"E": "young"}, {"v": "poisson"}, {}),
     "isotropic elastic": ("st_venant_kirchhoff", {"E": "young"}, {"v": "poisson"}, {}),
     "Mooney-Rivlin": ("mooney_rivlin", {"c1": "c1", "c2": "c2", "k": "bulk"}, {}, {"volumetric": "logarithmic"}),
@@ -56,7 +71,7 @@ UNITS = {  # FEBio's name of a system: ours. Source: FEBio User's Manual, versio
 
 
 def read(path: Path, moment: float | None = None) -> Deck:
-    """A deck at a moment of its analysis, by default its end. Raises Unreadable, Foreign."""
+    """Read a deck at a time of its analysis, by default its end. Raises Unreadable, NotImportable."""
     return _Reader(path, moment).deck()
 
 
@@ -65,21 +80,21 @@ class _Reader:
         self.name = path.name
         self.moment = moment
         self.reading = ""  # the load or support that is being read
-        self.ended: list[Ended] = []
-        self.below: list[str] = []  # what is smaller at the moment than it was before
-        self.words = Words(path.name)
+        self.ended: list[EndedLoad] = []
+        self.below: list[str] = []  # loads that are smaller at the imported time than before
+        self.words = NumberParser(path.name)
         self.top = parsed(path.name, read_regular(path), "febio_spec")
-        self.left: list[Left] = []
+        self.left: list[NotImported] = []
         self.place: dict[int, int] = {}
-        self.asked: set[str] = set()  # sets that something acts on
+        self.asked: set[str] = set()  # sets that loads or supports refer to
 
     def deck(self) -> Deck:
-        """All of it. Raises Unreadable, Foreign."""
+        """Return the whole deck as a record. Raises Unreadable, NotImportable."""
         version = self.top.get("version", "")
         if version not in VERSIONS:
-            raise Foreign(f"{self.name} is of version {version[:20] or 'none'} of FEBio's format",
+            raise NotImportable(f"{self.name} is of version {version[:20] or 'none'} of FEBio's format",
                           f"versions {' and '.join(VERSIONS)} are read: save it in one of them")  # fmt: skip
-        self.left += [Left(f"`{own.tag}`", "no reader for it") for own in self.top if own.tag not in ROOM]
+        self.left += [NotImported(f"`{own.tag}`", "no reader for it") for own in self.top if own.tag not in ROOM]
         self._kind_of_analysis()
         found = self._mesh()
         found.parts = list(self._parts(found))
@@ -103,28 +118,30 @@ class _Reader:
         yield from () if own is None else own
 
     def _leave(self, what: str, why: str) -> None:
-        self.left.append(Left(what, why))
+        self.left.append(NotImported(what, why))
 
-    def _units(self) -> Declared | None:
-        own = (child(self.top.find("Module"), "units") or "").strip()
+    def _units(self) -> DeclaredUnits | None:
+        own = (child_text(self.top.find("Module"), "units") or "").strip()
         same = {theirs.lower(): ours for theirs, ours in UNITS.items()}
-        return Declared(own, same.get(own.lower().replace("_", "-"))) if own else None
+        return DeclaredUnits(own, same.get(own.lower().replace("_", "-"))) if own else None
 
     def _something_acts(self, found: Deck) -> None:
-        """Raises Foreign where all that acts has ended at the moment that is carried over."""
+        """Require a load or motion at the imported time. Raises NotImportable if all have ended."""
         moves = any(any(hold.values) for hold in found.holds)
         if not found.ended or moves or found.pushes or found.forces or found.weights:
             return
         own = max(found.ended, key=lambda ended: abs(ended.peak))
-        raise Foreign(f"{self.name}: nothing acts at the end: {own.described}",
+        raise NotImportable(f"{self.name}: nothing acts at the end: {own.described}",
                       f"say whose moment is wanted: `--at {own.when:g}` has the greatest load", "E758")  # fmt: skip
 
     def _kind_of_analysis(self) -> None:
         module = self.top.find("Module")
         kind = "solid" if module is None else module.get("type", "solid")
         if kind != "solid":
-            raise Foreign(f"{self.name} is a deck of the module `{kind[:40]}`", "decks of `solid` are carried over")
-        self.static = (child(self.top.find("Control"), "analysis") or "STATIC").strip().upper() in ("STATIC", "0")
+            raise NotImportable(
+                f"{self.name} is a deck of the module `{kind[:40]}`", "decks of `solid` are carried over"
+            )
+        self.static = (child_text(self.top.find("Control"), "analysis") or "STATIC").strip().upper() in ("STATIC", "0")
         if not self.static:
             self._leave("an analysis in time", "only those at rest are carried over")
 
@@ -154,7 +171,7 @@ class _Reader:
             self.domains.append((name, first, len(rows)))
             self.ids += [self.words.whole(e.get("id")) for e in elements]
         if len(blocks) != 1 or not any(blocks.values()):
-            raise Foreign(f"{self.name} has {'no' if not blocks else 'several kinds of'} solid cells",
+            raise NotImportable(f"{self.name} has {'no' if not blocks else 'several kinds of'} solid cells",
                           f"one kind of {', '.join(KINDS)} is carried over")  # fmt: skip
         ((kind, rows),) = blocks.items()
         if any(len(row) != KINDS[kind] for row in rows):
@@ -167,7 +184,7 @@ class _Reader:
         own = cells.reshape(len(rows), -1).astype(np.int64)
         return Deck(self.name, kind, X, own, [], strain="finite", static=self.static)
 
-    def _parts(self, found: Deck) -> Iterator[Part]:
+    def _parts(self, found: Deck) -> Iterator[MaterialPart]:
         materials = {own.get("name", ""): own for own in self._section("Material")}
         materials |= {own.get("id", ""): own for own in self._section("Material")}
         of = {own.get("name", ""): own.get("mat", "") for own in self._section("MeshDomains")}
@@ -182,9 +199,9 @@ class _Reader:
             if own is None:
                 self._leave(f"the material of {len(cells)} cells", "`MeshDomains` does not say it")
             law = None if own is None else self._law(own)
-            yield Part(name or "rest", np.array(cells, dtype=np.int64), law)
+            yield MaterialPart(name or "rest", np.array(cells, dtype=np.int64), law)
 
-    def _law(self, own: ElementT) -> Law | None:
+    def _law(self, own: ElementT) -> ImportedLaw | None:
         kind, name = own.get("type", ""), own.get("name", "")[:60]
         if kind not in LAWS:
             self._leave(f"the material `{name}`, `{kind[:60]}`", "no law here is read for it")
@@ -197,17 +214,17 @@ class _Reader:
         if missing := [n for n in (*stresses, *plain) if own.find(n) is None]:
             self._leave(f"the material `{name}`, `{kind}`", f"it does not say `{missing[0]}`")
             return None
-        density = child(own, "density")
-        return Law(
+        density = child_text(own, "density")
+        return ImportedLaw(
             word,
-            {ours: self.words.number(child(own, theirs)) for theirs, ours in stresses.items()},
-            {ours: self.words.number(child(own, theirs)) for theirs, ours in plain.items()},
+            {ours: self.words.number(child_text(own, theirs)) for theirs, ours in stresses.items()},
+            {ours: self.words.number(child_text(own, theirs)) for theirs, ours in plain.items()},
             None if density is None else self.words.number(density),
             choices,
         )
 
     def _formulation(self, found: Deck) -> None:
-        """Laws whose change of volume is apart have one pressure and one change of volume for each hexahedron."""
+        """Set the formulation of hexahedra with uncoupled laws: one pressure and one volume change for each cell."""
         apart = [part.law is not None and part.law.word == "mooney_rivlin" for part in found.parts]
         if found.kind == "hex8" and any(apart):
             if all(apart):
@@ -218,7 +235,7 @@ class _Reader:
     # ------------------------------------------------------------------ sets
 
     def _facets(self, name: str) -> list[Ints] | None:
-        """Corners of the facets of a surface, as nodes of the record; nodes that no cell has are -1."""
+        """Return the corners of a surface's facets as nodes of the record; nodes outside all cells are -1."""
         mesh = self.top.find("Mesh")
         for own in () if mesh is None else mesh.findall("Surface"):
             if own.get("name") == name:
@@ -234,7 +251,7 @@ class _Reader:
         return np.array([self.place.get(n, -1) for n in numbers.tolist()], dtype=np.int64)
 
     def _nodes(self, name: str) -> Ints | None:
-        """A set of nodes, or those of a surface; None where there is none of that name."""
+        """Return a set of nodes, or those of a surface; None if the name is unknown."""
         self.asked.add(name)
         if name.startswith("@surface:"):
             facets = self._facets(name.removeprefix("@surface:"))
@@ -247,7 +264,7 @@ class _Reader:
         return None
 
     def _map(self, node: ElementT | None, node_set: str) -> Floats | None:
-        """Numbers (k, c) of the nodes of a set at the end, of a value that is a map; None where it is none."""
+        """Return the values (k, c) of a map at the nodes of a set at the imported time; None if the value is not a map."""
         if node is None or node.get("type") != "map" or set(node.attrib) - {"lc", "type"}:
             return None
         factor = 1.0 if node.get("lc") in (None, "0") else self._curve(str(node.get("lc")))
@@ -277,7 +294,7 @@ class _Reader:
         return faces
 
     def _sets(self, found: Deck) -> None:
-        """Parts of the mesh that have a name, and that nothing asks for; and values of elements and surfaces."""
+        """Add named parts of the mesh that nothing refers to, and values of elements and surfaces."""
         found.left = self.left
         place = {number: i for i, number in enumerate(self.ids)}
         mesh = self.top.find("Mesh")
@@ -285,15 +302,15 @@ class _Reader:
             name = own.get("name", "")
             if own.tag == "ElementSet":
                 numbers = self.words.wholes(own.text).tolist() or [self.words.whole(e.get("id")) for e in own]
-                deck_sets.of_cells(
+                deck_sets.add_cell_set(
                     found, name, np.array(sorted({place[n] for n in numbers if n in place}), dtype=np.int64)
                 )
             elif own.tag == "NodeSet" and name not in self.asked:
                 nodes = self._nodes(name)
-                deck_sets.of_nodes(found, name, np.zeros(0, dtype=np.int64) if nodes is None else nodes[nodes >= 0])
+                deck_sets.add_node_set(found, name, np.zeros(0, dtype=np.int64) if nodes is None else nodes[nodes >= 0])
             elif own.tag == "Surface" and f"@surface:{name}" not in self.asked:
                 faces = self._faces(name, found)
-                deck_sets.of_faces(found, name, np.zeros((0, 2), dtype=np.int64) if faces is None else faces)
+                deck_sets.add_face_set(found, name, np.zeros((0, 2), dtype=np.int64) if faces is None else faces)
             elif own.tag not in ("Nodes", "Elements", "NodeSet", "Surface"):
                 self._leave(f"`{own.tag[:40]}` `{name[:60]}` of the mesh", "no reader for it")
         for own in self._section("MeshData"):
@@ -303,7 +320,7 @@ class _Reader:
     # ------------------------------------------------------- what acts on it
 
     def _value(self, node: ElementT | None) -> Floats | None:
-        """Numbers at the end of the analysis; None where a curve does not say them."""
+        """Return the numbers at the imported time; None if their curve is unknown there."""
         if node is None:
             return None
         if set(node.attrib) - {"lc", "type"} or node.get("type", "const") not in ("const", "vector"):
@@ -314,19 +331,19 @@ class _Reader:
         return None if factor is None else values * factor
 
     def _end(self) -> float | None:
-        """The moment that is carried over. Raises Foreign if the analysis does not reach it."""
+        """Return the imported time. Raises NotImportable if the analysis does not reach it."""
         control = self.top.find("Control")
-        steps, size = child(control, "time_steps"), child(control, "step_size")
+        steps, size = child_text(control, "time_steps"), child_text(control, "step_size")
         end = None if steps is None or size is None else self.words.number(steps) * self.words.number(size)
         if self.moment is None:
             return end
         if not 0.0 <= self.moment <= (math.inf if end is None else end * (1.0 + 1e-9)):
-            raise Foreign(f"time {self.moment:g} is no moment of the analysis of {self.name}",
+            raise NotImportable(f"time {self.moment:g} is no moment of the analysis of {self.name}",
                           "give one from 0 to its end" + ("" if end is None else f", `--at {end:g}`"))  # fmt: skip
         return self.moment
 
     def _curve(self, number: str) -> float | None:
-        """The value of a curve at the moment that is carried over; None if it is not known there."""
+        """Return the value of a curve at the imported time; None if unknown there."""
         end = self._end()
         for own in self._section("LoadData"):
             if own.get("id") != number or own.get("type") != "loadcurve" or end is None:
@@ -342,26 +359,26 @@ class _Reader:
         return None
 
     def _at(self, own: ElementT, rows: Floats, end: float) -> float | None:
-        """The value of a curve, points (n, 2), at a time; None if it is not known there."""
+        """Return the value of a curve, points (n, 2), at a time; None if unknown there."""
         exact = np.flatnonzero(np.isclose(rows[:, 0], end, rtol=1e-9, atol=0.0))
         if len(exact):
             return float(rows[exact[-1], 1])
-        straight = (child(own, "interpolate") or "LINEAR").strip().upper() in ("LINEAR", "1")
-        constant = (child(own, "extend") or "CONSTANT").strip().upper() in ("CONSTANT", "0")
+        straight = (child_text(own, "interpolate") or "LINEAR").strip().upper() in ("LINEAR", "1")
+        constant = (child_text(own, "extend") or "CONSTANT").strip().upper() in ("CONSTANT", "0")
         if end > rows[-1, 0] and constant:
             return float(rows[-1, 1])
         inside = rows[0, 0] <= end <= rows[-1, 0]
         return float(np.interp(end, rows[:, 0], rows[:, 1])) if straight and inside else None
 
     def _watch(self, number: str, value: float, before: Floats, end: float) -> None:
-        """Note that a curve, with points (n, 2) up to the moment, is smaller there than it was before."""
+        """Record a curve, points (n, 2) up to the imported time, that is smaller there than before."""
         if not len(before):
             return
         when, peak = before[int(np.argmax(np.abs(before[:, 1])))].tolist()
         if abs(value) >= abs(peak) * (1.0 - 1e-9):
             return
         if abs(value) <= 1e-12 * abs(peak):
-            self.ended.append(Ended(self.reading, number, peak, when, end))
+            self.ended.append(EndedLoad(self.reading, number, peak, when, end))
         else:
             self.below.append(f"{self.reading} follows curve {number[:20]}, which is {value:g} at time {end:g} and was "
                               f"{peak:g} at time {when:g}")  # fmt: skip
@@ -382,31 +399,31 @@ class _Reader:
                     if node < 0:
                         continue
                     if told.setdefault((node, component), value) != value:
-                        raise Foreign(f"{what} and another move a node differently", "let one of them hold it")
-        found.holds = together(told)
+                        raise NotImportable(f"{what} and another move a node differently", "let one of them hold it")
+        found.holds = group_equal_supports(told)
 
     def _mapped(self, own: ElementT) -> dict[int, Floats] | None:
-        """What a direction of each node of a set is moved by, where a map says it."""
-        dof = (child(own, "dof") or "").strip()
+        """Return prescribed displacements by direction at each node of a set, if they are given by a map."""
+        dof = (child_text(own, "dof") or "").strip()
         values = self._map(own.find("value"), own.get("node_set", ""))
-        relative = (child(own, "relative") or "0").strip()
+        relative = (child_text(own, "relative") or "0").strip()
         whole = own.get("type") == "prescribed displacement" and relative == "0" and dof in ("x", "y", "z")
         if not whole or values is None or values.shape[1] != 1:
             return None
         return {"xyz".index(dof): values[:, 0]}
 
     def _prescribed(self, own: ElementT) -> dict[int, Floats] | dict[int, float] | None:
-        """What each direction is moved by."""
+        """Return the prescribed displacement of each direction."""
         kind = own.get("type", "")
-        if any(c.tag not in INSIDE for c in own) or (child(own, "relative") or "0").strip() not in ("0", "false"):
+        if any(c.tag not in INSIDE for c in own) or (child_text(own, "relative") or "0").strip() not in ("0", "false"):
             return None
         if kind == "zero displacement":
-            return {i: 0.0 for i, c in enumerate("xyz") if (child(own, f"{c}_dof") or "0").strip() == "1"}
+            return {i: 0.0 for i, c in enumerate("xyz") if (child_text(own, f"{c}_dof") or "0").strip() == "1"}
         if kind == "fix":
-            dofs = [w.strip() for w in (child(own, "dofs") or "").split(",")]
+            dofs = [w.strip() for w in (child_text(own, "dofs") or "").split(",")]
             return {"xyz".index(d): 0.0 for d in dofs} if all(d in ("x", "y", "z") for d in dofs) else None
         if kind in ("prescribed displacement", "prescribe"):
-            dof = (child(own, "dof") or "").strip()
+            dof = (child_text(own, "dof") or "").strip()
             value = self._value(own.find("value" if kind == "prescribed displacement" else "scale"))
             if dof not in ("x", "y", "z") or value is None or len(value) != 1:
                 return None
@@ -432,11 +449,13 @@ class _Reader:
         if nodes is None or rows is None or rows.shape[1] != 3 or (nodes < 0).any():
             self._leave(what, "its nodes, or its vectors at the end, are not known")
             return
-        found.forces += alike(zip(nodes.tolist(), np.broadcast_to(rows, (len(nodes), 3)).tolist(), strict=True))
+        found.forces += group_equal_forces(
+            zip(nodes.tolist(), np.broadcast_to(rows, (len(nodes), 3)).tolist(), strict=True)
+        )
 
     def _on_surface(self, own: ElementT, what: str, found: Deck) -> None:
         kind, name = own.get("type", ""), own.get("surface", "")
-        dead = (child(own, "linear") or "0").strip() in ("1", "true")
+        dead = (child_text(own, "linear") or "0").strip() in ("1", "true")
         if kind == "pressure" and not dead:
             value, count = self._value(own.find("pressure")), 1
         elif kind == "traction" and dead:
@@ -457,7 +476,7 @@ class _Reader:
         x, *yz = value.tolist()
         if not any(value.tolist()):
             return
-        push = OnFaces(name, faces, x) if count == 1 else OnFaces(name, faces, traction=(x, yz[0], yz[1]))
+        push = FaceLoad(name, faces, x) if count == 1 else FaceLoad(name, faces, traction=(x, yz[0], yz[1]))
         found.pushes.append(push)
 
     def _body_force(self, own: ElementT, what: str, found: Deck) -> None:

@@ -1,4 +1,4 @@
-"""Meshes of Gmsh with physical groups: they are read by scenes as they are, what they are made of is not in them."""
+"""Reader of Gmsh meshes with physical groups; scenes use the file directly, and materials are not in it."""
 
 from __future__ import annotations
 
@@ -6,28 +6,28 @@ from pathlib import Path
 
 import numpy as np
 
-from softmark.interpreter.importers.imported_deck import Deck, Left, Part
+from softmark.interpreter.importers.imported_deck import Deck, MaterialPart, NotImported
 from softmark.references.measured_data import Unreadable
 from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh, keep_node_order, parse
 from softmark.solvers.mesh.files.mesh_reader import read_cells as read_mesh
 
 
 def read(path: Path) -> Deck:
-    """A mesh and its groups. Raises Unreadable."""
+    """Read a mesh and its groups. Raises Unreadable."""
     try:
         mesh = read_mesh(str(path), 1.0, named=True)
         data = parse(path)
         own, names = keep_node_order(data, path, 1.0), getattr(data, "field_data", {})
     except UnreadableMesh as error:
         raise Unreadable(path.name, str(error), error.remedy or "write the mesh again") from None
-    part = Part(path.stem, np.arange(len(mesh.cells)), None)
+    part = MaterialPart(path.stem, np.arange(len(mesh.cells)), None)
     found = Deck(path.name, own.kind, own.points, own.cells, [part], static=False, mesh=path)
     for name, (_, dimension) in names.items():
         if dimension < 2:
-            found.left.append(Left(f"the group `{name}`", "it has points or lines: a scene has cells and faces"))
+            found.left.append(NotImported(f"the group `{name}`", "it has points or lines: a scene has cells and faces"))
     for name, group in (mesh.groups or {}).items():
         if group.kind == "faces" and (group.inside or group.foreign or not len(group.members)):
-            found.left.append(Left(f"the group `{name}`", f"{group.described}: not faces of the surface alone"))
+            found.left.append(NotImported(f"the group `{name}`", f"{group.described}: not faces of the surface alone"))
         elif len(group.members):
             found.groups.append(name)
     return found

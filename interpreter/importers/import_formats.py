@@ -1,6 +1,6 @@
-"""Which ending has which reader. To add a format: a module with `read(path) -> Deck`, and a line here.
+"""Reader of each file extension. To add a format: a module with `read(path) -> Deck`, and a line here.
 
-What reads is imported when a file is read: who asks what there is loads no arrays.
+Readers are imported on first use, so that listing the formats loads no array libraries.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
 
 AGAIN = "write the file again"
 READERS = {".feb": "febio_deck", ".inp": "abaqus_deck", ".msh": "gmsh_import", ".pml": "pml_import"}
-WITH_CURVES = frozenset({"febio_deck"})  # readers that can carry over a moment before the end
+WITH_CURVES = frozenset({"febio_deck"})  # readers that can import a time before the end
 TITLES = "CalculiX and Abaqus (.inp), FEBio (.feb), Gmsh (.msh), PML with its LML (.pml)"
 
 
 def read(path: Path, moment: float | None = None) -> Deck:
-    """The deck or mesh in a file, at a moment of its analysis (by default its end). Raises Unreadable, Foreign."""
+    """Read a deck or mesh at a time of its analysis (by default its end). Raises Unreadable, NotImportable."""
     import numpy as np
 
     from softmark.references.measured_data import UNPACK, Unreadable, must_be_unpacked
-    from softmark.resource_limits import limited_resources, reason_of
+    from softmark.resource_limits import describe_read_error, limited_resources
 
     reader = READERS.get(path.suffix.lower())
     if reader is None and path.is_dir():
@@ -33,9 +33,9 @@ def read(path: Path, moment: float | None = None) -> Deck:
         raise Unreadable(path.name, f"`{path.suffix or path.name}` is no ending that is known", remedy)
     own = import_module(f"softmark.interpreter.importers.{reader}")
     if moment is not None and reader not in WITH_CURVES:
-        from softmark.interpreter.importers.imported_deck import Foreign
+        from softmark.interpreter.importers.imported_deck import NotImportable
 
-        raise Foreign(
+        raise NotImportable(
             f"{path.name} has no curves over time that are read", "leave out `--at`: decks of FEBio have them"
         )
     try:
@@ -46,7 +46,11 @@ def read(path: Path, moment: float | None = None) -> Deck:
         with limited_resources(path), np.errstate(all="ignore"):
             found: Deck = own.read(path) if moment is None else own.read(path, moment)
     except (MemoryError, OSError, RecursionError) as error:
-        raise Unreadable(path.name, reason_of(error), AGAIN) from None
-    except (ValueError, LookupError, ArithmeticError) as error:  # what no reader has thought of is no scene either
-        raise Unreadable(path.name, f"its words do not fit together ({reason_of(error)})", AGAIN) from error
+        raise Unreadable(path.name, describe_read_error(error), AGAIN) from None
+    except (
+        ValueError,
+        LookupError,
+        ArithmeticError,
+    ) as error:  # unexpected defects of the file
+        raise Unreadable(path.name, f"its words do not fit together ({describe_read_error(error)})", AGAIN) from error
     return found

@@ -1,6 +1,7 @@
-"""What a file of another program says: a mesh, what it is made of, what holds and loads it; in the file's own units.
+"""Record of an imported file: mesh, materials, supports and loads, in the file's own units.
 
-Cells and nodes count from 0; faces (f, 2) are a cell and its side, from 0, in the order of Abaqus (`faces.side_nodes`).
+Cells and nodes count from 0; faces (f, 2) are a cell and its side, from 0, in the order of Abaqus
+(`cell_faces.side_nodes`).
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.importers.cell_faces import Sides
-from softmark.interpreter.importers.deck_units import Declared
+from softmark.interpreter.importers.cell_faces import CellSides
+from softmark.interpreter.importers.deck_units import DeclaredUnits
 from softmark.solvers.mesh.mesh import Mesh
 
 Floats = NDArray[np.float64]
@@ -23,8 +24,8 @@ Ints = NDArray[np.int64]
 Vector = tuple[float, float, float]
 
 
-class Foreign(Exception):
-    """A file means something that no scene can say, so that nothing of it is carried over: why, and what to do."""
+class NotImportable(Exception):
+    """A file contains something that no scene can express, so nothing is imported; with the reason and the remedy."""
 
     def __init__(self, reason: str, remedy: str, code: str = "E753") -> None:
         super().__init__(reason)
@@ -32,8 +33,8 @@ class Foreign(Exception):
 
 
 @dataclass(frozen=True)
-class Law:
-    """A material: its word in the language, its stresses and plain numbers there, and its density, if it has one.
+class ImportedLaw:
+    """Material: its word in the language, its stresses and plain numbers there, and its density, if it has one.
 
     `stress_lists` and `lists` are constants of its terms, stresses and plain numbers.
     """
@@ -48,18 +49,18 @@ class Law:
 
 
 @dataclass(frozen=True)
-class Part:
-    """Cells (k,) of one material; `law` is None where nothing of it was carried over, and `why` the reason."""
+class MaterialPart:
+    """Cells (k,) of one material; `law` is None if it could not be imported, and `why` the reason."""
 
     name: str
     cells: Ints
-    law: Law | None
+    law: ImportedLaw | None
     why: str = ""
 
 
 @dataclass(frozen=True)
-class Hold:
-    """Nodes (k,) that are held in `components`, or moved there by `values`, lengths."""
+class NodeSupport:
+    """Support of nodes (k,): fixed in `components`, or moved there by `values`, lengths."""
 
     name: str
     nodes: Ints
@@ -68,8 +69,8 @@ class Hold:
 
 
 @dataclass(frozen=True)
-class OnFaces:
-    """A pressure, positive inward, that stays normal; or a dead traction: on faces (f, 2), as stresses."""
+class FaceLoad:
+    """Load on faces (f, 2), as stresses: a follower pressure, positive inward, or a dead traction."""
 
     name: str
     faces: Ints
@@ -78,8 +79,8 @@ class OnFaces:
 
 
 @dataclass(frozen=True)
-class AtNodes:
-    """A dead force at each of some nodes (k,)."""
+class NodeForces:
+    """Dead force at each of some nodes (k,)."""
 
     name: str
     nodes: Ints
@@ -87,8 +88,8 @@ class AtNodes:
 
 
 @dataclass(frozen=True)
-class Set:
-    """A part that has a name and nothing else: cells (k,), faces (f, 2), or nodes (k,)."""
+class NamedSet:
+    """Named set of cells (k,), faces (f, 2), or nodes (k,) without any other use."""
 
     name: str
     members: Ints
@@ -96,8 +97,8 @@ class Set:
 
 
 @dataclass(frozen=True)
-class Left:
-    """What was not carried over, why, and in which line of the file."""
+class NotImported:
+    """Item that was not imported, with the reason and its line in the file."""
 
     what: str
     why: str
@@ -105,10 +106,10 @@ class Left:
 
 
 @dataclass(frozen=True)
-class Ended:
-    """A load or motion whose curve is zero at the moment that is carried over, and was not before.
+class EndedLoad:
+    """Load or motion whose curve is zero at the imported time but was not before.
 
-    `peak` is the greatest value of the curve before that moment and `when` its time, in the file's unit of time.
+    `peak` is the greatest earlier value of the curve and `when` its time, in the file's unit of time.
     """
 
     what: str
@@ -126,36 +127,36 @@ class Ended:
 
 @dataclass
 class Deck:
-    """One body at rest. `mesh` is a file that a scene can read as it is; where it is None there are arrays."""
+    """One body in a static analysis. `mesh` is a file that a scene can read directly; if it is None, there are arrays."""
 
     title: str
     kind: str  # tet4, tet10, hex8, hex20
     points: Floats  # (n, 3)
     cells: Ints  # (m, a)
-    parts: list[Part]
-    holds: list[Hold] = field(default_factory=list)
-    pushes: list[OnFaces] = field(default_factory=list)
-    forces: list[AtNodes] = field(default_factory=list)
+    parts: list[MaterialPart]
+    holds: list[NodeSupport] = field(default_factory=list)
+    pushes: list[FaceLoad] = field(default_factory=list)
+    forces: list[NodeForces] = field(default_factory=list)
     weights: list[Vector] = field(default_factory=list)  # accelerations
     strain: str = "small"
     formulation: str | None = None
     static: bool = True
-    groups: list[str] = field(default_factory=list)  # of `mesh`, by its names
-    named: list[Set] = field(default_factory=list)
+    groups: list[str] = field(default_factory=list)  # groups of `mesh`, by name
+    named: list[NamedSet] = field(default_factory=list)
     mesh: Path | None = None
-    pieces: int = 1  # of the body, which share no nodes
-    left: list[Left] = field(default_factory=list)
-    units: Declared | None = None  # as the file declares them
-    ended: list[Ended] = field(default_factory=list)
-    taken: list[str] = field(default_factory=list)  # how something was understood that can be understood otherwise
+    pieces: int = 1  # number of disjoint pieces of the body
+    left: list[NotImported] = field(default_factory=list)
+    units: DeclaredUnits | None = None  # as the file declares them
+    ended: list[EndedLoad] = field(default_factory=list)
+    taken: list[str] = field(default_factory=list)  # choices made where the file is ambiguous
 
     @cached_property
-    def sides(self) -> Sides:
-        """Those of its cells, found when something asks."""
-        return Sides(self.cells)
+    def sides(self) -> CellSides:
+        """Sides of its cells, found on first use."""
+        return CellSides(self.cells)
 
     @cached_property
     def inside_out(self) -> Ints:
-        """Cells (k,) whose nodes are in an order that makes their volume negative."""
-        with np.errstate(all="ignore"):  # what is not finite is refused with its place, when the scene is read
+        """Cells (k,) whose node order makes their volume negative."""
+        with np.errstate(all="ignore"):  # non-finite points are refused later, when the scene is read
             return np.flatnonzero(Mesh(self.points, self.cells, self.kind).volumes < 0.0)

@@ -1,6 +1,6 @@
-"""The mesh of a record as a file beside its scene: nodes, cells, and named parts of cells and of the surface.
+"""Mesh of a record as a file next to its scene: nodes, cells, and named parts of cells and of the surface.
 
-In the style of Abaqus, for there parts may overlap; numbers have all their digits.
+The format is Abaqus input, in which parts may overlap; numbers keep all their digits.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from softmark.interpreter.importers.imported_deck import Floats, Ints
 TYPES = {"tet4": "C3D4", "tet10": "C3D10", "hex8": "C3D8", "hex20": "C3D20"}
 
 
-def text(
+def mesh_text(
     kind: str, points: Floats, cells: Ints, sets: Mapping[str, Ints], surfaces: Mapping[str, Ints],
     node_sets: Mapping[str, Ints],
 ) -> str:  # fmt: skip
-    """Return the file, of sets of cells (k,), of faces (f, 2) and of nodes (k,) by name."""
+    """Return the file's text, with sets of cells (k,), of faces (f, 2) and of nodes (k,) by name."""
     return "\n".join([*_lines(kind, points, cells, sets, surfaces, node_sets), ""])
 
 

@@ -1,7 +1,8 @@
-"""PML with LML: what the comparison of 2008 exchanged, a physical model and, in a file of the same name, its loads.
+"""Reader of PML with LML, the exchange formats of the 2008 comparison: a physical model, and its loads in a second
+file.
 
-Atoms are points, a structural component of FEM cells is a part; a load is a direction times a value, straight between
-events and constant after the last, whose value the scene has. `NULL` leaves a direction free.
+Atoms are points, and a structural component of FEM cells is a part. A load is a direction times a value, linear between
+events and constant after the last, whose value the scene uses. `NULL` leaves a direction free.
 Source: Chabanas and Promayon, "Physical Model Language: Towards a Unified Representation for Continuous and Discrete
 Models" (2004); the library's readers in SOFA (extlibs/PML, extlibs/LML).
 """
@@ -13,9 +14,18 @@ from pathlib import Path
 
 import numpy as np
 
-from softmark.interpreter.importers.abaqus_loads import together
-from softmark.interpreter.importers.imported_deck import AtNodes, Deck, Floats, Foreign, Ints, Law, Left, Part
-from softmark.interpreter.importers.xml_numbers import Words
+from softmark.interpreter.importers.abaqus_loads import group_equal_supports
+from softmark.interpreter.importers.imported_deck import (
+    Deck,
+    Floats,
+    ImportedLaw,
+    Ints,
+    MaterialPart,
+    NodeForces,
+    NotImportable,
+    NotImported,
+)
+from softmark.interpreter.importers.xml_numbers import NumberParser
 from softmark.interpreter.models.imported_results.readers.xml_trees import ElementT, parsed, within
 from softmark.safe_files import read_regular
 
@@ -25,27 +35,27 @@ LIMIT = 1_000_000  # numbers of a list
 
 
 def read(path: Path) -> Deck:
-    """A model and its loads. Raises Unreadable, Foreign."""
-    words = Words(path.name)
+    """Read a model and its loads. Raises Unreadable, NotImportable."""
+    words = NumberParser(path.name)
     found, place = _model(parsed(path.name, read_regular(path), "physicalModel"), path.name, words)
     beside = path.with_suffix(".lml")
     if beside.exists():
         beside = within(path.name, path.parent, beside.name)
-        own = Words(beside.name)
+        own = NumberParser(beside.name)
         _loads(parsed(beside.name, read_regular(beside), "loads"), own, found, place)
     else:
-        found.left.append(Left("supports and loads", f"there is no {beside.name} beside it"))
+        found.left.append(NotImported("supports and loads", f"there is no {beside.name} beside it"))
     return found
 
 
 # ---------------------------------------------------------------------- PML
 
 
-def _model(top: ElementT, name: str, words: Words) -> tuple[Deck, dict[int, int]]:
+def _model(top: ElementT, name: str, words: NumberParser) -> tuple[Deck, dict[int, int]]:
     points: dict[int, list[float]] = {}
     for atom in top.iterfind("atoms//atomProperties"):
         points[words.whole(atom.get("index"))] = [words.number(atom.get(c)) for c in "xyz"]
-    left: list[Left] = []
+    left: list[NotImported] = []
     blocks: dict[str, list[list[int]]] = {}
     parts: list[tuple[ElementT, int, int]] = []
     for body in _bodies(top, left):
@@ -58,7 +68,7 @@ def _model(top: ElementT, name: str, words: Words) -> tuple[Deck, dict[int, int]
             parts.append((body, whole - len(rows), whole))
     if len(blocks) != 1:
         what = "several kinds of cells" if blocks else "no tetrahedra and no hexahedra of FEM"
-        raise Foreign(f"{name} has {what}", "one kind of TETRAHEDRON and HEXAHEDRON is carried over")
+        raise NotImportable(f"{name} has {what}", "one kind of TETRAHEDRON and HEXAHEDRON is carried over")
     ((kind, table),) = blocks.items()
     used, cells = np.unique(np.array(table, dtype=np.int64), return_inverse=True)
     if missing := [n for n in used.tolist() if n not in points]:
@@ -67,7 +77,7 @@ def _model(top: ElementT, name: str, words: Words) -> tuple[Deck, dict[int, int]
     found = Deck(name, KINDS[kind][0], X, cells.reshape(len(table), -1).astype(np.int64), [], left=left)
     strains = {_strain(body, found) for body, _, _ in parts}
     if len(strains) > 1:
-        raise Foreign(f"{name} has bodies with several words for `deformation`", "write one file for each")
+        raise NotImportable(f"{name} has bodies with several words for `deformation`", "write one file for each")
     found.strain = strains.pop()
     found.parts = [_part(body, first, last, words, left) for body, first, last in parts]
     if kind == "HEXAHEDRON":
@@ -75,17 +85,19 @@ def _model(top: ElementT, name: str, words: Words) -> tuple[Deck, dict[int, int]
     return found, {n: i for i, n in enumerate(used.tolist())}
 
 
-def _bodies(top: ElementT, left: list[Left]) -> Iterator[ElementT]:
-    """The exclusive components that are of finite elements."""
+def _bodies(top: ElementT, left: list[NotImported]) -> Iterator[ElementT]:
+    """Yield the exclusive components that consist of finite elements."""
     for body in top.iterfind("exclusiveComponents//structuralComponent"):
         kind = body.get("bodyType", "FEM")
         if kind == "FEM":
             yield body
         else:
-            left.append(Left(f"the body `{body.get('name', '')[:60]}`", f"it is of the type {kind[:40]}, not FEM"))
+            left.append(
+                NotImported(f"the body `{body.get('name', '')[:60]}`", f"it is of the type {kind[:40]}, not FEM")
+            )
 
 
-def _cells(body: ElementT, words: Words, left: list[Left]) -> Iterator[tuple[str, list[int]]]:
+def _cells(body: ElementT, words: NumberParser, left: list[NotImported]) -> Iterator[tuple[str, list[int]]]:
     odd: dict[str, int] = {}
     for cell in body.iterfind("cell"):
         properties = cell.find("cellProperties")
@@ -97,7 +109,7 @@ def _cells(body: ElementT, words: Words, left: list[Left]) -> Iterator[tuple[str
         if len(row) != KINDS[kind][1]:
             raise words.wrong(f"a cell {kind} has {len(row)} atoms")
         yield kind, row
-    left += [Left(f"{n} cells {kind[:40]}", "no cells of a solid here") for kind, n in odd.items()]
+    left += [NotImported(f"{n} cells {kind[:40]}", "no cells of a solid here") for kind, n in odd.items()]
 
 
 def _strain(body: ElementT, found: Deck) -> str:
@@ -109,24 +121,24 @@ def _strain(body: ElementT, found: Deck) -> str:
     return STRAINS.get(word, "corotational")
 
 
-def _part(body: ElementT, first: int, last: int, words: Words, left: list[Left]) -> Part:
+def _part(body: ElementT, first: int, last: int, words: NumberParser, left: list[NotImported]) -> MaterialPart:
     name = body.get("name", "")
     if "mass" in body.attrib:
-        left.append(Left(f"the mass of `{name[:60]}`", "a scene has densities: `--density` says one"))
+        left.append(NotImported(f"the mass of `{name[:60]}`", "a scene has densities: `--density` says one"))
     law = None
     if "young" in body.attrib and "poisson" in body.attrib:
         density = words.number(body.get("density")) if "density" in body.attrib else None
         young, poisson = words.number(body.get("young")), words.number(body.get("poisson"))
-        law = Law("linear_elastic", {"young": young}, {"poisson": poisson}, density)
+        law = ImportedLaw("linear_elastic", {"young": young}, {"poisson": poisson}, density)
     else:
-        left.append(Left(f"the material of `{name[:60]}`", "it does not say `young` and `poisson`"))
-    return Part(name or "body", np.arange(first, last), law)
+        left.append(NotImported(f"the material of `{name[:60]}`", "it does not say `young` and `poisson`"))
+    return MaterialPart(name or "body", np.arange(first, last), law)
 
 
 # ---------------------------------------------------------------------- LML
 
 
-def _loads(top: ElementT, words: Words, found: Deck, place: dict[int, int]) -> None:
+def _loads(top: ElementT, words: NumberParser, found: Deck, place: dict[int, int]) -> None:
     held: dict[tuple[int, int], float] = {}
     for number, load in enumerate(top.iterfind("load"), start=1):
         kind = load.get("type", "")
@@ -135,21 +147,21 @@ def _loads(top: ElementT, words: Words, found: Deck, place: dict[int, int]) -> N
         vector = _vector(load, words)
         value = _value(load, words)
         if kind not in ("Translation", "Force") or vector is None or value is None:
-            found.left.append(Left(what, "only translations and forces along a direction are read"))
+            found.left.append(NotImported(what, "only translations and forces along a direction are read"))
         elif kind == "Force":
             x, y, z = (value * (c or 0.0) for c in vector)
-            found.forces.append(AtNodes("force", nodes, (x, y, z)))
+            found.forces.append(NodeForces("force", nodes, (x, y, z)))
         else:
             for c, along in enumerate(vector):
                 for node in nodes.tolist() if along is not None else ():
                     told = value * (along or 0.0)
                     if held.setdefault((node, c), told) != told:
-                        raise Foreign(f"{what} and another move an atom differently", "let one of them hold it")
-    found.holds = together(held)
+                        raise NotImportable(f"{what} and another move an atom differently", "let one of them hold it")
+    found.holds = group_equal_supports(held)
     found.taken.append("translations and forces have the value of their last event, which stays")
 
 
-def _applied(load: ElementT, words: Words, place: dict[int, int], found: Deck, what: str) -> Ints:
+def _applied(load: ElementT, words: NumberParser, place: dict[int, int], found: Deck, what: str) -> Ints:
     own = load.find("appliedTo")
     numbers: set[int] = set()
     for word in filter(None, ("" if own is None else own.text or "").replace(" ", "").split(",")):
@@ -161,11 +173,11 @@ def _applied(load: ElementT, words: Words, place: dict[int, int], found: Deck, w
             raise words.wrong(f"`{word[:40]}` are too many atoms")
         numbers.update(range(low, high + 1))
     if lost := len(numbers - place.keys()):
-        found.left.append(Left(f"{what} on {lost} atoms", "they are of no cell"))
+        found.left.append(NotImported(f"{what} on {lost} atoms", "they are of no cell"))
     return np.array(sorted(place[n] for n in numbers if n in place), dtype=np.int64)
 
 
-def _vector(load: ElementT, words: Words) -> list[float | None] | None:
+def _vector(load: ElementT, words: NumberParser) -> list[float | None] | None:
     own = load.find("direction")
     if own is None:
         return None
@@ -173,7 +185,7 @@ def _vector(load: ElementT, words: Words) -> list[float | None] | None:
     return [None if w.upper() == "NULL" else words.number(w) for w in told]
 
 
-def _value(load: ElementT, words: Words) -> float | None:
-    """That of the last event, which stays."""
+def _value(load: ElementT, words: NumberParser) -> float | None:
+    """Return the value of the last event, which stays constant."""
     events = [(words.number(e.get("date")), words.number(e.get("value"))) for e in load.iterfind("valueEvent")]
     return max(events, key=lambda event: event[0])[1] if events else None

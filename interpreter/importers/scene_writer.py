@@ -1,4 +1,4 @@
-"""A record as a text of the language, in its canonical form, with what was left at its end."""
+"""Writer of a record as a scene in canonical form, with the items that were not imported at its end."""
 
 from __future__ import annotations
 
@@ -15,30 +15,40 @@ from softmark.grammar.diagnostic import Source, visible
 from softmark.grammar.parser import parse
 from softmark.grammar.printer import format_source
 from softmark.interpreter.importers import imported_mesh
-from softmark.interpreter.importers.deck_units import Unasked, Units
-from softmark.interpreter.importers.imported_deck import AtNodes, Deck, Ended, Foreign, Hold, Ints, Left, OnFaces, Part
+from softmark.interpreter.importers.deck_units import FileUnits, MissingUnit
+from softmark.interpreter.importers.imported_deck import (
+    Deck,
+    EndedLoad,
+    FaceLoad,
+    Ints,
+    MaterialPart,
+    NodeForces,
+    NodeSupport,
+    NotImportable,
+    NotImported,
+)
 from softmark.solvers.mesh.files.mesh_validation import components, find_coincident_nodes, find_overlap, format_position
 from softmark.solvers.mesh.mesh import Mesh
 
-FORCES = 10_000  # nodes with forces of their own; each takes some 7 ms of a run
+FORCES = 10_000  # maximum number of nodal forces; each takes some 7 ms of a run
 DOUBLED = "some lie where other nodes do, and a scene says single nodes by where they lie"
-DUST = 1e-16  # of the greatest force: below what a double keeps beside it
+DUST = 1e-16  # relative to the largest force: smaller ones are round-off
 WIDE = 100
-ANY_DENSITY = "1000.0 kg/m^3"  # of materials without one, where no result depends on it
+ANY_DENSITY = "1000.0 kg/m^3"  # density for materials without one, where no result depends on it
 NO_DENSITY = ("a material has no density, and nothing of a body at rest without weight depends on it: the scene has "
               f"{ANY_DENSITY} in its place")  # fmt: skip
 
 
 @dataclass(frozen=True)
-class Filled:
-    """What a file does not say and somebody has told: a material for cells without one, a density for laws."""
+class SuppliedValues:
+    """Values that a file lacks and the user supplies: a material for cells without one, a density for laws."""
 
     material: str | None = None  # a constructor of the language
     density: str | None = None  # a quantity
 
 
-class Wanting(Exception):
-    """A file lacks what a scene must say: what, and how to tell."""
+class MissingValue(Exception):
+    """A file lacks something that a scene requires; with the reason and how to supply it."""
 
     def __init__(self, reason: str, remedy: str) -> None:
         super().__init__(reason)
@@ -46,71 +56,77 @@ class Wanting(Exception):
 
 
 @dataclass(frozen=True)
-class Written:
-    """A scene, the text of a mesh beside it (None where it is a file that is there), and what was left.
+class WrittenScene:
+    """Scene, the text of its mesh file (None if the file exists already), and the items that were not imported.
 
-    `turned` says which cells were inside out, if some were; `taken` how something was understood that can be
-    understood otherwise.
+    `turned` reports inverted cells, if any; `taken` the choices made where the file is ambiguous.
     """
 
     scene: str
     mesh: str | None
-    left: tuple[Left, ...]
+    left: tuple[NotImported, ...]
     turned: str | None
     taken: tuple[str, ...] = ()
-    ended: tuple[Ended, ...] = ()
+    ended: tuple[EndedLoad, ...] = ()
 
 
-def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written:
-    """A scene whose mesh has this name. Raises Unasked, Wanting, Foreign."""
+def write_scene(deck: Deck, units: FileUnits, filled: SuppliedValues, mesh_name: str) -> WrittenScene:
+    """Return the scene of a record whose mesh has this name. Raises MissingUnit, MissingValue, NotImportable."""
     _count_pieces(deck)
     writer = _Writer(deck, units, filled, mesh_name)
     lines = list(writer.lines())
     mesh = None
     if deck.mesh is None:
-        mesh = imported_mesh.text(deck.kind, deck.points, deck.cells, writer.sets, writer.surfaces, writer.node_sets)
-    left, turned, taken = _counted(deck.left), _turned(deck, units), tuple(dict.fromkeys(deck.taken))
+        mesh = imported_mesh.mesh_text(
+            deck.kind, deck.points, deck.cells, writer.sets, writer.surfaces, writer.node_sets
+        )
+    left, turned, taken = (
+        _count_repeated(deck.left),
+        _report_inverted_cells(deck, units),
+        tuple(dict.fromkeys(deck.taken)),
+    )
     deck.taken = [*taken, *([] if turned is None else [f"{turned}: a scene turns them"])]
     text = "\n".join([*lines, "", *_notes(deck, left)]).rstrip() + "\n"
     scene = format_source(Source(deck.title, text))
-    return Written(scene, mesh, left, turned, taken, tuple(dict.fromkeys(deck.ended)))
+    return WrittenScene(scene, mesh, left, turned, taken, tuple(dict.fromkeys(deck.ended)))
 
 
-def _counted(every: Sequence[Left]) -> tuple[Left, ...]:
-    """Each loss once, with how many times the file has it."""
+def _count_repeated(every: Sequence[NotImported]) -> tuple[NotImported, ...]:
+    """Return each item that was not imported once, with its number of occurrences."""
     return tuple(
         own if many == 1 else replace(own, what=f"{own.what}, {many} times") for own, many in Counter(every).items()
     )
 
 
 def _count_pieces(deck: Deck) -> None:
-    """Count the pieces of a body and report what joins them. Raises Foreign if a scene would refuse its mesh."""
+    """Count the pieces of a body and report what joins them. Raises NotImportable if a scene would refuse its mesh."""
     width = deck.cells.shape[1]
     part = components(len(deck.points), np.repeat(deck.cells[:, 0], width - 1), deck.cells[:, 1:].ravel())
     deck.pieces = len(np.unique(part[deck.cells[:, 0]]))
     if deck.pieces == 1:
         return
     if deck.mesh is not None:
-        raise Foreign(f"{deck.title} has {deck.pieces} pieces that share no nodes",
+        raise NotImportable(f"{deck.title} has {deck.pieces} pieces that share no nodes",
                       "declare the body by hand, with `pieces = keep` of `mesh(...)`")  # fmt: skip
     if (place := find_overlap(Mesh(deck.points, deck.cells, deck.kind))) is not None:
         where = ", ".join(f"{v:g}" for v in place[0].tolist())
-        raise Foreign(f"{deck.title} has {deck.pieces} pieces, of which some overlap: ({where}) lies inside two",
+        raise NotImportable(f"{deck.title} has {deck.pieces} pieces, of which some overlap: ({where}) lies inside two",
                       "no body has matter twice at one place: move the pieces, or write each to a deck")  # fmt: skip
     deck.taken.append(f"its {deck.pieces} pieces share no nodes and are one body of so many pieces: nothing of the "
                       "scene joins them, so each needs supports; `contact glue = tied(body)` glues them where they "
                       "touch, `contact c = itself(body)` keeps them from passing through each other")  # fmt: skip
 
 
-def _turned(deck: Deck, units: Units) -> str | None:
-    """How many cells are inside out, and where the first of them is; None of none."""
+def _report_inverted_cells(deck: Deck, units: FileUnits) -> str | None:
+    """Return how many cells are inverted, and where the first is; None if there are none."""
     if not len(own := deck.inside_out):
         return None
     middle = deck.points[deck.cells[own[0]]].mean(axis=0) * units.length.factor
-    return f"{len(own)} of its {len(deck.cells)} cells are inside out, the first has its middle at {format_position(middle)}"
+    place = format_position(middle)
+    return f"{len(own)} of its {len(deck.cells)} cells are inside out, the first has its middle at {place}"
 
 
-def _notes(deck: Deck, left: Sequence[Left]) -> Iterator[str]:
+def _notes(deck: Deck, left: Sequence[NotImported]) -> Iterator[str]:
     for ended in dict.fromkeys(deck.ended):
         yield from _comment(f"without effect: {ended.described}")
     for what in deck.taken:
@@ -133,8 +149,8 @@ def _comment(text: str) -> Iterator[str]:
 @dataclass
 class _Writer:
     deck: Deck
-    units: Units
-    filled: Filled
+    units: FileUnits
+    filled: SuppliedValues
     mesh_name: str
     names: set[str] = field(default_factory=set)
     sets: dict[str, Ints] = field(default_factory=dict)
@@ -142,7 +158,7 @@ class _Writer:
     node_sets: dict[str, Ints] = field(default_factory=dict)
 
     def name(self, kind: str, told: str) -> str:
-        """A name that nothing else has and no word of the language is."""
+        """Return a name that nothing else has and that is no word of the language."""
         plain = re.sub(r"\W+", "_", told, flags=re.ASCII).strip("_").lower()[:60]
         first = f"{kind}_{plain}" if plain else kind
         found, i = first, 2
@@ -152,7 +168,7 @@ class _Writer:
         return found
 
     def lines(self) -> Iterator[str]:
-        """Declarations. Raises Unasked, Wanting."""
+        """Yield the declarations. Raises MissingUnit, MissingValue."""
         deck = self.deck
         system = f" ({self.units.system})" if self.units.system else ""
         yield from ("softmark 1", f"scene {_quoted(deck.title)}", "")
@@ -210,12 +226,12 @@ class _Writer:
                 yield (f"load {self.name('load', 'weight')} = gravity({told!r} m/s^2, direction = "
                        f"{_vector([v / size + 0.0 for v in vector])})")  # fmt: skip
 
-    def _law(self, own: Part) -> str:
+    def _law(self, own: MaterialPart) -> str:
         law, part, cells = own.law, own.name, len(own.cells)
         if law is None:
             why = f" ({own.why})" if own.why else ""
             if self.filled.material is None:
-                raise Wanting(f"{cells} cells (`{part}`) have no material that was carried over{why}",
+                raise MissingValue(f"{cells} cells (`{part}`) have no material that was carried over{why}",
                               "say what they are made of: `--material 'neo_hookean(young = 60 kPa, poisson = 0.45, "
                               "density = 1000 kg/m^3)'`")  # fmt: skip
             return _constructor(self.filled.material)
@@ -232,12 +248,12 @@ class _Writer:
             if NO_DENSITY not in self.deck.taken:
                 self.deck.taken.append(NO_DENSITY)
         else:
-            raise Wanting(f"the material `{part}` has no density, which a scene says of every material",
+            raise MissingValue(f"the material `{part}` has no density, which a scene says of every material",
                           "say it, `--density 1000kg/m^3`; at rest nothing depends on it but weight")  # fmt: skip
         fields += [f"density = {density}", *(f"{name} = {word}" for name, word in law.choices.items())]
         return f"{law.word}({', '.join(fields)})"
 
-    def _hold(self, hold: Hold) -> Iterator[str]:
+    def _hold(self, hold: NodeSupport) -> Iterator[str]:
         faces, alone = self.deck.sides.within(hold.nodes)
         where = self.name("at", hold.name)
         if len(alone):
@@ -260,12 +276,12 @@ class _Writer:
 
     @cached_property
     def doubled(self) -> Ints:
-        """Nodes (k,) that lie where another does: a place is not one of them alone."""
+        """Nodes (k,) that coincide with another node, so that their position does not identify them."""
         if self.deck.mesh is not None:
             return np.zeros(0, dtype=np.int64)
         return np.unique(find_coincident_nodes(self.deck.points, self.deck.cells))
 
-    def _push(self, push: OnFaces) -> Iterator[str]:
+    def _push(self, push: FaceLoad) -> Iterator[str]:
         region = self.name("at", push.name)
         self.surfaces[region] = push.faces
         yield f"region {region} = group(body, {_quoted(region)})"
@@ -277,12 +293,12 @@ class _Writer:
             items = ", ".join(self.units.of_stress(v) for v in push.traction)
             yield f"load {name} = traction(body, where = {region}, vector = ({items}))"
 
-    def _forces(self, forces: Sequence[AtNodes]) -> Iterator[str]:
+    def _forces(self, forces: Sequence[NodeForces]) -> Iterator[str]:
         known = self._apart(self._sized(forces))
         many = sum(len(force.nodes) for force in known)
         if many > FORCES:
             total = np.sum([len(f.nodes) * np.array(f.force) for f in known], axis=0) * self.units.of_force(1.0)
-            self.deck.left.append(Left(f"forces on {many} nodes, {_vector(total.tolist())} N in all",
+            self.deck.left.append(NotImported(f"forces on {many} nodes, {_vector(total.tolist())} N in all",
                                        f"a scene says them one by one, {FORCES} at most"))  # fmt: skip
             return
         for force in known:
@@ -291,18 +307,18 @@ class _Writer:
                 at = f"{_vector(self.deck.points[node].tolist())} {self._unit()}"
                 yield f"load {self.name('load', force.name)} = point_force(body, at = {at}, vector = {vector} N)"
 
-    def _apart(self, forces: Sequence[AtNodes]) -> list[AtNodes]:
-        """Forces on nodes that have a place of their own; the others are left."""
+    def _apart(self, forces: Sequence[NodeForces]) -> list[NodeForces]:
+        """Return forces on nodes with a unique position; list the others as not imported."""
         own = [np.isin(force.nodes, self.doubled) for force in forces]
         if many := sum(int(double.sum()) for double in own):
             each = (double.sum() * np.array(force.force) for force, double in zip(forces, own, strict=True))
             total = np.sum(list(each), axis=0) * self.units.of_force(1.0)
-            self.deck.left.append(Left(f"forces on {many} nodes, {_vector(total.tolist())} N in all", DOUBLED))
+            self.deck.left.append(NotImported(f"forces on {many} nodes, {_vector(total.tolist())} N in all", DOUBLED))
         told = (replace(force, nodes=force.nodes[~double]) for force, double in zip(forces, own, strict=True))
         return [force for force in told if len(force.nodes)]
 
-    def _sized(self, forces: Sequence[AtNodes]) -> list[AtNodes]:
-        """Forces without what rounding has left in them, which may be smaller than any quantity of a scene."""
+    def _sized(self, forces: Sequence[NodeForces]) -> list[NodeForces]:
+        """Return forces without round-off residues, which may be smaller than any quantity of a scene."""
         least = DUST * max((abs(v) for force in forces for v in force.force), default=0.0)
         if any(0.0 < abs(v) < least for force in forces for v in force.force):
             self.deck.taken.append(f"components of forces below {DUST:g} of the greatest are rounding, and 0")
@@ -314,11 +330,11 @@ class _Writer:
 
 
 def _constructor(told: str) -> str:
-    """What somebody has written for a material. Raises Wanting."""
+    """Return the constructor that the user supplied for a material. Raises MissingValue."""
     tree, problems = parse(Source("--material", f"material told = {told}\n"))
     if problems or len(tree.declarations) != 1 or "\n" in told:
         example = "`--material 'neo_hookean(young = 60 kPa, poisson = 0.45, density = 1000 kg/m^3)'`"
-        raise Wanting(f"`{told}` is no material as a scene writes it", f"such as {example}")
+        raise MissingValue(f"`{told}` is no material as a scene writes it", f"such as {example}")
     return told
 
 

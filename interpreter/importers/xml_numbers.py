@@ -12,18 +12,18 @@ from softmark.references.measured_data import Unreadable
 LARGEST = 1 << 40  # of a number of a node
 
 
-class Words:
-    """Of one file, which its messages name."""
+class NumberParser:
+    """Parser of numbers in one file, which its messages name."""
 
     def __init__(self, name: str) -> None:
         self.name = name
 
     def wrong(self, reason: str) -> Unreadable:
-        """What is raised of it."""
+        """Return the exception for an error in the file."""
         return Unreadable(self.name, reason, AGAIN)
 
     def floats(self, text: str | None, count: int | None = None) -> Floats:
-        """Finite numbers between commas or blanks, so many of them. Raises Unreadable."""
+        """Return finite numbers separated by commas or blanks, `count` of them if given. Raises Unreadable."""
         words = (text or "").replace(",", " ").split()
         try:
             if "_" in (text or ""):
@@ -36,25 +36,25 @@ class Words:
         return found
 
     def number(self, text: str | None) -> float:
-        """One of them. Raises Unreadable."""
+        """Return one finite number. Raises Unreadable."""
         return float(self.floats(text, 1)[0])
 
     def wholes(self, text: str | None) -> Ints:
-        """Whole numbers from 0. Raises Unreadable."""
+        """Return whole numbers >= 0. Raises Unreadable."""
         found = self.floats(text)
         if (found != np.floor(found)).any() or (np.abs(found) > LARGEST).any() or (found < 0).any():
             raise self.wrong(f"`{(text or '').strip()[:40]}` are no whole numbers")
         return found.astype(np.int64)
 
     def whole(self, text: str | None) -> int:
-        """One of them. Raises Unreadable."""
+        """Return one whole number >= 0. Raises Unreadable."""
         found = self.wholes(text)
         if len(found) != 1:
             raise self.wrong(f"`{(text or '').strip()[:40]}` is no whole number")
         return int(found[0])
 
 
-def child(node: ElementT | None, tag: str) -> str | None:
-    """The text of the first element of a name within another."""
+def child_text(node: ElementT | None, tag: str) -> str | None:
+    """Return the text of the first child element with a name."""
     own = None if node is None else node.find(tag)
     return None if own is None else (own.text or "")

@@ -6,7 +6,7 @@ from softmark.grammar import tree
 from softmark.grammar.diagnostic import did_you_mean
 from softmark.grammar.name_suggestions import nearest
 from softmark.interpreter.language.expression_evaluation import Place
-from softmark.interpreter.language.field_schema import Constructor, Field, indefinite_article
+from softmark.interpreter.language.field_schema import Constructor, Field, article
 from softmark.interpreter.language.foreign_words import find_misspelling
 from softmark.interpreter.language.name_scope import Scope
 from softmark.interpreter.language.scene_sources import Module
@@ -15,7 +15,8 @@ from softmark.interpreter.language.scene_sources import Module
 def find_bare_constructor(
     scope: Scope, module: Module, field: Field, node: tree.Name, place: Place
 ) -> Constructor | None:
-    """Return the constructor with this name, or None if the name is declared in the scene. Raises EvaluationError if it is
+    """Return the constructor with this name, or None if the name is declared in the scene. Raises EvaluationError if it
+    is
     misspelt.
     """
     words, symbol = _words(scope, field.kind), scope.table.symbols.get(module.prefix + node.text)
@@ -24,13 +25,13 @@ def find_bare_constructor(
         if node.text not in words or kind == field.kind:
             return None
         raise place.fail("E213", node.span, f"expected {field.expected}, found the {kind} `{node.text}`",
-                         f"{indefinite_article(kind)} {kind}",
+                         f"{article(kind)} {kind}",
                          f"`{node.text}` is {field.expected}, too: give the {kind} another name")  # fmt: skip
     if node.text in words:
         return words[node.text]
     declared = scope.names(module, [field.kind])
     if node.text in scope.table.vocabulary[field.kind] or nearest(node.text, declared):
-        return None  # one that takes something, and the message about that
+        return None  # a constructor with required fields gets its own message
     close = find_misspelling(node.text, words)
     if close is None:
         return None

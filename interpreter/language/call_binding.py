@@ -33,10 +33,10 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiler import Compiler
     from softmark.interpreter.language.parameter_overrides import Override
 
-ORIGINS = 3  # parameters whose places a message shows
-FARTHEST = 1e30  # sixth powers of it, as in the volume times the stiffness of a body, are still numbers
+ORIGINS = 3  # maximum number of parameters shown in a message
+FARTHEST = 1e30  # its sixth power (volume times stiffness) does not overflow
 HOME = "paths are relative to the scene's own folder"
-Bound = tuple[tree.Expression, Place]  # an expression, and the text that it stands in
+Bound = tuple[tree.Expression, Place]  # expression and its text
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,9 @@ class Binder:
         return self.compiler.table.vocabulary
 
     def call(self, kind: str, node: tree.Call, outermost: bool = True) -> tuple[Constructor, Any, dict[str, Location]]:
-        """Return the constructor, the object that the call creates, and the location of each field. Raises EvaluationError."""
+        """Return the constructor, the object that the call creates, and the location of each field. Raises
+        EvaluationError.
+        """
         constructor = self._constructor(kind, node)
         self._decimal_comma(constructor, node)
         bound, broken = self._match(constructor, node, outermost)
@@ -90,7 +92,7 @@ class Binder:
         close = meant if meant in known else find_misspelling(name, known)
         if others:
             other = others[0].kind
-            message = f"`{name}` is {field_schema.indefinite_article(other)} {other}, not {field_schema.indefinite_article(kind)} {kind}"
+            message = f"`{name}` is {field_schema.article(other)} {other}, not {field_schema.article(kind)} {kind}"
             hint: str | Remedy = f"declare it as `{other} NAME = {name}(...)`; {kind} constructors: {', '.join(known)}"
         else:
             message = f"there is no {kind} `{name}`"
@@ -101,9 +103,7 @@ class Binder:
             )
             if close and close == meant and not nearest(name, [close]):
                 hint = Remedy(f"it is called `{close}` here", Fix(close))
-        raise self.place.fail(
-            "E203", node.function.span, message, f"not {field_schema.indefinite_article(kind)} {kind}", hint
-        )
+        raise self.place.fail("E203", node.function.span, message, f"not {field_schema.article(kind)} {kind}", hint)
 
     # ------------------------------------------------------------------ arguments to fields
 

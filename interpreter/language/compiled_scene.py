@@ -18,7 +18,7 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene_sources import ModuleTable
 
-RIGID = "rigid"  # the constructor of bodies that nothing deforms
+RIGID = "rigid"  # constructor of rigid bodies
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Parameter:
     text: str
     location: Location
     overridden: bool = False
-    interval: Interval | None = None  # the range that the scene declares for it, SI
+    interval: Interval | None = None  # range declared in the scene, SI
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Declared:
     constructor: Constructor
     thing: Any
     location: Location
-    fields: Mapping[str, Location] = field(default_factory=dict)  # where each given field stands
+    fields: Mapping[str, Location] = field(default_factory=dict)  # location of each given field
     name_at: Location | None = None
 
     def value(self, name: str) -> Any:
@@ -114,19 +114,17 @@ class Scene:
 
     title: str
     source: Source
-    path: str | None  # of the file, None for text
+    path: str | None  # path of the file, None for text
     parameters: Mapping[str, Parameter]
     declared: Mapping[str, Declared]
     expectations: tuple[Expectation, ...]
-    overrides: tuple[str, ...] = ()  # as given: `L=120mm`
+    overrides: tuple[str, ...] = ()  # overrides as given: `L=120mm`
     unused: Mapping[str, Location] = field(default_factory=dict)
-    table: ModuleTable | None = field(default=None, repr=False, compare=False)  # what it was compiled from
-    chosen: tuple[str, ...] = ()  # models that are asked for, with what they need; all of them without
-    varied: tuple[str, ...] = ()  # of the overrides, those that a study gave: `L=120 mm`
-    made: ReusableParts | None = field(default=None, repr=False, compare=False)  # None of one with errors
-    state: int | None = (
-        None  # which state of its analysis it is in (`scene_states.py`); None of all, or of the only one
-    )
+    table: ModuleTable | None = field(default=None, repr=False, compare=False)  # modules that it was compiled from
+    chosen: tuple[str, ...] = ()  # requested models with those they need; None: all
+    varied: tuple[str, ...] = ()  # overrides that a study gave: `L=120 mm`
+    made: ReusableParts | None = field(default=None, repr=False, compare=False)  # None for a scene with errors
+    state: int | None = None  # index of its state (`scene_states.py`); None for all states, or the only one
 
     @property
     def vocabulary(self) -> Vocabulary:

@@ -41,8 +41,8 @@ from softmark.interpreter.language.scene_sources import Module, ModuleTable, Sym
 from softmark.interpreter.language.scene_states import in_state, states_of
 
 STATEMENTS = ("param", "use", "expect", "scene")
-DEEPEST = 80  # declarations that refer to one another in a row
-KEPT = 200  # variations of a scene: a check compiles no more of a sweep, and each holds tens of kilobytes
+DEEPEST = 80  # maximum length of a chain of declarations
+KEPT = 200  # maximum number of cached variants of a scene, tens of kilobytes each
 
 
 def compile_scene(
@@ -113,8 +113,8 @@ def restore_scene(
 
 
 def _compile(
-    table: ModuleTable, path: str | None, given: Sequence[Override], diagnostics: BoundedDiagnostics, texts: tuple[str, ...],
-    known: ReusableParts | None = None,
+    table: ModuleTable, path: str | None, given: Sequence[Override], diagnostics: BoundedDiagnostics,
+    texts: tuple[str, ...], known: ReusableParts | None = None,
 ) -> tuple[Scene, list[Diagnostic]]:  # fmt: skip
     scope = Scope(table, known=known)
     compiler = Compiler(scope, {})
@@ -177,9 +177,7 @@ def _unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: Place) -> N
     made = next((c.kind for c in vocabulary.find(meant)), None)
     close = meant if meant in kinds else find_misspelling(node.kind, kinds)
     if made:
-        words = (
-            f"`{meant}` makes {field_schema.indefinite_article(made)} {made}: write `{made} {node.name} = {meant}(...)`"
-        )
+        words = f"`{meant}` makes {field_schema.article(made)} {made}: write `{made} {node.name} = {meant}(...)`"
         called = isinstance(node.value, tree.Call) and node.value.function.text == meant
         hint: str | Remedy = Remedy(words, Fix(made) if called else None)
     else:
@@ -250,7 +248,7 @@ class Compiler:
         if not isinstance(node.value, tree.Call):
             found = describe_expression(node.value)
             raise module.place.fail(
-                "E207", node.value.span, f"expected {field_schema.indefinite_article(node.kind)} {node.kind}, found {found}",
+                "E207", node.value.span, f"expected {field_schema.article(node.kind)} {node.kind}, found {found}",
                 found,
                 f"constructors of {field_schema.plural(node.kind)}: " + ", ".join(self.table.vocabulary[node.kind]),
             )  # fmt: skip
@@ -273,7 +271,9 @@ class Compiler:
         return Declared(node.kind, full, target.constructor, target.thing, location, name_at=own)
 
     def named(self, name: tree.Name, kind: str, module: Module, place: Place, also: tuple[str, ...] = ()) -> Declared:
-        """Return the declaration that a name refers to; it must be of `kind` or of a kind in `also`. Raises EvaluationError."""
+        """Return the declaration that a name refers to; it must be of `kind` or of a kind in `also`. Raises
+        EvaluationError.
+        """
         symbol = self.scope.resolve(name, module, place, kind)
         found = symbol.node.kind if isinstance(symbol.node, tree.Declare) else "parameter"
         if found not in (kind, *also):
@@ -282,8 +282,8 @@ class Compiler:
             if others:
                 hint = f"declared {field_schema.plural(kind)}: {field_schema.join_names(others)}"
             raise place.fail(
-                "E213", name.span, f"expected {field_schema.indefinite_article(kind)} {kind}, found the {found} `{name.text}`",
-                f"{field_schema.indefinite_article(found)} {found}", hint,
+                "E213", name.span, f"expected {field_schema.article(kind)} {kind}, found the {found} `{name.text}`",
+                f"{field_schema.article(found)} {found}", hint,
             )  # fmt: skip
         full = module.prefix + name.text
         if full in self._open:

@@ -18,9 +18,9 @@ from softmark.interpreter.language.expression_evaluation import (
 from softmark.interpreter.language.units import LENGTH, NONE, Dimension
 
 EXPONENTS = (2.0, 3.0, 4.0)
-HIGHEST = 8  # power of length in a comparison: that of the extent of the farthest body is a number
+HIGHEST = 8  # largest power of length in a comparison, so that the largest extent does not overflow
 
-Named = Callable[[tree.Name], Condition | str | None]  # what a region selects, the region that was meant, or nothing
+Named = Callable[[tree.Name], Condition | str | None]  # condition of a region, the name probably meant, or None
 
 
 def read_condition(node: tree.Expression, evaluator: Evaluator, named: Named = lambda name: None) -> Condition:

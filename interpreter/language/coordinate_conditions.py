@@ -80,7 +80,7 @@ class Term:
 
     at: Callable[[tuple[Any, Any, Any]], Any]
     varies: bool
-    value: float = math.nan  # of a constant
+    value: float = math.nan  # plane of a constant
     plane: Plane | None = None
     axes: frozenset[int] = frozenset()
     inside: Term | None = None
@@ -127,7 +127,7 @@ class Term:
         return Term(lambda p: f(self.at(p)), True, axes=self.axes, inside=self if name == "abs" else None)
 
 
-Plane = tuple[float, float, float, float]  # of a x + b y + c z + d
+Plane = tuple[float, float, float, float]  # coefficients of a x + b y + c z + d
 
 
 def _scaled(plane: Plane | None, factor: float) -> Plane | None:
@@ -173,7 +173,7 @@ def _absolute(a: Any) -> Any:
 _FUNCTIONS = {"sqrt": _root, "abs": _absolute}
 
 Point = tuple[float, float, float]  # m
-Truth = tuple[bool, bool]  # may it be false somewhere, may it be true somewhere
+Truth = tuple[bool, bool]  # (may be false somewhere, may be true somewhere)
 
 
 @dataclass(frozen=True)

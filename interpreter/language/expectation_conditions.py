@@ -22,13 +22,13 @@ from softmark.interpreter.language.expression_evaluation import (
 )
 from softmark.interpreter.language.scene_sources import Module
 from softmark.interpreter.language.scene_states import find_state_indices
-from softmark.interpreter.results.state_results import Moment, percent
+from softmark.interpreter.results.state_results import Moment, format_state
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiler import Compiler
 
-OWNERS = ("model", "reference")  # kinds of what has metrics
+OWNERS = ("model", "reference")  # kinds that have metrics
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Expectations:
         if owner in OWNERS:
             return self._metric(name)
         if owner:
-            problem = f"`{name.parts[0]}` is {field_schema.indefinite_article(owner)} {owner}, which has no metrics"
+            problem = f"`{name.parts[0]}` is {field_schema.article(owner)} {owner}, which has no metrics"
             raise self.place.fail("E216", name.span, problem, "not a model",
                                   f"models and references have them: {self._known(*OWNERS)}")  # fmt: skip
         if name.parts[0] in table.aliases:
@@ -118,8 +118,8 @@ class Expectations:
                                   "leave `.at(...)` out, or give the analysis some: `static(states = [5, 12.5] %)`",
                                   )  # fmt: skip
         if len(chosen := find_state_indices(states, value.value)) != 1:
-            shown = percent(Moment(value.value) if timed else value.value)
-            listed = ", ".join(map(percent, states))
+            shown = format_state(Moment(value.value) if timed else value.value)
+            listed = ", ".join(map(format_state, states))
             problem = f"the analysis has no state {shown}" if not chosen else f"it is in the state {shown} twice"
             raise self.place.fail("E313", node.span, problem, "which state?", f"its states are {listed}")
         return found
@@ -131,7 +131,9 @@ class Expectations:
         return () if known is None else tuple(known)
 
     def _end(self) -> float | None:
-        """Return the end time of a dynamic analysis, s; None for other analyses. Raises EvaluationError if it is in error."""
+        """Return the end time of a dynamic analysis, s; None for other analyses. Raises EvaluationError if it is in
+        error.
+        """
         own = self._own("analysis")
         thing = self.compiler.declaration(own[0]).thing if own else None
         return getattr(thing, "duration", None) if getattr(thing, "moving", False) else None
@@ -147,8 +149,8 @@ class Expectations:
                                   "not followed over time", "leave `.at(...)` out; followed is what contacts do, by"
                                   " metrics without `over` and `against`")  # fmt: skip
         if not 0.0 <= value.value <= end:
-            raise self.place.fail("E313", node.span, f"the motion has no time {percent(Moment(value.value))}",
-                                  "beyond its end", f"it goes from 0 s to {percent(Moment(end))}")  # fmt: skip
+            raise self.place.fail("E313", node.span, f"the motion has no time {format_state(Moment(value.value))}",
+                                  "beyond its end", f"it goes from 0 s to {format_state(Moment(end))}")  # fmt: skip
 
     def _alone(self, name: tree.Name, kind: str) -> EvaluationError:
         """Report a name without a dot that is not a parameter."""
@@ -164,9 +166,7 @@ class Expectations:
         if kind:
             problem = f"expected a number, found the {kind} `{name.text}`"
             remedy = f"expect something of a metric of a model, such as `{example}`"
-            return self.place.fail(
-                "E213", name.span, problem, f"{field_schema.indefinite_article(kind)} {kind}", remedy
-            )
+            return self.place.fail("E213", name.span, problem, f"{field_schema.article(kind)} {kind}", remedy)
         try:
             self.compiler.scope.lookup(name, self.module, self.place)
         except EvaluationError as bad:
@@ -192,7 +192,7 @@ class Expectations:
         hint = did_you_mean(f"{owner}.{close}") if close else f"metrics: {self._known('metric')}"
         found, problem = self._kinds.get(metric), f"there is no metric `{metric}`"
         if found:
-            problem = f"`{metric}` is {field_schema.indefinite_article(found)} {found}, not a metric"
+            problem = f"`{metric}` is {field_schema.article(found)} {found}, not a metric"
         return self.place.fail("E216", name.span, problem, "not a metric", hint)
 
 
@@ -257,7 +257,7 @@ def _compare(node: tree.Compare, evaluator: Evaluator) -> bool:
     for value, operand in zip(values[1:], node.operands[1:], strict=True):
         if value.dimension != values[0].dimension:
             due, found = units.dimension_name(values[0].dimension), units.dimension_name(value.dimension)
-            named = values[0].dimension in units.NAMES  # of another, its name is its unit
+            named = values[0].dimension in units.NAMES  # for another dimension, its name is its unit
             given = f"{due} in {units.usual_units(values[0].dimension)}" if named else due
             if values[0].dimension == units.NONE:
                 given = "one, or with a percentage"

@@ -1,6 +1,7 @@
 """Evaluation of expressions: numbers with dimensions, and vectors. For conditions see condition_syntax.py.
 
-An expression that cannot be evaluated adds one diagnostic to the list and raises EvaluationError; the caller continues with the
+An expression that cannot be evaluated adds one diagnostic to the list and raises EvaluationError; the caller continues
+with the
 next field.
 """
 
@@ -13,7 +14,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 from softmark.grammar import tree
-from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy, Second, Source, did_you_mean, remedied
+from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy, Second, Source, as_remedy, did_you_mean
 from softmark.grammar.name_suggestions import nearest
 from softmark.grammar.tree import Span
 from softmark.interpreter.language import field_schema, foreign_aliases, quotient_warnings, units
@@ -58,13 +59,13 @@ class Place:
         also: tuple[Second, ...] = (),
     ) -> EvaluationError:  # fmt: skip
         """Record an error and return it for the caller to raise."""
-        remedy = remedied(help)
+        remedy = as_remedy(help)
         found = Diagnostic(code, message, self.source, span, label, remedy.help, also=also, fix=remedy.fix)
         self.diagnostics.append(found)
         return EvaluationError(message)
 
 
-# name: (function, dimension of its argument, None for any, and of its value, None for the argument's)
+# name: (function, dimension of argument or None for any, of value or None for the argument's)
 FUNCTIONS: dict[str, tuple[Callable[[float], float], Dimension | None, Dimension | None]] = {
     "abs": (abs, None, None),
     "sin": (math.sin, ANGLE, NONE),
@@ -76,11 +77,11 @@ FUNCTIONS: dict[str, tuple[Callable[[float], float], Dimension | None, Dimension
 SPECIAL = ("sqrt", "min", "max")
 CONSTANTS = {"pi": math.pi}
 COORDINATES = ("x", "y", "z")
-HIGHEST = 99  # power of a unit
+HIGHEST = 99  # largest power of a unit
 PREDEFINED = frozenset((*FUNCTIONS, *SPECIAL, *CONSTANTS, *COORDINATES, "yes", "no"))
 
 Lookup = Callable[[tree.Name], Value]
-At = Callable[[tree.Name, tree.Expression, Quantity], Value]  # of the name before `.at`, and what stands in brackets
+At = Callable[[tree.Name, tree.Expression, Quantity], Value]  # (name before `.at`, expression in brackets)
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ class Evaluator:
     place: Place
     lookup: Lookup
     vocabulary: Vocabulary
-    at: At | None = None  # of expectations: what `model.metric.at(12.5 %)` comes to
+    at: At | None = None  # evaluates `model.metric.at(12.5 %)` in expectations
 
     def quantity(self, node: tree.Expression) -> Quantity:
         """Evaluate an expression that must be a number, with its dimension."""
@@ -178,7 +179,7 @@ class Evaluator:
         items = [self.quantity(item) for item in node.items]
         if node.unit is not None:
             measure = self.measure(node.unit)
-            # the unit belongs to the items that are plain numbers
+            # the unit applies to items that are plain numbers
             items = [
                 self._in_unit(q, measure, item.span) if q.dimension == NONE else q
                 for q, item in zip(items, node.items, strict=True)
@@ -284,7 +285,7 @@ class Evaluator:
         name, span, all_functions = node.function.text, node.function.span, [*FUNCTIONS, *SPECIAL]
         listed = "functions: " + ", ".join(all_functions)
         if kinds := [kind for kind, table in self.vocabulary.items() if name in table]:
-            found = f"{field_schema.indefinite_article(kinds[0])} {kinds[0]}"
+            found = f"{field_schema.article(kinds[0])} {kinds[0]}"
             if kinds[0] == "course":
                 listed = f"a load or a support takes it as a field of its own: `course = {name}(...)`"
             return self.place.fail("E203", span, f"`{name}(...)` makes {found}, not a number", found, listed)

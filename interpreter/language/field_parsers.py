@@ -22,7 +22,7 @@ from softmark.interpreter.language.expression_evaluation import (
     describe_expression,
 )
 from softmark.interpreter.language.field_schema import Constructor, Field
-from softmark.ranges import Unfit
+from softmark.ranges import InvalidCombination
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -105,7 +105,9 @@ def _parse_items(binder: Binder, field: Field, node: tree.Expression, place: Pla
 
 
 def parse_vectors(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[tuple[float, ...], ...]:
-    """Parse a list of vectors; the unit behind its bracket applies to all components without one. Raises EvaluationError."""
+    """Parse a list of vectors; the unit behind its bracket applies to all components without one. Raises
+    EvaluationError.
+    """
     if not isinstance(node, tree.List) or not node.items:
         raise binder.wrong(field, node, place)
     one = replace(field, form="vector")
@@ -178,7 +180,7 @@ def parse_profile(binder: Binder, field: Field, node: tree.Expression, place: Pl
     fields = DataFieldFinder(binder, place)
     if not fields.vary(node):
         return None
-    from softmark.interpreter.language import profile_syntax  # of no scene whose constants are numbers
+    from softmark.interpreter.language import profile_syntax  # not imported for scenes with constant materials
 
     found = profile_syntax.read_profile(node, binder.compiler.scope.evaluator(binder.module, place), fields, field)
     binder.dimension(field, node, place, VectorValue((), found.dimension))
@@ -202,7 +204,8 @@ def parse_fibres(binder: Binder, field: Field, node: tree.Expression, place: Pla
     for item, part in zip(node.items[1:], parts[1:], strict=True):
         if part.dimension != parts[0].dimension:
             raise place.fail("E204", item.span, "the components of a direction are of one dimension",
-                             f"not {units.dimension_name(parts[0].dimension)}", "write zero with its unit: `(-y, x, 0 mm)`"
+                             f"not {units.dimension_name(parts[0].dimension)}",
+                             "write zero with its unit: `(-y, x, 0 mm)`"
                              )  # fmt: skip
     return DirectionProfile((parts[0], parts[1], parts[2]))
 
@@ -232,7 +235,7 @@ def create_object(
     """Create the object of a call. Raises EvaluationError if its values do not fit together."""
     try:
         return constructor.cls(**values)
-    except Unfit as wrong:
+    except InvalidCombination as wrong:
         value, place = bound.get(wrong.field, (node.function, binder.place))
         raise place.fail("E352", value.span, wrong.problem, wrong.short, wrong.remedy) from None
 
@@ -263,5 +266,5 @@ def default_selection(binder: Binder, constructor: Constructor, bound: Mapping[s
     try:
         known = is_rigid(binder.compiler.named(given[0], "body", binder.module, given[1]))
     except EvaluationError:
-        known = True  # of one that is wrong itself no more is said
+        known = True  # an invalid body is reported elsewhere
     return {"where": EVERYWHERE} if known else {}

@@ -74,19 +74,19 @@ def _bound(value: float, dimension: Dimension) -> str:
 class Field:
     """One field of a constructor: its name, form, range, default and meaning."""
 
-    name: str  # as scenes write it
-    attribute: str  # as Python has it: `from_` for `from`
+    name: str  # name in scenes
+    attribute: str  # name in Python: `from_` for `from`
     form: Form
     doc: str
     required: bool
     default: Any
     dimension: Dimension | None = None
     interval: Interval | None = None
-    options: tuple[str, ...] = ()  # of a choice
-    kind: str = ""  # of a name: `body`; of a value: `material`
-    also: tuple[str, ...] = ()  # further kinds that a name may be of
+    options: tuple[str, ...] = ()  # options of a choice
+    kind: str = ""  # kind of a name, `body`, or of a value, `material`
+    also: tuple[str, ...] = ()  # further accepted kinds of a name
     folder: bool = False  # whether a file may be a folder
-    varies: bool = False  # whether it may be an expression of the coordinates, or read from a field
+    varies: bool = False  # whether it may vary in space
 
     @property
     def expected(self) -> str:
@@ -103,7 +103,7 @@ class Field:
             return f"{', '.join(others)} or {last}" if others else last
         if self.form == "names":
             return f"a list of {plural(self.kind)} such as `[a, b]`"
-        return _EXPECTED.get(self.form) or f"{indefinite_article(self.kind)} {self.kind}"
+        return _EXPECTED.get(self.form) or f"{article(self.kind)} {self.kind}"
 
     @property
     def meaning(self) -> str:
@@ -136,7 +136,7 @@ _EXPECTED = {
 }
 
 
-def indefinite_article(word: str) -> str:
+def article(word: str) -> str:
     """Return the word's indefinite article, `a` or `an`."""
     return "an" if word[:1] in "aeiou" else "a"
 
@@ -213,7 +213,7 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
                 found = {**found, **plugin.words[kind]}
         return found
 
-    def __contains__(self, kind: object) -> bool:  # of Mapping, it would import the table
+    def __contains__(self, kind: object) -> bool:  # that of Mapping would import the table
         return kind in self._places
 
     def __iter__(self) -> Iterator[str]:
@@ -257,7 +257,7 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
         if unread is None:
             return None
         message = f"there is no {kind} `{name}`, unless the plugin `{unread.name}` has it: {unread.unread}"
-        return message, f"not {indefinite_article(kind)} {kind}", REMEDY
+        return message, f"not {article(kind)} {kind}", REMEDY
 
     def find(self, name: str) -> list[Constructor]:
         """Return the constructors of every kind with this name."""
@@ -272,7 +272,7 @@ def _table(module: str, name: str) -> Mapping[str, type[Any]]:
 
 def _fields(cls: type[Any]) -> tuple[Field, ...]:
     hints = get_type_hints(cls, include_extras=True)
-    ordered = sorted(dataclasses.fields(cls), key=lambda f: bool(f.kw_only))  # a base's stand behind those of a class
+    ordered = sorted(dataclasses.fields(cls), key=lambda f: bool(f.kw_only))  # base class fields last
     described = (f for f in ordered if f.init and get_origin(hints[f.name]) is not None)  # others follow from these
     varying = getattr(cls, "varying", ())
     return tuple(_field(f, hints[f.name], f.name in varying) for f in described)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from softmark.grammar.diagnostic import Fix, Remedy
 
-# What other programs call our fields: suggested, never accepted.
+# Names of our fields in other programs: suggested, never accepted.
 SYNONYMS = {
     "E": "young", "youngs_modulus": "young", "young_modulus": "young", "youngModulus": "young",
     "youngs": "young", "modulus": "young", "stiffness": "young", "elastic_modulus": "young",
@@ -48,14 +48,14 @@ SYNONYMS = {
     "values": "over", "range": "over", "sweep": "over", "product": "with", "times": "with",
 }  # fmt: skip
 
-# What is near a field of ours and is another quantity: the number cannot be taken over.
+# Names of similar but different quantities: their numbers cannot be used directly.
 CONVERTED = {
     "diameter": "half the diameter", "mass": "mass divided by volume", "total_mass": "mass divided by volume",
     "totalMass": "mass divided by volume",
     "center": "not the middle of the shape", "centre": "not the middle of the shape",
 }  # fmt: skip
 
-# What other programs call the choices of a field.
+# Names of the choices of a field in other programs.
 CHOICES = {
     "linear": "small", "infinitesimal": "small", "small_strain": "small", "engineering": "small",
     "corotated": "corotational", "co_rotational": "corotational", "polar": "corotational",
@@ -85,7 +85,7 @@ CHOICES = {
     "ldlt": "cholesky", "direct": "cholesky", "mkl": "pardiso",
 }  # fmt: skip
 
-# What other programs call the elements.
+# Names of elements in other programs.
 CELLS = {
     "brick": "hex8", "hexahedron": "hex8", "hexahedra": "hex8", "hexa": "hex8", "hex": "hex8", "cube": "hex8",
     "C3D8": "hex8", "H8": "hex8", "Q1": "hex8", "hexahedron8": "hex8", "tetra10": "tet10", "tetrahedron10": "tet10",
@@ -99,14 +99,14 @@ CELLS = {
     "CAX8": "quad8",
 }  # fmt: skip
 
-# Words for directions, which depend on how one looks at a scene.
+# Words for directions, which depend on the view of a scene.
 DIRECTIONS = {
     "down": "gravity usually pulls along `-z`", "up": "often `+z`", "left": "such as `-x`",
     "right": "such as `+x`",
     "forward": "such as `+y`", "back": "such as `-y`", "X": "write `x`", "Y": "write `y`", "Z": "write `z`",
 }  # fmt: skip
 
-# What other programs describe a material by: suggested, never accepted.
+# Material constants of other programs: suggested, never accepted.
 MODULI = {
     "mu": "young = 2 * mu * (1 + poisson)", "G": "young = 2 * G * (1 + poisson)",
     "shear_modulus": "young = 2 * shear_modulus * (1 + poisson)", "C10": "young = 4 * C10 * (1 + poisson)",
@@ -127,14 +127,14 @@ FUNCTIONS: dict[str, str | Remedy] = {
     "degrees": "write `30 deg`: angles have units",
 }  # fmt: skip
 
-# What helps where a field is out of its range: (field, whether it is too large).
+# Remedies for a field out of range: (field, whether it is too large).
 ADVICE = {
     ("magnitude", False): "a magnitude is not negative; `direction` says where it pulls",
     ("poisson", True): "at 0.5 a solid keeps its volume whatever happens; beyond, it would grow when it is squeezed",
     ("poisson", False): "Poisson's ratio is above -1, and between 0 and 0.5 for almost every solid",
 }
 
-# What other programs call our constructors and kinds.
+# Names of our constructors and kinds in other programs.
 WORDS = {
     **CELLS,
     "neohookean": "neo_hookean", "NeoHookean": "neo_hookean", "neohooke": "neo_hookean",

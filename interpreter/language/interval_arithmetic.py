@@ -51,7 +51,7 @@ class Values:
         return found
 
 
-FieldBounds = Callable[[Any, Floats, Floats], tuple[Floats, Floats]]  # of a field and boxes: least, largest values (n,)
+FieldBounds = Callable[[Any, Floats, Floats], tuple[Floats, Floats]]  # (field, low, high) -> bounds (n,)
 
 
 def bound_expression(node: Node, low: Floats, high: Floats, fields: FieldBounds | None = None) -> Values:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from softmark.grammar.diagnostic import Diagnostic
 
-MOST = 100  # errors, or warnings, that are shown of one scene
+MOST = 100  # maximum number of errors or warnings shown for one scene
 
 
 class DiagnosticLimitReached(Exception):

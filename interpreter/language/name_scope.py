@@ -16,7 +16,7 @@ from softmark.interpreter.language.expression_evaluation import COORDINATES, Eva
 from softmark.interpreter.language.field_schema import Vocabulary
 from softmark.interpreter.language.scene_sources import Module, ModuleTable, Symbol
 
-MOST_HINTS = 50  # unknown names of a scene that are looked into
+MOST_HINTS = 50  # maximum number of unknown names for which similar names are searched
 
 
 @dataclass
@@ -26,11 +26,11 @@ class Scope:
     table: ModuleTable
     parameters: dict[str, Parameter | None] = field(default_factory=dict)  # None: in error
     used: set[str] = field(default_factory=set)  # full names that something refers to
-    needs: dict[str, frozenset[str]] = field(default_factory=dict)  # by name, those that its own text mentions
-    known: ReusableParts | None = None  # what was made of the same texts before, with other overrides
-    touched: frozenset[str] = frozenset()  # of what was made, what means something else now: it is overridden
+    needs: dict[str, frozenset[str]] = field(default_factory=dict)  # direct dependencies by name
+    known: ReusableParts | None = None  # results of an earlier compilation with other overrides
+    touched: frozenset[str] = frozenset()  # reused names whose override has changed
     _hints: int = 0  # unknown names so far
-    _mentioned: set[str] = field(default_factory=set)  # by what is being evaluated
+    _mentioned: set[str] = field(default_factory=set)  # stack of names being evaluated, with their dependencies
 
     @contextmanager
     def record_dependencies(self, full: str) -> Iterator[None]:
@@ -82,7 +82,7 @@ class Scope:
             kind = symbol.node.kind
             raise place.fail(
                 "E213", name.span, f"expected a number, found the {kind} `{name.text}`",
-                f"{field_schema.indefinite_article(kind)} {kind}",
+                f"{field_schema.article(kind)} {kind}",
                 "only parameters have values: `param L = 178 mm`",
             )  # fmt: skip
         parameter = self.parameters.get(module.prefix + name.text)
@@ -113,7 +113,7 @@ class Scope:
 
     def _hint(self, name: tree.Name, module: Module, kind: str) -> str | Remedy:
         self._hints += 1
-        if self._hints > MOST_HINTS:  # finding a similar name among thousands takes its time
+        if self._hints > MOST_HINTS:  # searching similar names among thousands is slow
             return ""
         fitting = self.names(module, [kind or "param"])
         everything = self.names(module, ["param", *self.table.vocabulary])
@@ -145,7 +145,7 @@ def _kind(symbol: Symbol) -> str:
 
 
 def _phrase(kind: str) -> str:
-    return "a parameter" if kind == "param" else f"{field_schema.indefinite_article(kind)} {kind}"
+    return "a parameter" if kind == "param" else f"{field_schema.article(kind)} {kind}"
 
 
 def _word(vocabulary: Vocabulary, text: str, kind: str) -> str:
@@ -153,7 +153,7 @@ def _word(vocabulary: Vocabulary, text: str, kind: str) -> str:
     made = vocabulary.find(text)
     if made:
         one = made[0].kind
-        return f"`{text}` makes {field_schema.indefinite_article(one)} {one}: write `{text}(...)`"
+        return f"`{text}` makes {field_schema.article(one)} {one}: write `{text}(...)`"
     if text.lower() in COORDINATES:
         return "the coordinates are called `x`, `y` and `z`"
     if text in vocabulary.words():

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from softmark.interpreter.language import units
 from softmark.records import dataclass
 
-SMALL = 1e-4  # plain numbers below that are read as multiples of a power of ten
+SMALL = 1e-4  # plain numbers below this are shown with a power of ten
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 

@@ -103,7 +103,7 @@ def _unknown(override: Override, table: ModuleTable) -> None:
     parameters = [n for n, s in table.symbols.items() if isinstance(s.node, tree.Param)]
     known = table.symbols.get(override.name)
     if known is not None and isinstance(known.node, tree.Declare):
-        kind = f"{field_schema.indefinite_article(known.node.kind)} {known.node.kind}"
+        kind = f"{field_schema.article(known.node.kind)} {known.node.kind}"
         override.place.fail(
             "E213",
             override.name_span,

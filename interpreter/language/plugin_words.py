@@ -10,28 +10,28 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.records import dataclass
 
 Word = tuple[str, str]  # kind of declaration, and the word itself
-FILES: dict[str, str] = {}  # of every plugin that was loaded: its file, and what it is called
+FILES: dict[str, str] = {}  # file and name of every loaded plugin
 
 
 @dataclass(frozen=True)
 class Plugin:
     """Plugin file with classes for constructors; broken ones are listed, and the others can be used."""
 
-    asked: str  # what it is loaded by, from any folder: its whole path, or the name that it is installed by
-    name: str  # as messages call it
+    asked: str  # its absolute path or installed name, valid in any folder
+    name: str  # name in messages
     file: str
-    sha256: str  # of its text
+    sha256: str  # digest of its text
     words: Mapping[str, Mapping[str, Any]]  # by kind
-    broken: Mapping[Word, str]  # why a word of it cannot be used
-    unread: str = ""  # why nothing is known of its words
+    broken: Mapping[Word, str]  # reason why a word cannot be used
+    unread: str = ""  # reason why the file could not be read
     choices: Mapping[tuple[str, str, str], tuple[str, ...]] = field(default_factory=dict)  # of (kind, word, field)
-    examples: Mapping[str, str] = field(default_factory=dict)  # of its words: a call that `dsl conformance` tries
-    doubts: tuple[Diagnostic, ...] = ()  # all that is wrong with it, at its place
+    examples: Mapping[str, str] = field(default_factory=dict)  # example calls of its words for `dsl conformance`
+    doubts: tuple[Diagnostic, ...] = ()  # all errors in it, with their places
 
 
 def find_faulty_plugin(error: BaseException) -> str | None:
     """Return the plugin that raised an exception, with its line; None if it came from our code or is a refusal."""
-    if type(error).__module__.startswith("softmark."):  # by which it says why it has no answer
+    if type(error).__module__.startswith("softmark."):  # refusals are exceptions of softmark
         return None
     found, trace = None, error.__traceback__
     while trace is not None:

@@ -12,11 +12,12 @@ from softmark.interpreter.language.condition_syntax import Named
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.language.scene_sources import Module, ModuleTable, Symbol
 
-KIND = "region"  # of declarations whose names stand for conditions
+KIND = "region"  # kinds of declarations that conditions may name
 
 
 def make_region_lookup(module: Module, table: ModuleTable, declared: Callable[[tree.Name], Declared]) -> Named:
-    """Return the function that resolves region names in a module; `declared` finds one, and raises EvaluationError for a broken
+    """Return the function that resolves region names in a module; `declared` finds one, and raises EvaluationError for
+    a broken
     one.
     """
 

@@ -21,10 +21,10 @@ from softmark.records import dataclass
 from softmark.safe_files import open_regular
 from softmark.scenes import ROOT
 
-LARGEST = 1_000_000  # bytes of a scene, and of all that it uses: texts that people write
+LARGEST = 1_000_000  # maximum bytes of a scene, and of all scenes that it uses together
 SUFFIX = ".scene"
 QUOTED = re.compile(r'"([^"\n]+)"')
-DEEPEST, MOST = 50, 500  # scenes that use scenes, and all of them together
+DEEPEST, MOST = 50, 500  # maximum depth of `use`, and maximum number of scenes
 
 
 @dataclass
@@ -55,9 +55,9 @@ class ModuleTable:
     modules: list[Module] = field(default_factory=list)
     symbols: dict[str, Symbol] = field(default_factory=dict)
     aliases: dict[str, tree.Use] = field(default_factory=dict)  # with prefix
-    broken: set[str] = field(default_factory=set)  # with prefix: names whose declaration is in error already
+    broken: set[str] = field(default_factory=set)  # with prefix: names whose declaration has an error
     size: int = 0  # characters of all texts
-    listed: dict[int, tuple[tree.Expression, Any]] = field(default_factory=dict)  # lists, and values of sweeps there
+    listed: dict[int, tuple[tree.Expression, Any]] = field(default_factory=dict)  # lists with the values read from them
 
     def is_broken(self, full: str) -> bool:
         """Return whether an error was already reported at the declaration of a name, or of the alias that it starts
@@ -144,7 +144,7 @@ def find_quoted_paths(text: str, folder: Path) -> Iterator[Path]:
     """Yield the paths of files and folders quoted in a text, even in one with errors, whether they exist or not."""
     for name in dict.fromkeys(QUOTED.findall(text)):
         path = folder / name
-        with suppress(OSError, ValueError):  # what is no name of a file
+        with suppress(OSError, ValueError):  # not a valid file name
             if path.exists() or (path.suffix and path.parent.is_dir()):
                 yield path
 

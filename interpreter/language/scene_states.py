@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 
-SAME = 1e-9  # relative: values of states that are nearer are one, written in other units
+SAME = 1e-9  # relative difference below which state values are equal, though written in other units
 
 
 def states_of(scene: Scene) -> tuple[float, ...]:

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.field_schema import Interval
     from softmark.interpreter.language.units import Dimension
 
-    Floats = Any  # (n,) of numpy, which is not imported here
-    Reading = Callable[[Any, Floats], Floats]  # of a field, at points (n, 3) in m: its values (n,) in SI
+    Floats = Any  # array (n,); numpy is not imported here
+    Reading = Callable[[Any, Floats], Floats]  # (field, points (n, 3) in m) -> values (n,) in SI
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Profile:
     name: str
     dimension: Dimension
     limits: Interval | None = field(compare=False, repr=False)
-    at: Location = field(compare=False, repr=False)  # where it stands
+    at: Location = field(compare=False, repr=False)  # span in the text
 
     @property
     def fields(self) -> tuple[Any, ...]:

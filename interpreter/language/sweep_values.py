@@ -87,8 +87,8 @@ def read_variants(binder: Binder, field: Field, node: tree.Expression, place: Pl
         if name in table.symbols:
             binder.compiler.scope.use(name)
     known: tuple[tree.Expression, tuple[Variant, ...]] | None = table.listed.get(id(node))
-    if known is None or known[0] is not node:  # as in a copy of the table, where numbers are those of other lists
-        # every value is tried by compiling the scene, its list with it, once more
+    if known is None or known[0] is not node:  # for instance in a copy of the table, with other list indices
+        # each value is checked by compiling the whole scene again
         known = table.listed[id(node)] = node, tuple(_variant(binder, item, node.unit, place) for item in node.items)
     return known[1]
 
@@ -101,7 +101,9 @@ def _variant(binder: Binder, item: tree.Expression, unit: tree.Unit | None, plac
 
 
 def _is_plain(binder: Binder, item: tree.Expression, place: Place) -> bool:
-    """Return whether a value of a list with a unit is a number without its own unit. Raises EvaluationError if it is not a number."""
+    """Return whether a value of a list with a unit is a number without its own unit. Raises EvaluationError if it is
+    not a number.
+    """
     value = binder.compiler.scope.evaluator(binder.module, place).quantity(item)
     return value.dimension == units.NONE
 

@@ -25,7 +25,7 @@ AREA: Dimension = (2, 0, 0, 0, 0)
 FORCE: Dimension = (1, 1, -2, 0, 0)
 PRESSURE: Dimension = (-1, 1, -2, 0, 0)
 ENERGY: Dimension = (2, 1, -2, 0, 0)
-LITTLE = 1e-4  # of a volume: less is not shown as a share
+LITTLE = 1e-4  # volume fraction below which no percentage is shown
 
 # name: (factor to SI, dimension, takes prefixes)
 UNITS: dict[str, tuple[float, Dimension, bool]] = {
@@ -71,7 +71,7 @@ PREFIXES: dict[str, float] = {
     "T": 1e12,
 }
 
-# what a dimension is called, and units that it is given in
+# names of dimensions, and their usual units
 NAMES: dict[Dimension, tuple[str, str]] = {
     NONE: ("a plain number", "no unit, or %"),
     LENGTH: ("a length", "m, cm, mm or µm"),
@@ -168,7 +168,7 @@ def raise_dimension(a: Dimension, n: int) -> Dimension:
     return (a[0] * n, a[1] * n, a[2] * n, a[3] * n, a[4] * n)
 
 
-SMALLEST, LARGEST = 1e-300, 1e300  # of the factors of units: what is beyond would soon be zero or infinity
+SMALLEST, LARGEST = 1e-300, 1e300  # range of unit factors: beyond it, products would underflow or overflow
 _PART = re.compile(r"([*/]?)(\([^()]*\)|[^*/()]+)")
 _FACTOR = re.compile(r"(°?[A-Za-zµμ%]+|1)(?:\^([+-]?\d+))?")
 
@@ -236,7 +236,7 @@ def _unreadable(whole: str, part: str = "") -> UnitError:
     return UnitError(f"`{whole}` is not a unit", "units look like `kPa`, `kg/m^3` or `N*m`, without spaces")
 
 
-SAME = 1e-9  # relative: factors that are nearer are of one unit
+SAME = 1e-9  # relative difference below which two factors are the same unit
 _BRACKETS = re.compile(r"[(\[]([^()\[\]]+)[)\]]\s*$")
 
 
@@ -273,7 +273,7 @@ def _simple(symbol: str, whole: str) -> Measure:
     raise UnitError(f"{place} is not a known unit", hint, symbol, meant)
 
 
-# what people write instead, and what is meant
+# common misspellings, and the unit meant
 _MEANT = {
     "kpa": "kPa", "mpa": "MPa", "gpa": "GPa", "pa": "Pa", "PA": "Pa", "KPa": "kPa", "Mpa": "MPa",
     "kPA": "kPa",

@@ -26,13 +26,13 @@ from softmark.interpreter.language_server.text_document import Document
 if TYPE_CHECKING:
     from pygls.lsp.server import LanguageServer
 
-PAUSE = 0.01  # s, in which further changes that are on their way arrive
-PATIENCE = 0.1  # s, after which what is known is said
-NEWLY = 0.001  # s, after which a thread lets another one on: an answer must not wait for a check
+PAUSE = 0.01  # s, delay for further changes before a check starts
+PATIENCE = 0.1  # s, after which the results so far are published
+NEWLY = 0.001  # s, thread switch interval: an answer must not wait for a check
 
 
 @dataclass(frozen=True)
-class Said:
+class PublishedState:
     """Published diagnostics of one state: all of them, and those that were found at once."""
 
     document: Document
@@ -40,13 +40,13 @@ class Said:
     at_once: list[types.Diagnostic]
 
 
-class Checks:
+class CheckScheduler:
     """Scheduler of the checks of all documents that are open with a server."""
 
     def __init__(self, server: LanguageServer, documents: dict[str, Document]) -> None:
         self.server, self.documents = server, documents
         self._due: dict[str, asyncio.TimerHandle] = {}
-        self._said: dict[str, Said] = {}
+        self._said: dict[str, PublishedState] = {}
         self._jobs: SimpleQueue[Callable[[], object]] = SimpleQueue()
         sys.setswitchinterval(NEWLY)
         threading.Thread(target=self._work, name="checks", daemon=True).start()
@@ -81,9 +81,9 @@ class Checks:
         document = self.documents[uri]
         try:
             at_once = diagnostics(document, document.compiled[1])
-        except (Exception, SystemExit) as error:  # the next state may be read all the same
+        except (Exception, SystemExit) as error:  # the next state may still compile
             report(error)
-            self._publish(uri, document, failed(error))
+            self._publish(uri, document, describe_failure(error))
             return
         loop = asyncio.get_running_loop()
         meanwhile = loop.call_later(PATIENCE, self._meanwhile, uri, document, at_once)
@@ -95,7 +95,7 @@ class Checks:
             job = self._jobs.get()
             try:
                 job()
-            except (Exception, SystemExit) as error:  # said, and the next one is done all the same
+            except (Exception, SystemExit) as error:  # reported; the next job still runs
                 report(error)
 
     def _check(
@@ -107,10 +107,10 @@ class Checks:
                 found = diagnostics(document, document.checked[1])
             except (Exception, SystemExit) as error:
                 report(error)
-                found = [*at_once, *failed(error)]
-            loop.call_soon_threadsafe(self._done, uri, Said(document, found, at_once), meanwhile)
+                found = [*at_once, *describe_failure(error)]
+            loop.call_soon_threadsafe(self._done, uri, PublishedState(document, found, at_once), meanwhile)
 
-    def _done(self, uri: str, said: Said, meanwhile: asyncio.TimerHandle) -> None:
+    def _done(self, uri: str, said: PublishedState, meanwhile: asyncio.TimerHandle) -> None:
         meanwhile.cancel()
         if self.documents.get(uri) is said.document:
             self._said[uri] = said
@@ -119,20 +119,20 @@ class Checks:
     def _meanwhile(self, uri: str, document: Document, at_once: list[types.Diagnostic]) -> None:
         if self.documents.get(uri) is document:
             before = self._said.get(uri)
-            self._publish(uri, document, [*at_once, *(still(before, document) if before else ())])
+            self._publish(uri, document, [*at_once, *(find_unchanged_diagnostics(before, document) if before else ())])
 
     def _publish(self, uri: str, document: Document | None, found: list[types.Diagnostic]) -> None:
         version = document.version if document else None
         self.server.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, found, version))
 
 
-def failed(error: BaseException) -> list[types.Diagnostic]:
+def describe_failure(error: BaseException) -> list[types.Diagnostic]:
     """Return the messages for a scene whose check raised an exception; they name the plugin if one caused it."""
     said = find_faulty_plugin(error)
     return [types.Diagnostic(START, said, types.DiagnosticSeverity.Error, source="softmark")] if said else []
 
 
-def still(before: Said, now: Document) -> list[types.Diagnostic]:
+def find_unchanged_diagnostics(before: PublishedState, now: Document) -> list[types.Diagnostic]:
     """Return earlier slow diagnostics that still apply: their lines are unchanged, counted from the start or the end."""
     old, new = (document.text.splitlines() for document in (before.document, now))
     further = len(new) - len(old)

@@ -7,31 +7,31 @@ from collections.abc import Iterator
 
 from lsprotocol import types
 
-from softmark.interpreter.language_server.completion_items import Offer, offers
-from softmark.interpreter.language_server.cursor_context import Surroundings, around
-from softmark.interpreter.language_server.file_completion import files
+from softmark.interpreter.language_server.completion_items import CompletionOffer, offers
+from softmark.interpreter.language_server.cursor_context import CursorContext, find_cursor_context
+from softmark.interpreter.language_server.file_completion import complete_file_names
 from softmark.interpreter.language_server.text_document import Document
-from softmark.interpreter.language_server.unit_completion import behind_number, units_at
+from softmark.interpreter.language_server.unit_completion import follows_number, units_at
 
 
 def complete(document: Document, params: types.CompletionParams) -> types.CompletionList:
     """Return the completions at a position, the likeliest first; they replace the word that is already there."""
-    here = around(document, document.offset(params.position))
+    here = find_cursor_context(document, document.offset(params.position))
     found = _fitting(here) if here is not None else ()
     items = [] if here is None else [_item(here, offer, place) for place, offer in enumerate(dict.fromkeys(found))]
     return types.CompletionList(is_incomplete=False, items=items)
 
 
-def _fitting(here: Surroundings) -> Iterator[Offer]:
+def _fitting(here: CursorContext) -> Iterator[CompletionOffer]:
     if here.text is not None:
-        return files(here)
-    return units_at(here) if behind_number(here) else offers(here)
+        return complete_file_names(here)
+    return units_at(here) if follows_number(here) else offers(here)
 
 
-def _item(here: Surroundings, offer: Offer, place: int) -> types.CompletionItem:
+def _item(here: CursorContext, offer: CompletionOffer, place: int) -> types.CompletionItem:
     at = types.Range(here.document.position(here.start), here.document.position(here.offset))
     snippets = here.document.snippets and offer.snippet
-    written = offer.snippet if snippets else plain(offer.snippet) if offer.snippet else offer.label
+    written = offer.snippet if snippets else remove_placeholders(offer.snippet) if offer.snippet else offer.label
     return types.CompletionItem(
         label=offer.label.strip(),
         kind=offer.kind,
@@ -44,6 +44,6 @@ def _item(here: Surroundings, offer: Offer, place: int) -> types.CompletionItem:
     )
 
 
-def plain(snippet: str) -> str:
+def remove_placeholders(snippet: str) -> str:
     """Return a snippet as plain text for an editor without snippets, keeping the proposed values."""
     return re.sub(r"\\([\\$}])", r"\1", re.sub(r"\$\{\d+:((?:[^}\\]|\\.)*)\}|\$\d", r"\1", snippet))

@@ -12,20 +12,20 @@ from lsprotocol.types import CompletionItemKind as Kind
 
 from softmark.interpreter.help.constructor_examples import sample
 from softmark.interpreter.help.reserved_words import CALLS, RESERVED
-from softmark.interpreter.help.word_pages import facts
+from softmark.interpreter.help.word_pages import field_facts
 from softmark.interpreter.language import units
-from softmark.interpreter.language.field_schema import Constructor, Field, Vocabulary, indefinite_article
+from softmark.interpreter.language.field_schema import Constructor, Field, Vocabulary, article
 from softmark.interpreter.language.units import Dimension
-from softmark.interpreter.language_server.cursor_context import Frame, Surroundings
-from softmark.interpreter.language_server.declared_names import declared, dimension, shown
+from softmark.interpreter.language_server.cursor_context import CursorContext, OpenBracket
+from softmark.interpreter.language_server.declared_names import dimension, find_declared_names, format_value
 
 STATEMENTS = ("param", "expect", "use", "scene", "softmark")
-OWNERS = ("model", "reference")  # what has metrics
+OWNERS = ("model", "reference")  # kinds that have metrics
 OPERATORS = frozenset({"SIGN", "TIMES", "CIRCUMFLEX", "COMPARE", "RANGE", "AND", "OR", "NOT", "IN"})
 
 
 @dataclass(frozen=True)
-class Offer:
+class CompletionOffer:
     """One completion: `detail` is its short description, `doc` the long one; `snippet` is inserted instead, if given."""
 
     label: str
@@ -35,7 +35,7 @@ class Offer:
     snippet: str = ""
 
 
-def offers(here: Surroundings) -> Iterator[Offer]:
+def offers(here: CursorContext) -> Iterator[CompletionOffer]:
     """Yield all completions at a position that is not inside quotes and not after a number."""
     frame = here.frames[-1] if here.frames else None
     if not here.before:
@@ -51,24 +51,24 @@ def offers(here: Surroundings) -> Iterator[Offer]:
 # ------------------------------------------------------------------ outside of brackets
 
 
-def _kinds(vocabulary: Vocabulary) -> Iterator[Offer]:
+def _kinds(vocabulary: Vocabulary) -> Iterator[CompletionOffer]:
     for kind in vocabulary:
         words = ", ".join(list(vocabulary[kind])[:8])
-        yield Offer(
+        yield CompletionOffer(
             kind,
             Kind.Keyword,
-            f"declares {indefinite_article(kind)} {kind}",
+            f"declares {article(kind)} {kind}",
             f"`{kind} NAME = CONSTRUCTOR(...)`: {words}, ...",
         )
     for word in STATEMENTS:
-        yield Offer(word, Kind.Keyword, "", RESERVED[word])
+        yield CompletionOffer(word, Kind.Keyword, "", RESERVED[word])
 
 
-def _outside(here: Surroundings) -> Iterator[Offer]:
+def _outside(here: CursorContext) -> Iterator[CompletionOffer]:
     """Yield completions in a declaration outside brackets."""
     last = here.before[-1]
     if here.declares and len(here.before) == 3:
-        yield from made(here, here.kind)
+        yield from constructor_offers(here, here.kind)
         yield from names(here, here.kind)
     elif here.kind == "expect" and (len(here.before) == 1 or last.kind in OPERATORS):
         yield from _measured(here)
@@ -77,38 +77,40 @@ def _outside(here: Surroundings) -> Iterator[Offer]:
     elif here.kind == "param" and (last.kind == "EQUAL" or last.kind in OPERATORS):
         yield from numbers(here, None)
     elif here.kind == "use" and last.kind == "STRING":
-        yield Offer("as", Kind.Keyword, "", RESERVED["as"])
+        yield CompletionOffer("as", Kind.Keyword, "", RESERVED["as"])
 
 
-def _measured(here: Surroundings) -> Iterator[Offer]:
+def _measured(here: CursorContext) -> Iterator[CompletionOffer]:
     """Yield `model.metric` of the model already written, or of all models."""
-    known = declared(here.document)
+    known = find_declared_names(here.document)
     owners = [n for n, kind in known.items() if kind in OWNERS and "." not in n]
     metrics = [n for n, kind in known.items() if kind == "metric" and "." not in n]
     written = here.word.split(".")[0] if "." in here.word else ""
     for owner in [written] if written in owners else owners:
         for metric in metrics:
-            yield Offer(f"{owner}.{metric}", Kind.Variable, f"metric `{metric}` of the {known[owner]} `{owner}`")
+            yield CompletionOffer(
+                f"{owner}.{metric}", Kind.Variable, f"metric `{metric}` of the {known[owner]} `{owner}`"
+            )
 
 
 # ------------------------------------------------------------------ in brackets
 
 
-def _argument(here: Surroundings, frame: Frame) -> Iterator[Offer]:
+def _argument(here: CursorContext, frame: OpenBracket) -> Iterator[CompletionOffer]:
     """Yield fields that are not given yet, or values of the current field."""
     if not frame.name and not frame.value and frame.constructor is not None:
         positional = {f.name for f in frame.constructor.fields[: frame.place]}
         for field in frame.constructor.fields:
             if field.name not in frame.given | positional:
-                doc = f"{field.doc}{facts(field)}"
-                yield Offer(f"{field.name} = ", Kind.Field, field.expected, doc, f"{field.name} = ")
+                doc = f"{field.doc}{field_facts(field)}"
+                yield CompletionOffer(f"{field.name} = ", Kind.Field, field.expected, doc, f"{field.name} = ")
         if frame.given:
             return
     if frame.field is not None and _due(frame):
         yield from values(here, frame.field)
 
 
-def _within(here: Surroundings, frame: Frame) -> Iterator[Offer]:
+def _within(here: CursorContext, frame: OpenBracket) -> Iterator[CompletionOffer]:
     """Yield completions in a group, a list or the brackets of a function such as `sin`."""
     if not _due(frame):
         return
@@ -121,7 +123,7 @@ def _within(here: Surroundings, frame: Frame) -> Iterator[Offer]:
         yield from values(here, call.field)
 
 
-def _due(frame: Frame) -> bool:
+def _due(frame: OpenBracket) -> bool:
     """Return whether a value is expected: none is written yet, or the last token is an operator."""
     return not frame.value or frame.value[-1].kind in OPERATORS
 
@@ -129,75 +131,77 @@ def _due(frame: Frame) -> bool:
 # ------------------------------------------------------------------ values by the form of a field
 
 
-def values(here: Surroundings, field: Field) -> Iterator[Offer]:
+def values(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
     """Yield completions for the value of a field."""
     yield from VALUES.get(field.form, _number)(here, field)
 
 
-def _number(here: Surroundings, field: Field) -> Iterator[Offer]:
+def _number(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
     frame = here.frames[-1]
     if not frame.value and frame.function:
-        yield Offer(sample(field), Kind.Value, "an example")
+        yield CompletionOffer(sample(field), Kind.Value, "an example")
     yield from numbers(here, field.dimension if not frame.value else None)
 
 
-def numbers(here: Surroundings, due: Dimension | None) -> Iterator[Offer]:
+def numbers(here: CursorContext, due: Dimension | None) -> Iterator[CompletionOffer]:
     """Yield functions of numbers, and parameters of a dimension (of any if None)."""
-    for name, kind in declared(here.document).items():
+    for name, kind in find_declared_names(here.document).items():
         if kind == "param" and name != here.own and (due is None or dimension(here.document, name) in (due, None)):
-            yield Offer(name, Kind.Constant, value_of(here, name))
+            yield CompletionOffer(name, Kind.Constant, value_of(here, name))
     for name, (form, doc) in CALLS.items():
-        yield Offer(name, Kind.Function, form, doc, f"{name}($1)")
-    yield Offer("pi", Kind.Constant, "3.14159...")
+        yield CompletionOffer(name, Kind.Function, form, doc, f"{name}($1)")
+    yield CompletionOffer("pi", Kind.Constant, "3.14159...")
 
 
-def value_of(here: Surroundings, name: str) -> str:
+def value_of(here: CursorContext, name: str) -> str:
     """Return the formatted value of a parameter; empty if unknown."""
     parameter = here.document.known.parameters.get(name)
     if parameter is None:
         return ""
-    return shown(parameter.value)
+    return format_value(parameter.value)
 
 
-def _choice(here: Surroundings, field: Field) -> Iterator[Offer]:
+def _choice(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
     for option in field.options:
-        yield Offer(option, Kind.EnumMember, "default" if option == field.default else "", field.doc)
+        yield CompletionOffer(option, Kind.EnumMember, "default" if option == field.default else "", field.doc)
 
 
-def _flag(here: Surroundings, field: Field) -> Iterator[Offer]:
+def _flag(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
     for word in ("yes", "no"):
-        yield Offer(word, Kind.EnumMember, "default" if (word == "yes") == field.default else "", field.doc)
+        yield CompletionOffer(word, Kind.EnumMember, "default" if (word == "yes") == field.default else "", field.doc)
 
 
-def _name(here: Surroundings, field: Field) -> Iterator[Offer]:
+def _name(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
     yield from names(here, field.kind, *field.also)
 
 
-def names(here: Surroundings, *kinds: str) -> Iterator[Offer]:
+def names(here: CursorContext, *kinds: str) -> Iterator[CompletionOffer]:
     """Yield declared names of some kinds, except that of the current declaration."""
     scene = here.document.known
-    for name, kind in declared(here.document).items():
+    for name, kind in find_declared_names(here.document).items():
         if kind in kinds and name != here.own:
             known = scene.declared.get(name)
-            yield Offer(name, Kind.Variable, f"{kind}: {known.constructor.name}" if known else kind)
+            yield CompletionOffer(name, Kind.Variable, f"{kind}: {known.constructor.name}" if known else kind)
 
 
-def _value(here: Surroundings, field: Field) -> Iterator[Offer]:
+def _value(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
     if field.kind == "element":
         for word, cls in here.document.vocabulary.words().items():
-            yield Offer(word, Kind.EnumMember, (cls.__doc__ or "").strip().split("\n")[0])
+            yield CompletionOffer(word, Kind.EnumMember, (cls.__doc__ or "").strip().split("\n")[0])
         return
     yield from names(here, field.kind)
-    yield from made(here, field.kind)
+    yield from constructor_offers(here, field.kind)
 
 
-def made(here: Surroundings, kind: str) -> Iterator[Offer]:
+def constructor_offers(here: CursorContext, kind: str) -> Iterator[CompletionOffer]:
     """Yield the constructors of a kind."""
-    known = {of: name for name, of in declared(here.document).items() if name != here.own}  # the last of each kind
+    known = {
+        of: name for name, of in find_declared_names(here.document).items() if name != here.own
+    }  # the last of each kind
     vocabulary = here.document.vocabulary
     for name in vocabulary.get(kind, {}):
         if (c := vocabulary.constructor(kind, name)) is not None:
-            yield Offer(name, Kind.Constructor, c.summary, "", snippet(c, known))
+            yield CompletionOffer(name, Kind.Constructor, c.summary, "", snippet(c, known))
 
 
 def snippet(c: Constructor, known: dict[str, str]) -> str:
@@ -216,48 +220,48 @@ def _escaped(text: str) -> str:
     return text.replace("\\", "\\\\").replace("$", "\\$").replace("}", "\\}")
 
 
-def _direction(here: Surroundings, field: Field) -> Iterator[Offer]:
+def _direction(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
     for sign, word in (("-", "against"), ("+", "along")):
         for axis in "xyz":
-            yield Offer(sign + axis, Kind.EnumMember, f"{word} {axis}")
+            yield CompletionOffer(sign + axis, Kind.EnumMember, f"{word} {axis}")
 
 
-def _fibres(here: Surroundings, field: Field) -> Iterator[Offer]:
+def _fibres(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
     yield from _direction(here, field)
     yield from _value(here, field)
 
 
-def _components(here: Surroundings, field: Field) -> Iterator[Offer]:
+def _components(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
     for axis in "xyz":
-        yield Offer(axis, Kind.EnumMember, field.doc)
+        yield CompletionOffer(axis, Kind.EnumMember, field.doc)
 
 
-def _condition(here: Surroundings, field: Field) -> Iterator[Offer]:
+def _condition(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
     for axis in "xyz":
-        yield Offer(axis, Kind.Variable, "coordinate before deformation")
+        yield CompletionOffer(axis, Kind.Variable, "coordinate before deformation")
     yield from names(here, "region")
-    yield Offer("not", Kind.Keyword, "", RESERVED["not"])
+    yield CompletionOffer("not", Kind.Keyword, "", RESERVED["not"])
     if here.frames[-1].value:
         yield from numbers(here, units.LENGTH)
 
 
-def _target(here: Surroundings, field: Field) -> Iterator[Offer]:
+def _target(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
     """Yield parameters, and fields of declarations."""
     scene = here.document.known
-    for name, kind in declared(here.document).items():
+    for name, kind in find_declared_names(here.document).items():
         if kind == "param":
-            yield Offer(name, Kind.Constant, value_of(here, name))
+            yield CompletionOffer(name, Kind.Constant, value_of(here, name))
     for name, known in scene.declared.items():
         for own in known.constructor.fields:
             if own.form in ("quantity", "integer", "choice", "flag", "vector"):
-                yield Offer(f"{name}.{own.name}", Kind.Field, own.expected, own.doc)
+                yield CompletionOffer(f"{name}.{own.name}", Kind.Field, own.expected, own.doc)
 
 
-def _nothing(here: Surroundings, field: Field) -> Iterator[Offer]:
+def _nothing(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
     yield from ()
 
 
-VALUES: dict[str, Callable[[Surroundings, Field], Iterator[Offer]]] = {
+VALUES: dict[str, Callable[[CursorContext, Field], Iterator[CompletionOffer]]] = {
     "choice": _choice,
     "flag": _flag,
     "name": _name,

@@ -20,7 +20,7 @@ SEPARATORS = frozenset({"COMMA", "SEMICOLON"})
 
 
 @dataclass(frozen=True)
-class Frame:
+class OpenBracket:
     """Open bracket of a call named `function`, or of a group or a list.
 
     `place` is the number of arguments before the current one, `name` the current argument's name, if any, and `value`
@@ -47,7 +47,7 @@ class Frame:
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class CursorContext:
     """Cursor position with the `word` that ends there, its `start`, and the tokens before it in its declaration.
 
     `text` is the part of a quoted text before the cursor, None outside quotes.
@@ -61,9 +61,9 @@ class Surroundings:
     text: str | None = None
 
     @cached_property
-    def frames(self) -> tuple[Frame, ...]:
+    def frames(self) -> tuple[OpenBracket, ...]:
         """Open brackets, the innermost last."""
-        found: list[Frame] = []
+        found: list[OpenBracket] = []
         opened = _open(self.before)[-DEEPEST:]
         for index in opened:
             later = _later(self) if index == opened[-1] else []
@@ -86,19 +86,19 @@ class Surroundings:
         return self.before[1].text if self.declares or (self.kind == "param" and len(self.before) > 1) else ""
 
     @property
-    def call(self) -> Frame | None:
+    def call(self) -> OpenBracket | None:
         """Innermost open call."""
         return next((frame for frame in reversed(self.frames) if frame.function), None)
 
 
-def around(document: Document, offset: int) -> Surroundings | None:
+def find_cursor_context(document: Document, offset: int) -> CursorContext | None:
     """Return the context of a position, or None inside a comment."""
     comments = document.comments
     last = bisect_left(comments, offset, key=lambda c: c.span.start) - 1
     if last >= 0 and offset <= comments[last].span.end:
         return None
     tokens = document.tokens
-    count = bisect_left(tokens, offset, key=lambda t: t.start)  # those that start before the place
+    count = bisect_left(tokens, offset, key=lambda t: t.start)  # tokens that start before the position
     start, text = offset, None
     if count and (token := tokens[count - 1]).end >= offset:
         if token.kind in STRINGS and (offset < token.end or token.kind == "UNCLOSED_STRING"):
@@ -108,10 +108,10 @@ def around(document: Document, offset: int) -> Surroundings | None:
         elif token.text == "." and count > 1 and tokens[count - 2].kind in NAMES:
             start, count = tokens[count - 2].start, count - 2  # `rod.`, before anything of the next word
     before = _declaration(tokens[max(0, count - LONGEST) : count], tokens[count - 1 : count], document, start)
-    return Surroundings(document, offset, start, document.text[start:offset], before, text)
+    return CursorContext(document, offset, start, document.text[start:offset], before, text)
 
 
-LONGEST, DEEPEST = 2000, 20  # words of a declaration that are looked back at, and brackets
+LONGEST, DEEPEST = 2000, 20  # maximum number of tokens and of open brackets that are searched backwards
 
 
 def _is_word(token: Token) -> bool:
@@ -141,7 +141,7 @@ def _open(tokens: tuple[Token, ...]) -> list[int]:
     return found
 
 
-def _frame(here: Surroundings, index: int, outer: list[Frame], later: list[tuple[Token, ...]]) -> Frame:
+def _frame(here: CursorContext, index: int, outer: list[OpenBracket], later: list[tuple[Token, ...]]) -> OpenBracket:
     """Return the frame of the bracket with an index, as far as it is written."""
     tokens = here.before
     called = index and tokens[index].kind == "LPAR" and tokens[index - 1].kind in NAMES
@@ -151,7 +151,9 @@ def _frame(here: Surroundings, index: int, outer: list[Frame], later: list[tuple
     name, value = _named(current)
     named = [_named(argument)[0] for argument in (*earlier, *later)]
     constructor = _constructor(here, function, outer) if function else None
-    return Frame(tokens[index], function, constructor, len(earlier), name, value, frozenset(n for n in named if n))
+    return OpenBracket(
+        tokens[index], function, constructor, len(earlier), name, value, frozenset(n for n in named if n)
+    )
 
 
 def _arguments(tokens: tuple[Token, ...]) -> list[tuple[Token, ...]]:
@@ -167,7 +169,7 @@ def _arguments(tokens: tuple[Token, ...]) -> list[tuple[Token, ...]]:
     return [tuple(argument) for argument in found]
 
 
-def _later(here: Surroundings) -> list[tuple[Token, ...]]:
+def _later(here: CursorContext) -> list[tuple[Token, ...]]:
     """Return the arguments after the cursor, up to the closing bracket or the end of the line."""
     tokens = here.document.tokens
     first = bisect_left(tokens, here.offset, key=lambda t: t.start)
@@ -187,7 +189,7 @@ def _named(argument: tuple[Token, ...]) -> tuple[str, tuple[Token, ...]]:
     return "", argument
 
 
-def _constructor(here: Surroundings, function: str, outer: list[Frame]) -> Constructor | None:
+def _constructor(here: CursorContext, function: str, outer: list[OpenBracket]) -> Constructor | None:
     """Return the constructor that a call names, of the expected kind or else the first with this name."""
     call = next((frame for frame in reversed(outer) if frame.function), None)
     field = call.field if call else None

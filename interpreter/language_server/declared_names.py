@@ -12,7 +12,7 @@ from softmark.interpreter.language.units import Dimension
 from softmark.interpreter.language_server.text_document import Document
 
 
-def declared(document: Document) -> dict[str, str]:
+def find_declared_names(document: Document) -> dict[str, str]:
     """Return the kind of every name (`param` for a parameter), from the tokens of the text and the scenes that it uses."""
     found = dict(_written(document))
     table = document.known.table
@@ -43,14 +43,14 @@ def dimension(document: Document, name: str) -> Dimension | None:
         return None
 
 
-def shown(value: Value) -> str:
+def format_value(value: Value) -> str:
     """Format a value: `178 mm`, `(178, 0, 0) mm`."""
     if isinstance(value, Quantity):
         return units.format_value(value.value, value.dimension)
     return units.format_vector(value.values, value.dimension)
 
 
-def in_si(value: Value, digits: int) -> str:
+def format_in_si(value: Value, digits: int) -> str:
     """Format a value in the coherent SI unit: `0.178 m`, `(0, 0, 0.1) m`."""
     unit = units.vector_unit(value.dimension) if isinstance(value, VectorValue) else units.si_unit(value.dimension)
     if isinstance(value, Quantity):

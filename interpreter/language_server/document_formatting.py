@@ -6,18 +6,18 @@ from lsprotocol import types
 
 from softmark.grammar.printer import CannotFormat, format_source
 from softmark.interpreter.language.scene_sources import LARGEST
-from softmark.interpreter.language_server.request_refused import Refused
+from softmark.interpreter.language_server.request_refused import RequestRefused
 from softmark.interpreter.language_server.text_document import Document
 
 
-def formatted(document: Document, params: types.DocumentFormattingParams) -> list[types.TextEdit]:
-    """Return one edit from the first to the last line that differs. Raises Refused with the first syntax error."""
+def format_document(document: Document, params: types.DocumentFormattingParams) -> list[types.TextEdit]:
+    """Return one edit from the first to the last line that differs. Raises RequestRefused with the first syntax error."""
     if document.is_too_large:
-        raise Refused(f"left as it is: the text is larger than {LARGEST // 1_000_000} MB")
+        raise RequestRefused(f"left as it is: the text is larger than {LARGEST // 1_000_000} MB")
     try:
         new = format_source(document.source)
     except CannotFormat as problem:
-        raise Refused(_reason(problem)) from None
+        raise RequestRefused(_reason(problem)) from None
     return [] if new == document.text else [_difference(document, new)]
 
 

@@ -10,11 +10,11 @@ from lsprotocol.types import FoldingRangeKind, SymbolKind
 
 from softmark.grammar import tree
 from softmark.grammar.statement_splitting import declarations
-from softmark.interpreter.language_server.open_documents import Opened
+from softmark.interpreter.language_server.open_documents import OpenDocuments
 from softmark.interpreter.language_server.text_document import Document
 
-PARAGRAPH = 3  # lines of the least paragraph that folds
-KINDS = {  # of a declaration: the picture that editors show
+PARAGRAPH = 3  # minimum number of lines of a fold
+KINDS = {  # icon of each kind in editors
     "use": SymbolKind.Module, "param": SymbolKind.Constant, "expect": SymbolKind.Boolean,
     "material": SymbolKind.Class, "shape": SymbolKind.Struct, "body": SymbolKind.Object, "region": SymbolKind.Array,
     "support": SymbolKind.Key, "contact": SymbolKind.Interface, "load": SymbolKind.Event,
@@ -28,7 +28,7 @@ def symbols(document: Document, params: types.DocumentSymbolParams) -> list[type
     return [_symbol(document, node) for node in document.tree.declarations if _named(node)]
 
 
-def everywhere(opened: Opened, params: types.WorkspaceSymbolParams) -> list[types.WorkspaceSymbol]:
+def find_workspace_symbols(opened: OpenDocuments, params: types.WorkspaceSymbolParams) -> list[types.WorkspaceSymbol]:
     """Return the declarations of all open scenes whose names contain the letters of the query."""
     return [
         types.WorkspaceSymbol(types.Location(uri, document.range(name[1])), name[0], _picture(node))
@@ -90,7 +90,7 @@ def _folds(document: Document) -> Iterator[tuple[int, int, FoldingRangeKind | No
     """Yield first and last lines, from 0; of ranges that start in the same line the last counts."""
     spans = [(c.tokens[0].span, c.tokens[-1].span) for c in declarations(document.tokens)]
     own = [(first.line - 1, last.end_line - 1) for first, last in spans]
-    comments = [(c.span.line - 1, c.span.line - 1) for c in document.tree.comments if _alone(document, c)]
+    comments = [(c.span.line - 1, c.span.line - 1) for c in document.tree.comments if _is_full_line(document, c)]
     yield from _paragraphs(comments, own)
     for lines in _runs(comments):
         yield lines[0][0], lines[-1][0], FoldingRangeKind.Comment
@@ -98,7 +98,7 @@ def _folds(document: Document) -> Iterator[tuple[int, int, FoldingRangeKind | No
         yield first, last, FoldingRangeKind.Region
 
 
-def _alone(document: Document, comment: tree.Comment) -> bool:
+def _is_full_line(document: Document, comment: tree.Comment) -> bool:
     """Return whether a comment is alone on its line."""
     return not document.text[document.starts[comment.span.line - 1] : comment.span.start].strip("\ufeff \t\f\v")
 

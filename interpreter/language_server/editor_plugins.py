@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from pygls.lsp.server import LanguageServer
 
 SUFFIX = ".py"
-LATE = 10.0  # s, after which an editor is told that a plugin is not loaded yet
+LATE = 10.0  # s, after which the editor reports that a plugin is still loading
 FORM = 'the setting softmark.plugins is a list of Python files or names of installed plugins, such as ["gel.py"]'
 
 
@@ -39,7 +39,7 @@ class Plugins:
         self.vocabulary = CATALOGUE
         self.loading = False
         self._set: tuple[str, ...] = ()
-        self._latest: object = None  # which loading counts
+        self._latest: object = None  # identity of the latest loading
         self._shown: set[str] = set()
 
     def configure(self, settings: Any) -> None:
@@ -94,10 +94,10 @@ class Plugins:
             return
         new = vocabulary.plugins != self.vocabulary.plugins
         self.vocabulary, self.loading = (vocabulary if new else self.vocabulary), False
-        said = [in_brief(one) for one in found]
+        said = [format_in_one_line(one) for one in found]
         for text in said:
             self._show(text)
-        self._shown.intersection_update(said)  # what is mended and breaks again is said again
+        self._shown.intersection_update(said)  # an error that returns after a fix is shown again
         self._renewed(new)
 
     def _show(self, text: str) -> None:
@@ -106,7 +106,7 @@ class Plugins:
             self.server.window_show_message(types.ShowMessageParams(types.MessageType.Warning, text))
 
 
-def in_brief(found: Diagnostic) -> str:
+def format_in_one_line(found: Diagnostic) -> str:
     """Return a message with its line and its help on one line."""
     line = f" (line {found.span.line})" if found.span else ""
     return f"{found.code}: {found.message}{line}" + (f"; {found.help}" if found.help else "")

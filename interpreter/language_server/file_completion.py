@@ -9,14 +9,14 @@ from pathlib import Path
 from lsprotocol.types import CompletionItemKind as Kind
 
 from softmark.interpreter.language.scene_sources import SUFFIX
-from softmark.interpreter.language_server.completion_items import Offer
-from softmark.interpreter.language_server.cursor_context import Surroundings
+from softmark.interpreter.language_server.completion_items import CompletionOffer
+from softmark.interpreter.language_server.cursor_context import CursorContext
 from softmark.scenes import ROOT
 
-MOST = 500  # names of a folder
+MOST = 500  # maximum number of names of a folder
 
 
-def files(here: Surroundings) -> Iterator[Offer]:
+def complete_file_names(here: CursorContext) -> Iterator[CompletionOffer]:
     """Yield completions of a begun file name, as whole names, since editors take `/` for the end of a word."""
     frame = here.call
     if here.kind == "use" and len(here.before) == 1:
@@ -26,15 +26,15 @@ def files(here: Surroundings) -> Iterator[Offer]:
         yield from _data_sets()
 
 
-def _scenes(here: Surroundings) -> Iterator[Offer]:
+def _scenes(here: CursorContext) -> Iterator[CompletionOffer]:
     for file in sorted(ROOT.rglob(f"*{SUFFIX}")):
         name = file.relative_to(ROOT)
         if name.parts[0] != "templates":
-            yield Offer(f"std/{name.as_posix()}", Kind.File, "standard library")
+            yield CompletionOffer(f"std/{name.as_posix()}", Kind.File, "standard library")
     yield from _below(here.document.folder, here.text or "", SUFFIX)
 
 
-def _below(folder: Path, begun: str, suffix: str) -> Iterator[Offer]:
+def _below(folder: Path, begun: str, suffix: str) -> Iterator[CompletionOffer]:
     """Yield files and folders in the folder of a begun name."""
     inner = begun.rpartition("/")[0]
     try:
@@ -43,15 +43,15 @@ def _below(folder: Path, begun: str, suffix: str) -> Iterator[Offer]:
             for entry in entries:
                 name = f"{inner}/{entry.name}" if inner else entry.name
                 if entry.is_dir():
-                    yield Offer(f"{name}/", Kind.Folder)
+                    yield CompletionOffer(f"{name}/", Kind.Folder)
                 elif entry.name.endswith(suffix):
-                    yield Offer(name, Kind.File)
+                    yield CompletionOffer(name, Kind.File)
     except (OSError, ValueError):
         return
 
 
-def _data_sets() -> Iterator[Offer]:
+def _data_sets() -> Iterator[CompletionOffer]:
     from softmark.references.data_download import TABLE
 
     for name in TABLE:
-        yield Offer(f"data:{name}", Kind.File, "public data set")
+        yield CompletionOffer(f"data:{name}", Kind.File, "public data set")

@@ -10,12 +10,12 @@ from lsprotocol import types
 
 from softmark.interpreter.language.scene_sources import SUFFIX
 from softmark.interpreter.language_server import editor_plugins
-from softmark.interpreter.language_server.open_documents import Opened
+from softmark.interpreter.language_server.open_documents import OpenDocuments
 
 WATCHED = ("**/report.json", f"**/*{SUFFIX}", f"**/*{editor_plugins.SUFFIX}")
 
 
-def watch(opened: Opened, params: types.InitializedParams) -> None:
+def watch(opened: OpenDocuments, params: types.InitializedParams) -> None:
     """Ask the editor to report file changes, if it supports this."""
     can = opened.server.client_capabilities.workspace
     if can is None or can.did_change_watched_files is None or not can.did_change_watched_files.dynamic_registration:
@@ -26,13 +26,13 @@ def watch(opened: Opened, params: types.InitializedParams) -> None:
     opened.server.client_register_capability(types.RegistrationParams([asked]))
 
 
-def saved(opened: Opened, params: types.DidSaveTextDocumentParams) -> None:
+def handle_save(opened: OpenDocuments, params: types.DidSaveTextDocumentParams) -> None:
     """Check a saved scene again, including its meshes, tables and plugins."""
     opened.plugins.load()
     opened.again(params.text_document.uri)
 
 
-def changed(opened: Opened, params: types.DidChangeWatchedFilesParams) -> None:
+def handle_file_changes(opened: OpenDocuments, params: types.DidChangeWatchedFilesParams) -> None:
     """Check open scenes again after changes of files, and refresh the results shown beside their lines."""
     if opened.plugins.has([change.uri for change in params.changes]):
         opened.plugins.load()
@@ -44,7 +44,7 @@ def changed(opened: Opened, params: types.DidChangeWatchedFilesParams) -> None:
         opened.server.workspace_inlay_hint_refresh(None)
 
 
-def configured(opened: Opened, params: types.DidChangeConfigurationParams) -> None:
+def handle_settings(opened: OpenDocuments, params: types.DidChangeConfigurationParams) -> None:
     """Apply changed settings, which may name other plugins."""
     opened.plugins.configure(params.settings)
     opened.plugins.load()

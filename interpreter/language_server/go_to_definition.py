@@ -10,18 +10,18 @@ from lsprotocol import types
 
 from softmark.grammar import tree
 from softmark.interpreter.language.scene_sources import SUFFIX
-from softmark.interpreter.language_server.name_index import Target, at, document_of, uses
-from softmark.interpreter.language_server.open_documents import Opened
+from softmark.interpreter.language_server.name_index import Target, document_of, name_at, uses
+from softmark.interpreter.language_server.open_documents import OpenDocuments
 from softmark.interpreter.language_server.text_document import Document
 
-AROUND = 200  # scenes of a folder that are looked at for uses of what one of them declares
+AROUND = 200  # maximum number of scenes in a folder searched for uses
 START = types.Range(types.Position(0, 0), types.Position(0, 0))
 
 
 def definition(document: Document, params: types.DefinitionParams) -> types.Location | None:
     """Return the place where the name at a position is declared; for a file name, the file."""
     offset = document.offset(params.position)
-    if (found := at(document, offset)) is not None:
+    if (found := name_at(document, offset)) is not None:
         target = found.target
         own = document_of(document, target.module)
         return types.Location(uri_of(own, params.text_document.uri, document), own.range(target.span))
@@ -29,19 +29,19 @@ def definition(document: Document, params: types.DefinitionParams) -> types.Loca
     return None if file is None else types.Location(file.resolve().as_uri(), START)
 
 
-def references(opened: Opened, params: types.ReferenceParams) -> list[types.Location]:
+def references(opened: OpenDocuments, params: types.ReferenceParams) -> list[types.Location]:
     """Return all uses of the name at a position: in the scene, in scenes that it uses, and in scenes that use its file."""
     document = opened.documents[params.text_document.uri]
-    found = at(document, document.offset(params.position))
+    found = name_at(document, document.offset(params.position))
     if found is None:
         return []
-    places = everywhere(opened, params.text_document.uri, found.target, params.context.include_declaration)
+    places = find_all_uses(opened, params.text_document.uri, found.target, params.context.include_declaration)
     return [types.Location(uri, at) for uri, at in places]
 
 
 def highlights(document: Document, params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
     """Return the uses of a name in the text itself."""
-    found = at(document, document.offset(params.position))
+    found = name_at(document, document.offset(params.position))
     if found is None:
         return []
     main, kinds = document.table.modules[0], types.DocumentHighlightKind
@@ -51,15 +51,17 @@ def highlights(document: Document, params: types.DocumentHighlightParams) -> lis
     ]  # fmt: skip
 
 
-def everywhere(opened: Opened, uri: str, target: Target, declared: bool = True) -> Iterator[tuple[str, types.Range]]:
+def find_all_uses(
+    opened: OpenDocuments, uri: str, target: Target, declared: bool = True
+) -> Iterator[tuple[str, types.Range]]:
     """Yield all uses of a name, each once; for open files, those in the open texts."""
     document, seen = opened.documents[uri], set()
     known = {d.file.resolve() for d in opened.documents.values() if d.file}
-    for own, its in ((uri, document), *_around(opened, uri, target)):
+    for own, its in ((uri, document), *_find_using_scenes(opened, uri, target)):
         for one in uses(its, target):
             text = document_of(its, one.module)
             stale = text is not its and text.file is not None and text.file.resolve() in known
-            if stale or (one.declares and not declared):  # what is open is read where it is open
+            if stale or (one.declares and not declared):  # open files are read from the editor
                 continue
             place = uri_of(text, own, its), text.range(one.span)
             if (key := (place[0], one.span.start)) not in seen:
@@ -72,7 +74,7 @@ def uri_of(text: Document, uri: str, document: Document) -> str:
     return uri if text is document or text.file is None else text.file.resolve().as_uri()
 
 
-def _around(opened: Opened, uri: str, target: Target) -> Iterator[tuple[str, Document]]:
+def _find_using_scenes(opened: OpenDocuments, uri: str, target: Target) -> Iterator[tuple[str, Document]]:
     """Yield other scenes, open or in the folder of the declaring file, that may use the name."""
     home = target.module.file
     if home is None:
@@ -104,7 +106,7 @@ def _file_named(document: Document, offset: int) -> Path | None:
         if not node.span.start <= offset <= node.span.end:
             continue
         if isinstance(node, tree.Use) and node.path_span.start <= offset <= node.path_span.end:
-            return _used(document, node)
+            return _used_file(document, node)
         for expression in tree.expressions(node):
             for part, _ in tree.walk(expression):
                 if isinstance(part, tree.String) and part.span.start <= offset <= part.span.end:
@@ -112,7 +114,7 @@ def _file_named(document: Document, offset: int) -> Path | None:
     return None
 
 
-def _used(document: Document, node: tree.Use) -> Path | None:
+def _used_file(document: Document, node: tree.Use) -> Path | None:
     """Return the file of a used scene, if it could be read."""
     return next((m.file for m in document.table.modules if m.prefix == f"{node.alias}."), None)
 
@@ -120,5 +122,5 @@ def _used(document: Document, node: tree.Use) -> Path | None:
 def _existing(folder: Path, name: str) -> Path | None:
     try:
         return folder / name if name and (folder / name).is_file() else None
-    except (OSError, ValueError):  # no name of a file: too long, or with a NUL
+    except (OSError, ValueError):  # not a valid file name: too long, or with a NUL
         return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 
-from softmark.interpreter.help.word_pages import facts
+from softmark.interpreter.help.word_pages import field_facts
 from softmark.interpreter.language.field_schema import Constructor
 
 
@@ -18,5 +18,5 @@ def prose(text: str) -> str:
 def constructor(c: Constructor) -> str:
     """Return the description of a constructor and its fields."""
     said = prose(inspect.getdoc(c.cls) or "")
-    fields = "\n".join(f"- `{f.name}`: {prose(f.doc + facts(f))}" for f in c.fields)
+    fields = "\n".join(f"- `{f.name}`: {prose(f.doc + field_facts(f))}" for f in c.fields)
     return f"`{c.name}` ({c.kind})\n\n{said}" + (f"\n\n{fields}" if fields else "")

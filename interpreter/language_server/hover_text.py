@@ -8,42 +8,42 @@ from lsprotocol import types
 
 from softmark.grammar.lexer import Token
 from softmark.interpreter.help.reserved_words import unit_page, word_page
-from softmark.interpreter.help.word_pages import facts, page
+from softmark.interpreter.help.word_pages import field_facts, page
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared, Parameter
 from softmark.interpreter.language.expression_evaluation import Value
 from softmark.interpreter.language.field_schema import Constructor
 from softmark.interpreter.language_server import hover_markdown
-from softmark.interpreter.language_server.cursor_context import NAMES, Surroundings, around
-from softmark.interpreter.language_server.declared_names import declared, in_si, shown
+from softmark.interpreter.language_server.cursor_context import NAMES, CursorContext, find_cursor_context
+from softmark.interpreter.language_server.declared_names import find_declared_names, format_in_si, format_value
 from softmark.interpreter.language_server.text_document import Document
 
 
 def hover(document: Document, params: types.HoverParams) -> types.Hover | None:
     """Return the hover text of the word at a position, or None."""
-    index = _at(document, document.offset(params.position))
+    index = _token_index(document, document.offset(params.position))
     if index is None:
         return None
     token = document.tokens[index]
-    said = _said(document, index, token)
+    said = _hover_of_token(document, index, token)
     if not said:
         return None
     return types.Hover(types.MarkupContent(types.MarkupKind.Markdown, said), document.range(token.span))
 
 
-def _at(document: Document, offset: int) -> int | None:
+def _token_index(document: Document, offset: int) -> int | None:
     """Return the index of the token at an offset: inside it, at its start, or else at its end."""
     index = bisect_left(document.tokens, offset + 1, key=lambda t: t.start) - 1
     near = [i for i in (index, index - 1) if i >= 0 and offset <= document.tokens[i].end]
     return next((i for i in near if document.tokens[i].kind in (*NAMES, "NUMBER", "UNIT")), near[0] if near else None)
 
 
-def _said(document: Document, index: int, token: Token) -> str:
+def _hover_of_token(document: Document, index: int, token: Token) -> str:
     if token.kind in ("NUMBER", "UNIT"):
         return _quantity(document.tokens, index)
     if token.kind not in NAMES:
         return hover_markdown.prose(word_page(token.text) or "")
-    here = around(document, token.start)
+    here = find_cursor_context(document, token.start)
     following = document.tokens[index + 1].kind if index + 1 < len(document.tokens) else ""
     return "" if here is None else _name(here, token.text, following)
 
@@ -75,20 +75,20 @@ def _quantity(tokens: list[Token], index: int) -> str:
 # ------------------------------------------------------------------ names
 
 
-def _name(here: Surroundings, name: str, following: str) -> str:
+def _name(here: CursorContext, name: str, following: str) -> str:
     """Return the meaning of a name at its place: a kind, a field, a constructor, a choice, or a declaration."""
     frame = here.frames[-1] if here.frames else None
     if not here.before and name in here.document.vocabulary:
         return _page(here, name)
     made = frame.constructor if frame is not None and not frame.value and following == "EQUAL" else None
     if made is not None and (field := made.field(name)) is not None:
-        return f"`{field.name}` of `{made.name}`: {hover_markdown.prose(field.doc + facts(field))}"
+        return f"`{field.name}` of `{made.name}`: {hover_markdown.prose(field.doc + field_facts(field))}"
     if following == "LPAR":
-        return _called(here, name)
+        return _hover_of_call(here, name)
     return _of_field(here, name) or _declared(here.document, name) or hover_markdown.prose(word_page(name) or "")
 
 
-def _called(here: Surroundings, name: str) -> str:
+def _hover_of_call(here: CursorContext, name: str) -> str:
     """Return the text of a constructor, of the expected kind if there are several, or of a function."""
     field = here.call.field if here.call else None
     kind = field.kind if field else here.kind
@@ -98,29 +98,29 @@ def _called(here: Surroundings, name: str) -> str:
     return _word(here, found) if found else hover_markdown.prose(word_page(name) or "")
 
 
-def _of_field(here: Surroundings, name: str) -> str:
+def _of_field(here: CursorContext, name: str) -> str:
     """Return the text of a choice of a field, an element, or a constructor without brackets."""
     field = here.call.field if here.call else None
     if field is None:
         return ""
     if name in field.options:
-        return f"`{name}`: a choice for `{field.name}`: {hover_markdown.prose(field.doc + facts(field))}"
+        return f"`{name}`: a choice for `{field.name}`: {hover_markdown.prose(field.doc + field_facts(field))}"
     if field.kind == "element" and name in here.document.vocabulary.words():
         return _page(here, name)
     words = here.document.vocabulary
     made = field.form in ("value", "fibres") and field.kind in words
     word = words.constructor(field.kind, name) if made else None
-    return _word(here, word) if word and name not in declared(here.document) else ""
+    return _word(here, word) if word and name not in find_declared_names(here.document) else ""
 
 
-def _word(here: Surroundings, word: Constructor) -> str:
+def _word(here: CursorContext, word: Constructor) -> str:
     owner = here.document.vocabulary.owner(word.kind, word.name)
     return hover_markdown.constructor(word) + (
         f"\n\nFrom the plugin {hover_markdown.prose(owner.name)}" if owner else ""
     )
 
 
-def _page(here: Surroundings, name: str) -> str:
+def _page(here: CursorContext, name: str) -> str:
     title, _, rest = (page(name, here.document.vocabulary) or "").partition("\n")
     return f"{hover_markdown.prose(title)}\n\n```text\n{rest.strip()}\n```"
 
@@ -137,7 +137,10 @@ def _declared(document: Document, name: str) -> str:
 
 
 def _parameter(p: Parameter) -> str:
-    lines = [_source(f"param {p.name} = {p.text}"), f"**{hover_markdown.prose(shown(p.value))}**, {_in_si(p.value)}"]
+    lines = [
+        _source(f"param {p.name} = {p.text}"),
+        f"**{hover_markdown.prose(format_value(p.value))}**, {_in_si(p.value)}",
+    ]
     if p.interval is not None:
         lines.append(hover_markdown.prose(p.interval.words(p.value.dimension)))
     return "\n\n".join(lines)
@@ -152,4 +155,4 @@ def _source(text: str) -> str:
 
 
 def _in_si(value: Value) -> str:
-    return hover_markdown.prose(f"{units.dimension_name(value.dimension)}, {in_si(value, 9)}")
+    return hover_markdown.prose(f"{units.dimension_name(value.dimension)}, {format_in_si(value, 9)}")

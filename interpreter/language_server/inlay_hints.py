@@ -14,8 +14,8 @@ from softmark.grammar import tree
 from softmark.interpreter.language import units
 from softmark.interpreter.language.expression_evaluation import EvaluationError, Evaluator
 from softmark.interpreter.language.field_schema import Vocabulary
-from softmark.interpreter.language_server.declared_names import in_si
-from softmark.interpreter.language_server.measured_values import Measured, evidence
+from softmark.interpreter.language_server.declared_names import format_in_si
+from softmark.interpreter.language_server.measured_values import MeasuredHint, find_last_report
 from softmark.interpreter.language_server.name_index import field_of, fields_of
 from softmark.interpreter.language_server.text_document import Document
 
@@ -36,7 +36,7 @@ def hints(document: Document, params: types.InlayHintParams) -> list[types.Inlay
 
 def _values(document: Document, nodes: list[tree.Declaration]) -> Iterator[types.InlayHint]:
     """Yield hints such as `= 0.178 m` after values that are not written in SI."""
-    scope = document.scope  # with diagnostics of its own: those of the scene may be full
+    scope = document.scope  # with its own diagnostics, since those of the scene may be full
     table = scope.table
     if not table.modules:
         return
@@ -70,24 +70,24 @@ def _arguments(node: tree.Call, vocabulary: Vocabulary, kind: str) -> Iterator[t
 
 def _in_si(node: tree.Expression, evaluator: Evaluator) -> str:
     """Return the value of an expression in SI; empty if it is written so, or cannot be evaluated."""
-    if _plain(node):
+    if _is_plain(node):
         return ""
     try:
         value = evaluator.values(node) if isinstance(node, tree.List) else evaluator.value(node)
     except EvaluationError:
         return ""
-    return in_si(value, DIGITS)
+    return format_in_si(value, DIGITS)
 
 
-def _plain(node: tree.Expression) -> bool:
+def _is_plain(node: tree.Expression) -> bool:
     """Return whether an expression is one or several numbers in SI."""
     match node:
         case tree.Number():
             return _is_si(node.unit)
         case tree.Unary(operand=operand):
-            return _plain(operand)
+            return _is_plain(operand)
         case tree.Vector() | tree.List():
-            return _is_si(node.unit) and all(_plain(item) for item in node.items)
+            return _is_si(node.unit) and all(_is_plain(item) for item in node.items)
     return False
 
 
@@ -105,19 +105,19 @@ def _is_si(unit: tree.Unit | None) -> bool:
 
 def _evidence(document: Document, nodes: list[tree.Declaration]) -> Iterator[types.InlayHint]:
     """Yield the last report's results of expectations and metrics, at the ends of their lines."""
-    known = evidence(document) if any(isinstance(n, tree.Expect | tree.Declare) for n in nodes) else None
+    known = find_last_report(document) if any(isinstance(n, tree.Expect | tree.Declare) for n in nodes) else None
     if known is None:
         return
     for node in nodes:
         try:
             found = known.of(document, node)
-        except (AttributeError, KeyError, TypeError, ValueError):  # a report that somebody else has written
+        except (AttributeError, KeyError, TypeError, ValueError):  # malformed report of another program
             continue
         if found is not None:
             yield _hint(document, node, found)
 
 
-def _hint(document: Document, node: tree.Declaration, found: Measured) -> types.InlayHint:
+def _hint(document: Document, node: tree.Declaration, found: MeasuredHint) -> types.InlayHint:
     at = document.position(document.starts[node.span.end_line - 1])
     end = document.position(document.offset(types.Position(at.line, 1_000_000)))
     more = types.MarkupContent(types.MarkupKind.Markdown, found.more)

@@ -29,18 +29,18 @@ from softmark.interpreter.results.run_report import SCHEMA, MetricResult, ModelR
 from softmark.safe_files import read_regular
 from softmark.scenes import ROOT
 
-ABOVE = 6  # folders above that of a scene, up to the one that an editor has open
-LARGEST = 50_000_000  # bytes of a report that is read
-LISTED = 3  # values that stand beside a metric; the others are in what shows up over it
-MOST = 2000  # files of a folder that are looked at
-LONG = 60  # characters of a reason that stands in a line
+ABOVE = 6  # maximum number of parent folders searched, up to the editor's open folder
+LARGEST = 50_000_000  # maximum bytes of a report
+LISTED = 3  # maximum number of values beside a metric; the others are in the tooltip
+MOST = 2000  # maximum number of files of a folder
+LONG = 60  # maximum characters of a reason in a hint
 DIGITS = 4
 VERDICTS = {"met": "met", "not_met": "NOT MET", "cannot_tell": "not judged"}
 Json = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredHint:
     """Hint beside a line with its tooltip, and whether it fits the current text."""
 
     text: str
@@ -49,20 +49,20 @@ class Measured:
 
 
 @dataclass(frozen=True)
-class Evidence:
+class LastReport:
     """Report of a scene, as read from its file."""
 
     file: Path
     report: Json
-    same: bool  # of the text as it is now
-    since: str = ""  # what it reads, which is another one since
+    same: bool  # whether it fits the current text
+    since: str = ""  # file read by the scene that has changed since
 
     @property
     def current(self) -> bool:
         """True if the report fits the current scene and all its files."""
         return self.same and not self.since
 
-    def of(self, document: Document, node: tree.Declaration) -> Measured | None:
+    def of(self, document: Document, node: tree.Declaration) -> MeasuredHint | None:
         """Return the result of an expectation or a metric; None for other declarations and without a result."""
         said = None
         if isinstance(node, tree.Expect):
@@ -75,7 +75,7 @@ class Evidence:
         marks = [*([] if self.same else ["of an earlier text"]), *self._given]
         if self.same and self.since:
             marks.insert(0, f"of an earlier {self.since}")
-        return Measured(
+        return MeasuredHint(
             f"{', '.join(marks)}: {text}" if marks else text, "\n\n".join([*more, self._from]), self.current
         )
 
@@ -102,7 +102,7 @@ class Evidence:
         if not judged:
             return None
         line = node.span.line
-        own = min(judged, key=lambda e: abs(int(e.get("line") or 0) - line))  # of those that are said twice
+        own = min(judged, key=lambda e: abs(int(e.get("line") or 0) - line))  # of duplicates, the first counts
         verdict, reason = VERDICTS.get(own["verdict"], own["verdict"]), own.get("reason") or ""
         value = self._about(node, own)
         said = f"{verdict}: {value}" if value else f"{verdict}: {_short(reason)}" if reason else verdict
@@ -113,7 +113,7 @@ class Evidence:
         value, unit = own.get("value"), own.get("unit")
         if value is None:
             return ""
-        if unit is None:  # of a report that does not say it
+        if unit is None:  # the report lacks it
             return f"{value:.{DIGITS}g} in SI units"
         first = next((n.operands[0] for n, _ in tree.walk(node.condition) if isinstance(n, tree.Compare)), None)
         if isinstance(first, tree.Name) and len(first.parts) == 2:
@@ -147,7 +147,7 @@ class Evidence:
                 yield owner, f"no value: {found.get('reason') or result.get('message') or 'no reason was given'}"
             else:
                 said = _shown(value, found.get("unit") or "1", self._models.get(owner), name)
-                yield owner, f"{said}{_judged(found)}"
+                yield owner, f"{said}{_remarks_on_metric(found)}"
 
     @cached_property
     def _models(self) -> dict[str, ModelResult]:
@@ -168,7 +168,7 @@ def _shown(value: float, unit: str, model: ModelResult | None, metric: str) -> s
     return f"{_amount(value, unit)} {beside(said.value, MetricResult(value, unit))}"
 
 
-def _judged(found: Json) -> str:
+def _remarks_on_metric(found: Json) -> str:
     """Return the remarks of a metric on its value: reached within time or not, larger than its error or not."""
     own = "" if "verdict" not in found else ", in time" if found["verdict"] else ", NOT in time"
     return own + ("" if found.get("meaningful", True) else ", within the uncertainty of the reference")
@@ -185,21 +185,21 @@ def _short(reason: str) -> str:
 # ------------------------------------------------------------------ reports on disk
 
 
-def evidence(document: Document) -> Evidence | None:
+def find_last_report(document: Document) -> LastReport | None:
     """Return the report of a scene: one of the current text, else the latest one; None if there is none."""
     if document.file is None:
         return None
     found = [(file, report) for file, _, report in _reports(document.file)]
     if not found:
         return None
-    texts = (document.text, f"\ufeff{document.text}")  # editors keep the mark at the start of a file to themselves
+    texts = (document.text, f"\ufeff{document.text}")  # editors strip the byte order mark
     digests = [hashlib.sha256(text.encode("utf-8", errors="surrogatepass")).hexdigest() for text in texts]
     same = [(file, report) for file, report in found if report["scene"].get("sha256") in digests]
     file, report = (same or found)[0]
-    return Evidence(file, report, bool(same), _since(document, file, report))
+    return LastReport(file, report, bool(same), _find_newer_file(document, file, report))
 
 
-def _since(document: Document, file: Path, report: Json) -> str:
+def _find_newer_file(document: Document, file: Path, report: Json) -> str:
     """Return the file read by the scene that was written or replaced after the run began; empty if there is none."""
     plugins = report["scene"].get("plugins") or ()
     if not plugins and any(d.severity == "error" for d in document.found):
@@ -210,7 +210,7 @@ def _since(document: Document, file: Path, report: Json) -> str:
     try:
         begun = datetime.fromisoformat(report["environment"]["started"]).timestamp()
     except (KeyError, TypeError, ValueError):
-        begun = -1.0  # of a report that does not say it: whatever there is may be later
+        begun = -1.0  # the report lacks the time: every file may be newer
     return next((path.name for path in used if _written(path) > begun), "")
 
 
@@ -253,7 +253,7 @@ def _is_of(scene: Path, folder: Path, file: str) -> bool:
     try:
         other = (folder / file).resolve()
         return other == scene or not other.is_file()
-    except (OSError, ValueError):  # no name of a file
+    except (OSError, ValueError):  # not a valid file name
         return False
 
 

@@ -19,7 +19,7 @@ from softmark.interpreter.language.scene_sources import Module, ModuleTable
 from softmark.interpreter.language_server.text_document import Document
 
 WORDS = frozenset({"choice", "flag", "components"})  # forms of fields whose names are words of the language
-ALIAS = "use"  # the kind of a name that a `use` gives
+ALIAS = "use"  # kind of the alias of a `use`
 
 
 @dataclass(frozen=True)
@@ -59,16 +59,16 @@ def _resolved(file: Path) -> Path:
 
 def occurrences(table: ModuleTable, module: Module) -> Iterator[Occurrence]:
     """Yield all names of a text, in their order."""
-    known = Known(table)
+    known = NameResolver(table)
     for node in module.tree.declarations:
         declared = known.declared(module, node)
         if declared is not None:
             yield Occurrence(module, declared.span, declared, declares=True)
-        for name in mentioned(node, table.vocabulary):
+        for name in find_mentioned_names(node, table.vocabulary):
             yield from known.parts(module, name)
 
 
-def at(document: Document, offset: int) -> Occurrence | None:
+def name_at(document: Document, offset: int) -> Occurrence | None:
     """Return the name at a position of the scene's own text, also at its end."""
     table = document.table
     found = occurrences(table, table.modules[0]) if table.modules else ()
@@ -93,7 +93,7 @@ def document_of(document: Document, module: Module) -> Document:
     return Document(module.source.text, module.folder, module.file, vocabulary=document.vocabulary)
 
 
-class Known:
+class NameResolver:
     """Resolver of names in the texts of a table."""
 
     def __init__(self, table: ModuleTable) -> None:
@@ -149,7 +149,7 @@ def _segments(name: tree.Name) -> Iterator[tuple[str, Span]]:
 # ------------------------------------------------------------------ where names are names, and not words
 
 
-def mentioned(node: tree.Declaration, vocabulary: Vocabulary) -> Iterator[tree.Name]:
+def find_mentioned_names(node: tree.Declaration, vocabulary: Vocabulary) -> Iterator[tree.Name]:
     """Yield the names in the expressions of a declaration that may be declared ones, in the order of the text."""
     if isinstance(node, tree.Declare):
         yield from _within(node.value, vocabulary, Field("", "", "value", "", True, None, kind=node.kind))

@@ -12,7 +12,7 @@ from pygls.uris import to_fs_path
 
 from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.language.field_schema import Vocabulary
-from softmark.interpreter.language_server.background_checks import Checks
+from softmark.interpreter.language_server.background_checks import CheckScheduler
 from softmark.interpreter.language_server.editor_plugins import Plugins
 from softmark.interpreter.language_server.text_document import Document
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
     from pygls.lsp.server import LanguageServer
 
 
-class Opened:
+class OpenDocuments:
     """Open documents by URI, with their server and its plugins."""
 
     def __init__(self, server: LanguageServer, plugins: Sequence[str] = ()) -> None:
         self.server = server
         self.documents: dict[str, Document] = {}
-        self.checks = Checks(server, self.documents)
+        self.checks = CheckScheduler(server, self.documents)
         self.plugins = Plugins(server, plugins, self.checks.do, self._renew)
         self._waiting: set[str] = set()  # for plugins
 
@@ -41,7 +41,7 @@ class Opened:
         """Apply changes to a text, one after the other."""
         now = before = self.documents.get(which.uri) or self._document(which.uri, "")
         for change in changes:
-            now = self._document(which.uri, changed(now, change), which.version, before.read)
+            now = self._document(which.uri, apply_change(now, change), which.version, before.read)
         self._have(which.uri, now)
 
     def again(self, uri: str) -> None:
@@ -87,13 +87,13 @@ def document(
 ) -> Document:  # fmt: skip
     """Return the document of a text; one without a file looks for named files in the working folder."""
     path = to_fs_path(uri)
-    if path is not None and "\0" in path:  # which names no file
+    if path is not None and "\0" in path:  # URI without a file
         path = None
     file = Path(path) if path else None
     return Document(text, file.parent if file else Path(), file, version, snippets, uri, earlier, vocabulary)
 
 
-def changed(before: Document, change: types.TextDocumentContentChangeEvent) -> str:
+def apply_change(before: Document, change: types.TextDocumentContentChangeEvent) -> str:
     """Return the text after one change of a part or of the whole."""
     if not isinstance(change, types.TextDocumentContentChangePartial):
         return change.text

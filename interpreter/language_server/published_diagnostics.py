@@ -15,7 +15,7 @@ from softmark.scenes import ROOT
 SEVERITY = {"error": types.DiagnosticSeverity.Error, "warning": types.DiagnosticSeverity.Warning}
 PAGES = Path(known_codes.__file__).resolve().parent
 START = types.Range(types.Position(0, 0), types.Position(0, 0))
-UNUSED = frozenset({"W309"})  # codes of what nothing needs, which editors show faded
+UNUSED = frozenset({"W309"})  # codes of unused names, which editors show faded
 
 
 def diagnostics(document: Document, found: list[Diagnostic] | None = None) -> list[types.Diagnostic]:

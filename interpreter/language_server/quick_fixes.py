@@ -17,11 +17,11 @@ KINDS = [types.CodeActionKind.QuickFix, types.CodeActionKind.SourceFixAll]
 def actions(document: Document, params: types.CodeActionParams) -> list[types.CodeAction]:
     """Return an action for each message in a range with a replacement, and one that applies all of the text's."""
     uri, only = params.text_document.uri, params.context.only or KINDS
-    found = [fix for fix in _fixes(document) if _meet(fix[2].range, params.range) or _meet(fix[1], params.range)]
-    if not any(_asked(types.CodeActionKind.QuickFix, one) for one in only):
+    found = [fix for fix in _fixes(document) if _overlap(fix[2].range, params.range) or _overlap(fix[1], params.range)]
+    if not any(_is_requested(types.CodeActionKind.QuickFix, one) for one in only):
         found = []
     quick = [_action(document, uri, *fix) for fix in found]
-    everything = any(_asked(types.CodeActionKind.SourceFixAll, one) for one in only)
+    everything = any(_is_requested(types.CodeActionKind.SourceFixAll, one) for one in only)
     return [*quick, *(_all(document, uri) if everything else ())]
 
 
@@ -47,7 +47,7 @@ def _all(document: Document, uri: str) -> Iterator[types.CodeAction]:
     """Yield one action that applies all fixes that do not overlap, if there are any."""
     edits: list[types.TextEdit] = []
     for found, at, _ in _fixes(document):
-        if not any(_meet(at, edit.range) for edit in edits):
+        if not any(_overlap(at, edit.range) for edit in edits):
             edits.append(_edit(document, found))
     if edits:
         kind, change = types.CodeActionKind.SourceFixAll, types.WorkspaceEdit(changes={uri: edits})
@@ -70,12 +70,12 @@ def _title(document: Document, found: Diagnostic) -> str:
     return f"write `{new.strip()}` for `{old}`" if old else f"add `{new.strip()}`"
 
 
-def _asked(kind: str, only: str) -> bool:
+def _is_requested(kind: str, only: str) -> bool:
     """Return whether a kind of action is requested; `source` includes `source.fixAll`."""
     return kind == only or kind.startswith(f"{only}.")
 
 
-def _meet(one: types.Range, other: types.Range) -> bool:
+def _overlap(one: types.Range, other: types.Range) -> bool:
     """Return whether two ranges overlap or touch."""
     return not (_before(one.end, other.start) or _before(other.end, one.start))
 

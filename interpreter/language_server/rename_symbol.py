@@ -10,11 +10,11 @@ from lsprotocol import types
 from softmark.grammar.diagnostic import Source
 from softmark.grammar.parse_table import reserved
 from softmark.interpreter.language.expression_evaluation import PREDEFINED
-from softmark.interpreter.language.field_schema import indefinite_article
-from softmark.interpreter.language_server.go_to_definition import everywhere
-from softmark.interpreter.language_server.name_index import Occurrence, Target, at
-from softmark.interpreter.language_server.open_documents import Opened
-from softmark.interpreter.language_server.request_refused import Refused
+from softmark.interpreter.language.field_schema import article
+from softmark.interpreter.language_server.go_to_definition import find_all_uses
+from softmark.interpreter.language_server.name_index import Occurrence, Target, name_at
+from softmark.interpreter.language_server.open_documents import OpenDocuments
+from softmark.interpreter.language_server.request_refused import RequestRefused
 from softmark.interpreter.language_server.text_document import Document
 from softmark.interpreter.validation.constructor_registry import compile_source
 from softmark.scenes import ROOT
@@ -22,41 +22,45 @@ from softmark.scenes import ROOT
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
-def prepare(document: Document, params: types.PrepareRenameParams) -> types.PrepareRenamePlaceholder:
-    """Return the name at a position if it can be renamed. Raises Refused."""
+def prepare_rename(document: Document, params: types.PrepareRenameParams) -> types.PrepareRenamePlaceholder:
+    """Return the name at a position if it can be renamed. Raises RequestRefused."""
     found = _named(document, params.position)
     return types.PrepareRenamePlaceholder(document.range(found.span), found.target.name)
 
 
-def rename(opened: Opened, params: types.RenameParams) -> types.WorkspaceEdit:
-    """Return the edits that replace a name in all scenes found to use it. Raises Refused."""
+def rename(opened: OpenDocuments, params: types.RenameParams) -> types.WorkspaceEdit:
+    """Return the edits that replace a name in all scenes found to use it. Raises RequestRefused."""
     uri, new = params.text_document.uri, params.new_name
     document = opened.documents[uri]
     target = _named(document, params.position).target
-    for problem in _wrong(document, target, new):
-        raise Refused(problem)
+    for problem in _find_objections(document, target, new):
+        raise RequestRefused(problem)
     changes: dict[str, list[types.TextEdit]] = {}
-    for place, span in everywhere(opened, uri, target):
+    for place, span in find_all_uses(opened, uri, target):
         changes.setdefault(place, []).append(types.TextEdit(span, new))
-    if target.module is document.table.modules[0]:  # others are read from where they lie, which is not rewritten yet
-        _keeps_its_meaning(document, changes.get(uri, []), new)
+    if target.module is document.table.modules[0]:  # other files are read from disk, where they are unchanged
+        _refuse_new_errors(document, changes.get(uri, []), new)
     return types.WorkspaceEdit(changes=changes)
 
 
 def _named(document: Document, position: types.Position) -> Occurrence:
-    """Return the name at a position, if it may be renamed. Raises Refused."""
-    found = at(document, document.offset(position))
+    """Return the name at a position, if it may be renamed. Raises RequestRefused."""
+    found = name_at(document, document.offset(position))
     if found is None:
-        raise Refused("there is no name of the scene here: words of the language and fields are called as they are")
+        raise RequestRefused(
+            "there is no name of the scene here: words of the language and fields are called as they are"
+        )
     if any(d.code.startswith("E1") for d in document.compiled[1]):
-        raise Refused("the text has errors of syntax, and names in what cannot be read would stay: mend them first")
+        raise RequestRefused(
+            "the text has errors of syntax, and names in what cannot be read would stay: mend them first"
+        )
     target = found.target
     if target.module.file is not None and target.module.file.resolve().is_relative_to(ROOT.resolve()):
-        raise Refused(f"`{target.name}` is declared in the standard library, which is not rewritten")
+        raise RequestRefused(f"`{target.name}` is declared in the standard library, which is not rewritten")
     return found
 
 
-def _wrong(document: Document, target: Target, new: str) -> Iterator[str]:
+def _find_objections(document: Document, target: Target, new: str) -> Iterator[str]:
     """Yield the objections to a new name."""
     if not NAME.fullmatch(new):
         yield f"`{new}` is not a name: names are made of the letters A to Z, a to z, digits and `_`"
@@ -68,11 +72,11 @@ def _wrong(document: Document, target: Target, new: str) -> Iterator[str]:
     if new != target.name and (full in table.symbols or full in table.aliases):
         known = table.symbols.get(full)
         kind = getattr(known.node, "kind", "param") if known else "use"
-        yield f"`{new}` is taken: it is {indefinite_article(kind)} {kind} of {target.module.source.name}"
+        yield f"`{new}` is taken: it is {article(kind)} {kind} of {target.module.source.name}"
 
 
-def _keeps_its_meaning(document: Document, edits: list[types.TextEdit], new: str) -> None:
-    """Refuse a new name that causes a new error, such as a word of the language. Raises Refused."""
+def _refuse_new_errors(document: Document, edits: list[types.TextEdit], new: str) -> None:
+    """Refuse a new name that causes a new error, such as a word of the language. Raises RequestRefused."""
     text = document.text
     for edit in sorted(edits, key=lambda e: (e.range.start.line, e.range.start.character), reverse=True):
         start, end = document.offset(edit.range.start), document.offset(edit.range.end)
@@ -80,4 +84,4 @@ def _keeps_its_meaning(document: Document, edits: list[types.TextEdit], new: str
     before = {d.code for d in document.compiled[1]}
     for found in compile_source(Source(document.source.name, text), document.folder, document.file)[1]:
         if found.severity == "error" and found.code not in before:
-            raise Refused(f"`{new}` would be an error, {found.code}: {found.message}")
+            raise RequestRefused(f"`{new}` would be an error, {found.code}: {found.message}")

@@ -16,13 +16,13 @@ from pygls.protocol import json_rpc
 from softmark.interpreter.language.plugin_words import find_faulty_plugin
 
 
-class Refused(JsonRpcException):
+class RequestRefused(JsonRpcException):
     """A request is refused; the message gives the reason."""
 
     CODE = LSPErrorCodes.RequestFailed
 
 
-def quietly() -> None:
+def silence_refusals() -> None:
     """Keep errors that are answers out of the log of pygls: a traceback for them would look like a fault."""
     json_rpc.logger.addFilter(_unforeseen)
 

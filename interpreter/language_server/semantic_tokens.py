@@ -24,12 +24,12 @@ KINDS = [Kind.Keyword, Kind.Variable, Kind.Parameter, Kind.Namespace, Kind.Funct
 PLACES = {kind: place for place, kind in enumerate(KINDS)}
 MODIFIERS = [Modifier.Declaration, Modifier.Readonly, Modifier.DefaultLibrary]
 LEGEND = types.SemanticTokensLegend([str(kind.value) for kind in KINDS], [str(one.value) for one in MODIFIERS])
-LOOKS = {  # of kinds of tokens
+LOOKS = {  # roles by kind of token
     **dict.fromkeys([*WORDS, "AS", "IN", "AND", "OR", "NOT"], Kind.Keyword),
     **dict.fromkeys(["SIGN", "TIMES", "CIRCUMFLEX", "COMPARE", "EQUAL", "RANGE"], Kind.Operator),
     "NUMBER": Kind.Number, "STRING": Kind.String, "UNCLOSED_STRING": Kind.String, "UNIT": Kind.Type,
 }  # fmt: skip
-NAMED = frozenset({"NAME", "PATH", "UNIT"})  # kinds of tokens whose meaning hangs on their place
+NAMED = frozenset({"NAME", "PATH", "UNIT"})  # kinds of tokens whose role depends on context
 Role = tuple[Kind, int]  # a kind, and modifiers as bits
 
 
@@ -105,7 +105,7 @@ def _encoded(document: Document, words: list[tuple[Span, Role]]) -> list[int]:
     line = column = 0
     for span, (kind, modifiers) in words:
         here, first, end = span.line - 1, span.column - 1, span.end_column - 1
-        if not plain:  # columns of the protocol are others
+        if not plain:  # the protocol counts columns differently
             first, end = document.position(span.start).character, document.position(span.end).character
         numbers += [here - line, first - (column if here == line else 0), end - first, PLACES[kind], modifiers]
         line, column = here, first

@@ -22,13 +22,13 @@ from pygls.protocol.json_rpc import JsonRPCNotification
 from softmark import __version__
 from softmark.interpreter.language_server import quick_fixes, semantic_tokens
 from softmark.interpreter.language_server.message_reader import MALFORMED, MessageReader
-from softmark.interpreter.language_server.open_documents import Opened
-from softmark.interpreter.language_server.request_refused import Refused, quietly, report
+from softmark.interpreter.language_server.open_documents import OpenDocuments
+from softmark.interpreter.language_server.request_refused import RequestRefused, report, silence_refusals
 from softmark.interpreter.language_server.text_document import Document
 from softmark.scenes import ROOT
 
-LATER = (50_000, 20, 20)  # when Python looks for unused cycles: a state of a text is some ten thousand objects
-TRIGGERS = ["(", ",", "=", ".", '"', "/", " "]  # what completion is asked for at, beside letters
+LATER = (50_000, 20, 20)  # garbage collection thresholds: a state of a text has some ten thousand objects
+TRIGGERS = ["(", ",", "=", ".", '"', "/", " "]  # characters that trigger completion, in addition to letters
 
 
 class Feature(NamedTuple):
@@ -36,7 +36,7 @@ class Feature(NamedTuple):
 
     answer: str
     options: Any = None
-    wide: bool = False  # it gets all that is open, though its parameters name one text
+    wide: bool = False  # it gets all open documents, although its parameters name one
 
 
 FEATURES: dict[str, Feature] = {
@@ -45,14 +45,14 @@ FEATURES: dict[str, Feature] = {
     types.TEXT_DOCUMENT_CODE_LENS: Feature("code_lenses:lenses"),
     types.TEXT_DOCUMENT_COMPLETION: Feature("code_completion:complete", types.CompletionOptions(TRIGGERS)),
     types.TEXT_DOCUMENT_DEFINITION: Feature("go_to_definition:definition"),
-    types.TEXT_DOCUMENT_DID_SAVE: Feature("file_watching:saved", wide=True),
+    types.TEXT_DOCUMENT_DID_SAVE: Feature("file_watching:handle_save", wide=True),
     types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: Feature("go_to_definition:highlights"),
     types.TEXT_DOCUMENT_DOCUMENT_SYMBOL: Feature("document_symbols:symbols"),
     types.TEXT_DOCUMENT_FOLDING_RANGE: Feature("document_symbols:folds"),
-    types.TEXT_DOCUMENT_FORMATTING: Feature("document_formatting:formatted"),
+    types.TEXT_DOCUMENT_FORMATTING: Feature("document_formatting:format_document"),
     types.TEXT_DOCUMENT_HOVER: Feature("hover_text:hover"),
     types.TEXT_DOCUMENT_INLAY_HINT: Feature("inlay_hints:hints"),
-    types.TEXT_DOCUMENT_PREPARE_RENAME: Feature("rename_symbol:prepare"),
+    types.TEXT_DOCUMENT_PREPARE_RENAME: Feature("rename_symbol:prepare_rename"),
     types.TEXT_DOCUMENT_REFERENCES: Feature("go_to_definition:references", wide=True),
     types.TEXT_DOCUMENT_RENAME: Feature("rename_symbol:rename", wide=True),
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: Feature("semantic_tokens:colours", semantic_tokens.LEGEND),
@@ -60,9 +60,9 @@ FEATURES: dict[str, Feature] = {
     types.TEXT_DOCUMENT_SIGNATURE_HELP: Feature(
         "signature_help:signature", types.SignatureHelpOptions(["(", ","], ["="])
     ),
-    types.WORKSPACE_DID_CHANGE_CONFIGURATION: Feature("file_watching:configured"),
-    types.WORKSPACE_DID_CHANGE_WATCHED_FILES: Feature("file_watching:changed"),
-    types.WORKSPACE_SYMBOL: Feature("document_symbols:everywhere"),
+    types.WORKSPACE_DID_CHANGE_CONFIGURATION: Feature("file_watching:handle_settings"),
+    types.WORKSPACE_DID_CHANGE_WATCHED_FILES: Feature("file_watching:handle_file_changes"),
+    types.WORKSPACE_SYMBOL: Feature("document_symbols:find_workspace_symbols"),
 }
 
 
@@ -128,7 +128,7 @@ class Server(LanguageServer):
     def __init__(self, plugins: Sequence[str] = ()) -> None:
         super().__init__("softmark", __version__, protocol_cls=Protocol)
         self.protocol: Protocol
-        self.opened = Opened(self, plugins)
+        self.opened = OpenDocuments(self, plugins)
         for method, feature in FEATURES.items():
             self.feature(method, feature.options)(self._answering(feature))
 
@@ -142,9 +142,9 @@ class Server(LanguageServer):
                 about = self.opened if asked is None or (known and feature.wide) else known
                 name = f"softmark.interpreter.language_server.{module}"
                 return None if about is None else getattr(import_module(name), function)(about, params)
-            except Refused:
+            except RequestRefused:
                 raise
-            except (Exception, SystemExit) as error:  # an editor goes on without this answer
+            except (Exception, SystemExit) as error:  # the editor can continue without this answer
                 report(error)
                 return None
 
@@ -159,15 +159,15 @@ def serve(incoming: BinaryIO, outgoing: BinaryIO, plugins: Sequence[str] = ()) -
     of the protocol: 0 if the editor requested shutdown before its exit, else 1.
     """
     gc.set_threshold(*LATER)
-    quietly()
+    silence_refusals()
     server = Server(plugins)
-    server.opened.checks.warm(_first)
+    server.opened.checks.warm(_preload)
     reader: Any = MessageReader(incoming)
     server.start_io(reader, outgoing)  # which keeps the status to itself
     return 0 if server.protocol.left else 1
 
 
-def _first() -> None:
+def _preload() -> None:
     """Load all constructors, and the modules that answer requests."""
     file = ROOT / "beams" / "silicone-beam.scene"
     assert Document(file.read_text(encoding="utf-8"), file.parent, file).checked[0]

@@ -5,16 +5,16 @@ from __future__ import annotations
 from lsprotocol import types
 
 from softmark.interpreter.help.reserved_words import CALLS
-from softmark.interpreter.help.word_pages import facts
+from softmark.interpreter.help.word_pages import field_facts
 from softmark.interpreter.language.field_schema import Constructor
 from softmark.interpreter.language_server import hover_markdown
-from softmark.interpreter.language_server.cursor_context import Frame, around
+from softmark.interpreter.language_server.cursor_context import OpenBracket, find_cursor_context
 from softmark.interpreter.language_server.text_document import Document
 
 
 def signature(document: Document, params: types.SignatureHelpParams) -> types.SignatureHelp | None:
     """Return the innermost call around a position and its current field; None outside calls."""
-    here = around(document, document.offset(params.position))
+    here = find_cursor_context(document, document.offset(params.position))
     frame = here.call if here is not None else None
     if frame is None:
         return None
@@ -32,11 +32,11 @@ def _of_constructor(c: Constructor) -> types.SignatureInformation:
         label += ", " if place else ""
         start = len(label)
         label += f.name if f.required else f"[{f.name}]"
-        fields.append(types.ParameterInformation((start, len(label)), _marked(f.doc + facts(f))))
+        fields.append(types.ParameterInformation((start, len(label)), _marked(f.doc + field_facts(f))))
     return types.SignatureInformation(f"{label})", _marked(c.summary), fields)
 
 
-def _function(frame: Frame) -> types.SignatureHelp | None:
+def _function(frame: OpenBracket) -> types.SignatureHelp | None:
     if frame.function not in CALLS:
         return None
     form, doc = CALLS[frame.function]

@@ -43,7 +43,7 @@ class Document:
     version: int | None = None
     snippets: bool = False
     address: str = ""  # the URI by which an editor knows it
-    earlier: Scene | None = field(default=None, compare=False, repr=False)  # of the state before, as far as it was read
+    earlier: Scene | None = field(default=None, compare=False, repr=False)  # scene of an earlier state, if compiled
     vocabulary: Vocabulary = field(default_factory=lambda: CATALOGUE, compare=False, repr=False)
 
     @property

@@ -8,28 +8,28 @@ from lsprotocol.types import CompletionItemKind as Kind
 
 from softmark.grammar.lexer import Token
 from softmark.grammar.statement_splitting import CLOSERS, OPENERS
-from softmark.interpreter.help.display_units import common, meaning, measures
+from softmark.interpreter.help.display_units import common_units, describe_unit, units_of
 from softmark.interpreter.language import units
 from softmark.interpreter.language.expression_evaluation import FUNCTIONS
 from softmark.interpreter.language.field_schema import Field
 from softmark.interpreter.language.units import Dimension
-from softmark.interpreter.language_server.completion_items import Offer
-from softmark.interpreter.language_server.cursor_context import NAMES, Frame, Surroundings
+from softmark.interpreter.language_server.completion_items import CompletionOffer
+from softmark.interpreter.language_server.cursor_context import NAMES, CursorContext, OpenBracket
 from softmark.interpreter.language_server.declared_names import dimension
 
 WITH_DIMENSION = frozenset({"quantity", "vector", "list", "each", "points", "vectors"})  # forms of fields
 PRODUCTS = frozenset({"TIMES", "CIRCUMFLEX"})
 
 
-def behind_number(here: Surroundings) -> bool:
+def follows_number(here: CursorContext) -> bool:
     """Return whether a unit may follow: a number, a vector or a list ends before, on the same line."""
     if not here.before or any(c in here.document.text[here.before[-1].end : here.start] for c in "\r\n"):
         return False
     last = here.before[-1]
-    return last.kind == "NUMBER" or (last.kind in ("RPAR", "RSQB") and not _called(here.before))
+    return last.kind == "NUMBER" or (last.kind in ("RPAR", "RSQB") and not _ends_call(here.before))
 
 
-def _called(tokens: tuple[Token, ...]) -> bool:
+def _ends_call(tokens: tuple[Token, ...]) -> bool:
     """Return whether the bracket that ends the tokens is that of a call."""
     depth = 0
     for index in range(len(tokens) - 1, -1, -1):
@@ -39,14 +39,14 @@ def _called(tokens: tuple[Token, ...]) -> bool:
     return False
 
 
-def units_at(here: Surroundings) -> Iterator[Offer]:
+def units_at(here: CursorContext) -> Iterator[CompletionOffer]:
     """Yield the fitting units, or the usual units of all dimensions if any may be used."""
-    due = due_at(here)
-    for unit in measures(due) if due is not None else (unit for unit, _ in common()):
-        yield Offer(unit, Kind.Unit, meaning(unit))
+    due = expected_dimension(here)
+    for unit in units_of(due) if due is not None else (unit for unit, _ in common_units()):
+        yield CompletionOffer(unit, Kind.Unit, describe_unit(unit))
 
 
-def due_at(here: Surroundings) -> Dimension | None:
+def expected_dimension(here: CursorContext) -> Dimension | None:
     """Return the dimension expected of a number, or None if any may be used."""
     for frame in reversed(here.frames):
         if any(token.kind in PRODUCTS for token in frame.value):
@@ -61,7 +61,7 @@ def due_at(here: Surroundings) -> Dimension | None:
     return _of_statement(here)
 
 
-def _of_field(here: Surroundings, frame: Frame) -> Dimension | None:
+def _of_field(here: CursorContext, frame: OpenBracket) -> Dimension | None:
     field = frame.field
     if field is None:
         return None
@@ -74,7 +74,7 @@ def _of_field(here: Surroundings, frame: Frame) -> Dimension | None:
     return _of_target(here, frame, field) if field.form == "variants" else None
 
 
-def _of_target(here: Surroundings, frame: Frame, field: Field) -> Dimension | None:
+def _of_target(here: CursorContext, frame: OpenBracket, field: Field) -> Dimension | None:
     """Return the dimension of a sweep's target: a parameter, or a field of a declaration."""
     tokens = here.before[here.before.index(frame.opener) + 1 :]
     name = next((t.text for t in tokens if t.kind in NAMES and t.text not in ("target", "over")), "")
@@ -85,7 +85,7 @@ def _of_target(here: Surroundings, frame: Frame, field: Field) -> Dimension | No
     return found if meant is None else meant.dimension
 
 
-def _of_statement(here: Surroundings) -> Dimension | None:
+def _of_statement(here: CursorContext) -> Dimension | None:
     """Return the dimension expected in a parameter (that of its value) or an expectation (that of its other side)."""
     if any(token.kind in PRODUCTS for token in here.before):
         return None

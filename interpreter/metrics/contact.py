@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from softmark.interpreter.metrics.metric_base import Floats
-    from softmark.interpreter.results.reaction_results import AtRest, Touch
+    from softmark.interpreter.results.reaction_results import ContactNumbers, EquilibriumForces
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
@@ -32,7 +32,7 @@ class ContactMetric(ForceMetric):
         """Name of the contact."""
         return self.of
 
-    def touch(self, rest: AtRest) -> Touch:
+    def touch(self, rest: EquilibriumForces) -> ContactNumbers:
         """Return the contact results of the contact. Raises Undefined if only its force is known."""
         if self.of not in rest.touches:
             raise Undefined(f"nothing is known of `{self.of}` here but its force")
@@ -66,11 +66,11 @@ class ContactArea(ContactMetric):
     against: Annotated[str | None, "reference or model", "solution taken as correct"] = None
     natural: ClassVar[str] = "m^2"
 
-    def amount(self, rest: AtRest) -> Floats:
+    def amount(self, rest: EquilibriumForces) -> Floats:
         """Return the contact area, m^2. Raises Undefined if the contact has no results."""
         return np.array(self.touch(rest).area)
 
-    def acting(self, rest: AtRest) -> float:
+    def acting(self, rest: EquilibriumForces) -> float:
         """Return the largest area of all contacts, m^2."""
         return max(touch.area for touch in rest.touches.values())
 
@@ -98,12 +98,12 @@ class ContactPressure(ContactMetric):
     against: Annotated[str | None, "reference or model", "solution taken as correct"] = None
     natural: ClassVar[str] = "Pa"
 
-    def amount(self, rest: AtRest) -> Floats:
+    def amount(self, rest: EquilibriumForces) -> Floats:
         """Return the requested pressure and the largest pressure, Pa. Raises Undefined without contact results."""
         touch = self.touch(rest)
         return np.array([touch.pressure if self.at is None else self._pressure_at_point(touch), touch.pressure])
 
-    def _pressure_at_point(self, touch: Touch) -> float:
+    def _pressure_at_point(self, touch: ContactNumbers) -> float:
         """Return the pressure at the requested point, Pa."""
         if touch.field is None:
             raise Undefined(f"the pressure of `{self.of}` is known here where it is largest alone: leave out `at`")
@@ -113,7 +113,7 @@ class ContactPressure(ContactMetric):
             raise Undefined(f"`at` is not on the part of the surface that `{self.of}` is about, before deformation")
         return found
 
-    def acting(self, rest: AtRest) -> float:
+    def acting(self, rest: EquilibriumForces) -> float:
         """Return the largest pressure of all contacts, Pa."""
         return max(touch.pressure for touch in rest.touches.values())
 
@@ -153,14 +153,14 @@ class ContactGap(ContactMetric):
     extreme: ClassVar[str] = "least"
     numbers: ClassVar[tuple[str, ...]] = ()
 
-    def amount(self, rest: AtRest) -> Floats:
+    def amount(self, rest: EquilibriumForces) -> Floats:
         """Return the least gap and the mean gap in contact, m. Raises Undefined if the contact has no results."""
         touch = self.touch(rest)
         if touch.gap is None:
             raise Undefined(f"`{self.of}` does not touch, and no parts of the surface face each other")
         return np.array([touch.gap, touch.left])
 
-    def acting(self, rest: AtRest) -> float:
+    def acting(self, rest: EquilibriumForces) -> float:
         """Return the largest displacement, m."""
         return rest.moved
 

@@ -10,23 +10,23 @@ from softmark.interpreter.metrics.curve_geometry import MetricCurve
 
 if TYPE_CHECKING:
     from softmark.interpreter.metrics.measurement import Floats
-    from softmark.interpreter.results.reaction_results import States
+    from softmark.interpreter.results.reaction_results import ContactHistory
 
 
-def _amounts(metric: Any, states: States) -> tuple[Floats, Floats]:
+def _amounts(metric: Any, states: ContactHistory) -> tuple[Floats, Floats]:
     """Return times (t,), s, and the metric's amount at each time (t, ...), in its natural unit. Raises Undefined."""
     times, each = states.states(metric.of_surface)
     return times, np.array([metric.amount(rest) for rest in each])
 
 
-def build_history(metric: Any, states: States) -> MetricCurve:
+def build_history(metric: Any, states: ContactHistory) -> MetricCurve:
     """Return the metric's value at every time. Raises Undefined."""
     times, values = _amounts(metric, states)
     key = metric.natural.replace("*", "").replace("^", "")
     return MetricCurve(times, np.array([metric._along(value) for value in values]), ("s", key))
 
 
-def reduce_history(metric: Any, states: States) -> Floats:
+def reduce_history(metric: Any, states: ContactHistory) -> Floats:
     """Return the amount of the largest, least or mean value over time, by the metric's `over`. Raises Undefined."""
     times, values = _amounts(metric, states)
     if metric.when == "mean" and len(times) > 1:

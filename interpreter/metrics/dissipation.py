@@ -10,7 +10,7 @@ from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.metrics.metric_base import Floats
-    from softmark.interpreter.results.reaction_results import AtRest
+    from softmark.interpreter.results.reaction_results import EquilibriumForces
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,6 @@ class Dissipation(ForceMetric):
         """Name of the body."""
         return self.body
 
-    def amount(self, rest: AtRest) -> Floats:
+    def amount(self, rest: EquilibriumForces) -> Floats:
         """Return the dissipated energy, J. Raises Undefined if it is not known."""
         return require_energy(rest.dissipated)

@@ -107,10 +107,10 @@ def _energy(E: Floats, w: Floats, case: Case, X: Floats) -> float:
     each = [_moduli(material, X) for material in materials]
     mu, lam = each[0]
     if case.parts:
-        from softmark.interpreter.problem.group_conditions import of_places
+        from softmark.interpreter.problem.group_conditions import point_membership
         from softmark.interpreter.problem.material_layers import number
 
-        at = number(case, X, of_places(case, X)), np.arange(len(X))
+        at = number(case, X, point_membership(case, X)), np.arange(len(X))
         mu, lam = np.array([own[0] for own in each])[at], np.array([own[1] for own in each])[at]
     if not np.isfinite(lam).all():
         raise Undefined("in an incompressible material any change of volume has infinite energy")

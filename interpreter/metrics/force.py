@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from softmark.interpreter.metrics.metric_base import Floats
-    from softmark.interpreter.results.reaction_results import AtRest
+    from softmark.interpreter.results.reaction_results import EquilibriumForces
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
@@ -54,11 +54,11 @@ class Force(ForceMetric):
         """Direction along which the force is measured."""
         return self.along
 
-    def amount(self, rest: AtRest) -> Floats:
+    def amount(self, rest: EquilibriumForces) -> Floats:
         """Return the force (3,), N."""
         return np.array(rest.reactions[self.of].force)
 
-    def acting(self, rest: AtRest) -> float:
+    def acting(self, rest: EquilibriumForces) -> float:
         """Return the largest load or reaction, N."""
         return rest.acting
 

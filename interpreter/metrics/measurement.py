@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
     from softmark.interpreter.problem.probe_domains import ProbeDomain
     from softmark.interpreter.results.motion_history import History
-    from softmark.interpreter.results.reaction_results import AtRest
+    from softmark.interpreter.results.reaction_results import EquilibriumForces
     from softmark.interpreter.results.run_report import Timing
     from softmark.references.measured_data import MeasuredSurface
     from softmark.references.published_values import KnownValue
@@ -40,7 +40,7 @@ class ReferenceData:
     uncertainty: float = 0.0  # m
     times: Floats | None = None  # (t,) s
     course: Floats | None = None  # (t, n, 3) m, displacement history at the points of the probe
-    at_rest: AtRest | None = None  # reactions, contact results and energies
+    at_rest: EquilibriumForces | None = None  # reactions, contact results and energies
     curve: Curve | None = None  # measured curve
     stress: Callable[[], Stresses] | None = None  # stress field of a model on a mesh; raises NoStress
     value: KnownValue | None = None  # given value
@@ -68,7 +68,7 @@ class MetricInput:
     times: Floats | None = None  # (t,) s
     course: Floats | None = None  # (t, n, 3) m, displacement history at the points of the probe
     stress: Callable[[], Stresses] | None = None  # stress field of a model on a mesh; raises NoStress
-    at_rest: AtRest | None = None  # reactions, contact results and energies of a model
+    at_rest: EquilibriumForces | None = None  # reactions, contact results and energies of a model
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz; raises Undefined
     curve: MetricCurve | None = None  # of another metric, for metrics that need it
     number: MetricNumber | None = None  # of another metric, for metrics that need it

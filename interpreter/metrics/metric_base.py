@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Scene
     from softmark.interpreter.metrics.curve_geometry import MetricCurve
     from softmark.interpreter.metrics.measurement import Measurement, MetricInput
-    from softmark.interpreter.results.reaction_results import AtRest
+    from softmark.interpreter.results.reaction_results import EquilibriumForces
 
     Floats = NDArray[np.float64]
 
@@ -113,7 +113,7 @@ class ForceMetric(Metric):
         """Unit of its value: 1 if it is a relative error."""
         return self.natural if self.measured_from is None else "1"
 
-    def amount(self, rest: AtRest) -> Floats:
+    def amount(self, rest: EquilibriumForces) -> Floats:
         """Return the metric's number (), or the vector (3,) whose component it is, in its natural unit. Raises
         Undefined.
         """
@@ -136,7 +136,7 @@ class ForceMetric(Metric):
         off = None if rest is None else rest.off
         return Measurement(abs(self._along(own) - self._along(right)) / size, uncertainty=off)
 
-    def _reference_amount(self, rest: AtRest | None) -> Floats:
+    def _reference_amount(self, rest: EquilibriumForces | None) -> Floats:
         """Return the amount of the solution it compares with. Raises Undefined if that solution does not have it."""
         nothing = Undefined(f"`{self.measured_from}` tells nothing of it")
         try:
@@ -153,7 +153,7 @@ class ForceMetric(Metric):
         """Return the magnitude that an error is relative to: for a vector its norm, whatever the component."""
         return math.sqrt(float((value**2).sum()))
 
-    def apart(self, rest: AtRest | None, right: AtRest | None) -> float:
+    def apart(self, rest: EquilibriumForces | None, right: EquilibriumForces | None) -> float:
         """Return the difference from a solution taken as correct, in the metric's unit. Raises Undefined.
 
         For vectors it includes all components, since one may agree by chance. It is relative if the metric is an error.
@@ -165,11 +165,11 @@ class ForceMetric(Metric):
             raise Undefined(f"that of `{self.measured_from}` is zero, so nothing is relative to it")
         return far / size
 
-    def distance(self, rest: AtRest, right: AtRest) -> float:
+    def distance(self, rest: EquilibriumForces, right: EquilibriumForces) -> float:
         """Return the difference of two solutions in the natural unit. Raises Undefined."""
         return self.size(self._reported_amount(rest) - self._reported_amount(right))
 
-    def extent(self, rest: AtRest | None) -> float:
+    def extent(self, rest: EquilibriumForces | None) -> float:
         """Return the factor from a relative error to the metric's unit. Raises Undefined."""
         return self.size(self._available_amount(rest)) if self.measured_from is None else 1.0
 
@@ -177,7 +177,7 @@ class ForceMetric(Metric):
         """Return the same metric at the points X (n, 3), m, of its probe, if it has one."""
         return self
 
-    def acting(self, rest: AtRest) -> float:
+    def acting(self, rest: EquilibriumForces) -> float:
         """Return the largest such quantity in the whole body, in the natural unit; rounding errors scale with it."""
         return 0.0
 
@@ -193,7 +193,7 @@ class ForceMetric(Metric):
             float(v) * d for v, d in zip(value, self.direction, strict=True) if d
         )  # a theory may leave components undefined (nan)
 
-    def course(self, rest: AtRest | None) -> MetricCurve | None:
+    def course(self, rest: EquilibriumForces | None) -> MetricCurve | None:
         """Return its values over time in a dynamic analysis; None in statics. Raises Undefined."""
         if (known := self._require_results(rest)).followed is None:
             return None
@@ -207,11 +207,11 @@ class ForceMetric(Metric):
         unit = course.units[1]
         return {f"{self.extreme}_in_time_{unit}": float(course.y[at]), f"{self.extreme}_at_s": float(course.x[at])}
 
-    def _available_amount(self, rest: AtRest | None) -> Floats:
+    def _available_amount(self, rest: EquilibriumForces | None) -> Floats:
         """Return the amount at the reported time. Raises Undefined if the solution does not have it."""
         return self._reported_amount(self._require_results(rest))
 
-    def _reported_amount(self, rest: AtRest) -> Floats:
+    def _reported_amount(self, rest: EquilibriumForces) -> Floats:
         """Return the amount at the reported time of a dynamic analysis. Raises Undefined."""
         if rest.followed is None or self.when == "end":
             return self.amount(rest)
@@ -219,7 +219,7 @@ class ForceMetric(Metric):
 
         return reduce_history(self, rest.followed)
 
-    def _require_results(self, rest: AtRest | None) -> AtRest:
+    def _require_results(self, rest: EquilibriumForces | None) -> EquilibriumForces:
         """Return the results at equilibrium. Raises Undefined if there are none for this metric."""
         if rest is None:
             raise Undefined("a reference has no forces")

@@ -19,10 +19,10 @@ from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.problem.body_case import body_of
 from softmark.interpreter.problem.solution import View
-from softmark.interpreter.results.even_thinning import picked
-from softmark.interpreter.results.json_records import clean
-from softmark.interpreter.results.reaction_results import AtRest
-from softmark.interpreter.results.run_report import MetricResult, ProbeResult, SeenCurve
+from softmark.interpreter.results.even_thinning import pick_evenly
+from softmark.interpreter.results.json_records import to_plain_json
+from softmark.interpreter.results.reaction_results import EquilibriumForces
+from softmark.interpreter.results.run_report import MetricResult, PlottedCurve, ProbeResult
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 
 Floats = NDArray[np.float64]
@@ -105,7 +105,7 @@ def _evaluate_metric(
     result = MetricResult(
         measured.value,
         thing.unit,
-        details=clean(measured.details),
+        details=to_plain_json(measured.details),
         samples=samples,
         uncertainty=uncertainty if uncertainty and math.isfinite(uncertainty) else None,
         published=published,
@@ -129,11 +129,11 @@ def _thin_samples(samples: Floats) -> tuple[float, ...]:
     return tuple(samples[:: -(-len(samples) // SAMPLES) or 1].tolist())
 
 
-def _thin_curve(course: MetricCurve) -> SeenCurve:
+def _thin_curve(course: MetricCurve) -> PlottedCurve:
     """Thin a curve for the report; both ends are kept."""
-    chosen = picked(len(course.x), FOLLOWED if course.units[0] == "s" else DRAWN)
+    chosen = pick_evenly(len(course.x), FOLLOWED if course.units[0] == "s" else DRAWN)
     known = None if course.known is None else course.known[chosen]
-    return SeenCurve(course.x[chosen], course.y[chosen], course.units, known=known)
+    return PlottedCurve(course.x[chosen], course.y[chosen], course.units, known=known)
 
 
 def evaluate_curve(scene: Scene, thing: CurveMetric, views: Sequence[View]) -> MetricCurve:
@@ -160,7 +160,7 @@ def evaluate_curve(scene: Scene, thing: CurveMetric, views: Sequence[View]) -> M
     return MetricCurve(x, y, (unit_key(over.unit), unit_key(of.unit)))
 
 
-def force_history(of: ForceMetric, rest: AtRest | None) -> MetricCurve:
+def force_history(of: ForceMetric, rest: EquilibriumForces | None) -> MetricCurve:
     """Return the time history of a contact metric. Raises Undefined if it has none."""
     if (course := of.course(rest)) is None:
         raise Undefined("it has no history")

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from softmark.interpreter.metrics.metric_base import Floats
-    from softmark.interpreter.results.reaction_results import AtRest
+    from softmark.interpreter.results.reaction_results import EquilibriumForces
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
@@ -53,7 +53,7 @@ class Moment(ForceMetric):
         """Axis about which the moment is measured."""
         return self.along
 
-    def amount(self, rest: AtRest) -> Floats:
+    def amount(self, rest: EquilibriumForces) -> Floats:
         """Return the moment (3,), N m."""
         own = rest.reactions[self.of]
         if self.about is None:
@@ -61,7 +61,7 @@ class Moment(ForceMetric):
         moment: Floats = np.array(own.moment) - np.cross(self.about, own.force)
         return moment
 
-    def acting(self, rest: AtRest) -> float:
+    def acting(self, rest: EquilibriumForces) -> float:
         """Return the largest load or reaction times the extent of the body, N m."""
         return rest.acting * rest.extent
 

@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     import numpy as np
 
     from softmark.interpreter.metrics.metric_base import Floats
-    from softmark.interpreter.results.reaction_results import AtRest, Fluid
+    from softmark.interpreter.results.reaction_results import EquilibriumForces, Fluid
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
 
-def _fluid(rest: AtRest) -> Fluid:
+def _fluid(rest: EquilibriumForces) -> Fluid:
     """Return the fluid results. Raises Undefined if there are none."""
     if rest.fluid is None:
         raise Undefined("there is no fluid in this body as this model has it: its material is to be `biphasic(...)`")
@@ -45,7 +45,7 @@ class PorePressure(ForceMetric):
         """Name of the body."""
         return self.body
 
-    def amount(self, rest: AtRest) -> Floats:
+    def amount(self, rest: EquilibriumForces) -> Floats:
         """Return the pressure at the point, the least and the largest, Pa. Raises Undefined if there is no fluid."""
         return np.array([_fluid(rest).pressure(self.at), *_fluid(rest).pressures])
 
@@ -57,7 +57,7 @@ class PorePressure(ForceMetric):
         """Return the pressure at the point."""
         return float(value[0])
 
-    def acting(self, rest: AtRest) -> float:
+    def acting(self, rest: EquilibriumForces) -> float:
         """Return the largest pressure, Pa."""
         return max(map(abs, _fluid(rest).pressures))
 
@@ -87,13 +87,13 @@ class Outflow(ForceMetric):
         """Name of the support."""
         return self.of
 
-    def amount(self, rest: AtRest) -> Floats:
+    def amount(self, rest: EquilibriumForces) -> Floats:
         """Return the volume, m^3. Raises Undefined if there is no fluid."""
         outflows = _fluid(rest).outflows
         if self.of not in outflows:
             raise Undefined(f"no fluid goes through `{self.of}`: ask it of `drained(...)` or `pore_pressure(...)`")
         return np.array(outflows[self.of])
 
-    def acting(self, rest: AtRest) -> float:
+    def acting(self, rest: EquilibriumForces) -> float:
         """Return the largest outflow, m^3."""
         return max(map(abs, _fluid(rest).outflows.values()))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from softmark.interpreter.metrics.measurement import MetricInput
     from softmark.interpreter.metrics.metric_base import Floats
-    from softmark.interpreter.results.reaction_results import AtRest
+    from softmark.interpreter.results.reaction_results import EquilibriumForces
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
@@ -68,7 +68,7 @@ class PressureAlong(ContactMetric):
             curve = MetricCurve(np.concatenate([[0.0], np.cumsum(steps)]), own, ("m", "Pa"), right)
         return Measurement(value, details, samples=own if len(own) > 1 and right is None else None, curve=curve)
 
-    def amount_at(self, rest: AtRest, X: Floats) -> Floats:
+    def amount_at(self, rest: EquilibriumForces, X: Floats) -> Floats:
         """Return the pressure (n,), Pa, at undeformed surface points X (n, 3), m. Raises Undefined for points off the
         surface.
         """
@@ -82,7 +82,7 @@ class PressureAlong(ContactMetric):
                             f"`{self.of}` is about, before deformation: one is ({where}) mm")  # fmt: skip
         return found
 
-    def _reference_pressure(self, rest: AtRest | None, X: Floats) -> Floats:
+    def _reference_pressure(self, rest: EquilibriumForces | None, X: Floats) -> Floats:
         """Return the pressure of the solution it compares with. Raises Undefined if it has none or is singular."""
         right = self.amount_at(self._require_results(rest), X)
         if not np.all(np.isfinite(right)):
@@ -93,7 +93,7 @@ class PressureAlong(ContactMetric):
         """Return the same metric at these points, for its error estimate."""
         return _PressureAtPoints(self.of, self.probe, self.against, X)
 
-    def acting(self, rest: AtRest) -> float:
+    def acting(self, rest: EquilibriumForces) -> float:
         """Return the largest pressure of all contacts, Pa."""
         return max(touch.pressure for touch in rest.touches.values())
 
@@ -110,6 +110,6 @@ class _PressureAtPoints(PressureAlong):
 
     X: Any = None
 
-    def amount(self, rest: AtRest) -> Floats:
+    def amount(self, rest: EquilibriumForces) -> Floats:
         """Return the pressures (n,), Pa."""
         return self.amount_at(rest, self.X)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from softmark.interpreter.metrics.measurement import Floats, Ints
     from softmark.solvers.stress_recovery.stress_field import Number, Stresses
-    from softmark.solvers.stress_recovery.stress_measures import Sides, Tensors
+    from softmark.solvers.stress_recovery.stress_measures import Tensors, TensorsBySide
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
@@ -41,7 +41,7 @@ class ProbeSamples:
     shares: Floats
     materials: Ints | None = None
 
-    def sides(self, field: Stresses) -> Sides:
+    def sides(self, field: Stresses) -> TensorsBySide:
         """Return the tensors of a field at the points, on each side that belongs to the probe."""
         found = field.sides(self.X)
         return found if self.materials is None else found.only(self.materials)
@@ -116,7 +116,7 @@ def _line_samples(ends: tuple[Floats, Floats], points: int, field: Stresses) -> 
     return ProbeSamples(begin + at[:, None] * (end - begin), (size[:, None] * (0.5 * w)).ravel())
 
 
-def pair_sides(one: Stresses, other: Stresses, samples: ProbeSamples) -> tuple[Sides, Tensors]:
+def pair_sides(one: Stresses, other: Stresses, samples: ProbeSamples) -> tuple[TensorsBySide, Tensors]:
     """Return the tensors of one field on each side at sample points, and those of the other field on the same sides.
 
     If the two fields have different materials at the same points, both are averaged over their sides.
@@ -124,11 +124,11 @@ def pair_sides(one: Stresses, other: Stresses, samples: ProbeSamples) -> tuple[S
     own, theirs = samples.sides(one), samples.sides(other)
     if np.array_equal(own.rows, theirs.rows) and np.array_equal(own.materials, theirs.materials):
         return own, theirs.tensors
-    from softmark.solvers.stress_recovery.stress_measures import Sides
+    from softmark.solvers.stress_recovery.stress_measures import TensorsBySide
 
     count = len(samples.X)
     rows = np.arange(count)
-    return Sides(rows, np.zeros(count, dtype=np.int64), own.averaged(count)), theirs.averaged(count)
+    return TensorsBySide(rows, np.zeros(count, dtype=np.int64), own.averaged(count)), theirs.averaged(count)
 
 
 def mean_weights(X: Floats, weights: Floats | None, triangles: Ints | None) -> Floats:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from softmark.interpreter.metrics.metric_base import Floats
-    from softmark.interpreter.results.reaction_results import AtRest, Friction
+    from softmark.interpreter.results.reaction_results import EquilibriumForces, Friction
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
@@ -23,7 +23,7 @@ class FrictionMetric(ContactMetric):
 
     numbers: ClassVar[tuple[str, ...]] = ("slip", "sticks")
 
-    def friction(self, rest: AtRest) -> Friction:
+    def friction(self, rest: EquilibriumForces) -> Friction:
         """Return the friction results of the contact. Raises Undefined if it has no friction."""
         found = self.touch(rest).rubbing
         if found is None:
@@ -48,11 +48,11 @@ class Slip(FrictionMetric):
     against: Annotated[str | None, "reference or model", "solution taken as correct"] = None
     natural: ClassVar[str] = "m"
 
-    def amount(self, rest: AtRest) -> Floats:
+    def amount(self, rest: EquilibriumForces) -> Floats:
         """Return the slip distance, m. Raises Undefined if there is no friction."""
         return np.array(self.friction(rest).slip)
 
-    def acting(self, rest: AtRest) -> float:
+    def acting(self, rest: EquilibriumForces) -> float:
         """Return the largest displacement, m."""
         return rest.moved
 
@@ -75,10 +75,10 @@ class StickArea(FrictionMetric):
     against: Annotated[str | None, "reference or model", "solution taken as correct"] = None
     natural: ClassVar[str] = "m^2"
 
-    def amount(self, rest: AtRest) -> Floats:
+    def amount(self, rest: EquilibriumForces) -> Floats:
         """Return the stick area, m^2. Raises Undefined if there is no friction."""
         return np.array(self.friction(rest).area)
 
-    def acting(self, rest: AtRest) -> float:
+    def acting(self, rest: EquilibriumForces) -> float:
         """Return the largest area of all contacts, m^2."""
         return max(touch.area for touch in rest.touches.values())

@@ -47,9 +47,9 @@ class Strain(TensorMetric):
 
     def values(self, tensors: Tensors) -> Floats:
         """Return the component of each tensor (n,)."""
-        from softmark.solvers.stress_recovery.stress_measures import component_of
+        from softmark.solvers.stress_recovery.stress_measures import extract_component
 
-        return component_of(self.tensors(tensors), self.component)
+        return extract_component(self.tensors(tensors), self.component)
 
     def tensors(self, tensors: Tensors) -> Floats:
         """Return the strain tensors (n, 3, 3)."""

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from softmark.interpreter.metrics.metric_base import Floats
-    from softmark.interpreter.results.reaction_results import AtRest, Reaction
+    from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
@@ -43,11 +43,11 @@ class StrainEnergy(ForceMetric):
         """Name of the body."""
         return self.body
 
-    def amount(self, rest: AtRest) -> Floats:
+    def amount(self, rest: EquilibriumForces) -> Floats:
         """Return the strain energy U, J. Raises Undefined if it is not known."""
         return require_energy(rest.energy)
 
-    def distance(self, rest: AtRest, right: AtRest) -> float:
+    def distance(self, rest: EquilibriumForces, right: EquilibriumForces) -> float:
         """Return the energy difference, at least the relative difference of reactions: local errors may cancel in the
         sum.
         """

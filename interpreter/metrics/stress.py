@@ -81,9 +81,9 @@ class Stress(TensorMetric):
 
     def values(self, tensors: Tensors) -> Floats:
         """Return the component of each tensor (n,), Pa."""
-        from softmark.solvers.stress_recovery.stress_measures import component_of
+        from softmark.solvers.stress_recovery.stress_measures import extract_component
 
-        return component_of(self.tensors(tensors), self.component)
+        return extract_component(self.tensors(tensors), self.component)
 
     def tensors(self, tensors: Tensors) -> Floats:
         """Return the stress tensors (n, 3, 3), Pa."""

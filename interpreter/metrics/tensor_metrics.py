@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from softmark.interpreter.metrics.measurement import Floats, MetricInput
     from softmark.solvers.stress_recovery.stress_field import Part, Stresses
-    from softmark.solvers.stress_recovery.stress_measures import Sides, Tensors
+    from softmark.solvers.stress_recovery.stress_measures import Tensors, TensorsBySide
 
     StressSource = Callable[[], Stresses] | None  # stress field of a model or reference; raises NoStress
 else:
@@ -132,7 +132,7 @@ class TensorMetric(Metric):
             details[f"sides_{self._suffix}"] = here.tolist()
         return Measurement(value, details, samples=values if len(values) > 1 else None)
 
-    def _two_valued(self, field: Stresses, sides: Sides, samples: ProbeSamples, seen: MetricInput) -> int:
+    def _two_valued(self, field: Stresses, sides: TensorsBySide, samples: ProbeSamples, seen: MetricInput) -> int:
         """Return the number of points with two values; for a mean, 0 if they have no weight in the integral."""
         if self.over == "largest":
             return int(field.shared(seen.X))
@@ -176,11 +176,11 @@ def stress_field_of(told: StressSource) -> Stresses:
         raise Undefined(
             "only finite elements and beams have a stress at every point, and this is known by its displacements alone"
         )
-    from softmark.solvers.stress_recovery.sampling_point_stress import NoStress
+    from softmark.solvers.stress_recovery.sampling_point_stress import StressUnavailable
 
     try:
         field: Stresses = told()
         field.sampled()
-    except NoStress as refused:
+    except StressUnavailable as refused:
         raise Undefined(str(refused)) from refused
     return field

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from softmark.interpreter.metrics.metric_base import Floats
-    from softmark.interpreter.results.reaction_results import AtRest
+    from softmark.interpreter.results.reaction_results import EquilibriumForces
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
@@ -37,12 +37,12 @@ class LoadWork(ForceMetric):
         """Name of the load."""
         return self.of
 
-    def amount(self, rest: AtRest) -> Floats:
+    def amount(self, rest: EquilibriumForces) -> Floats:
         """Return f . u, J. Raises Undefined for a load that follows the surface."""
         if (found := rest.work[self.of]) is None:
             raise Undefined(f"the work of `{self.of}` depends on the way: it has no energy")
         return np.array(found)
 
-    def acting(self, rest: AtRest) -> float:
+    def acting(self, rest: EquilibriumForces) -> float:
         """Return the largest force times the largest displacement, J."""
         return rest.acting * rest.moved

@@ -11,12 +11,12 @@ from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.models import model_builders
 from softmark.interpreter.models.shared.prepared_model import Prepared, Workshop
 from softmark.interpreter.problem.body_case import Case, case_for
-from softmark.pausing import loading
+from softmark.pausing import collection_paused
 
 
 def prepared_model(declared: Declared, case: Case, workshop: Workshop) -> tuple[Prepared, tuple[float, float]]:
     """Build a model for a case; return it with the wall and CPU seconds, imports excluded. Raises Fault."""
-    with loading():
+    with collection_paused():
         model_builders.load(declared.thing)
     workshop.borrowed = (0.0, 0.0)
     wall, cpu = time.perf_counter(), time.process_time()

@@ -1,9 +1,10 @@
-"""The pipeline: from a text to its report. Imports rooms up to the evidence.
+"""Pipeline of a run, from the text of a scene to its report.
 
-pipeline     every step in order, one function
-options      what a run is told, and what it starts from
-answers      what it has found so far
-kept, taken  what is kept of an earlier run, and taking it over
-probes, models, references, reports  the steps
-environment  what a report says of its scene and of the machine
+run_pipeline     all steps in order, in one function
+run_options      options of a run, and its input
+run_state        results found so far
+saved_results, cached_results   results saved by an earlier run, and their reuse
+probe_sampling, model_runs, reference_runs, report_assembly   the steps
+contact_surface_fields, stress_surface_fields, rigid_body_shapes   fields and shapes for pictures
+run_environment, scene_declarations   the report's entries about its scene and the machine
 """

@@ -1,7 +1,7 @@
-"""Taking over what an earlier run has found, as a `Keeper` knows it.
+"""Reuse of results of an earlier run, found by a `RunCache`.
 
-A model is taken over as it was at the end of that run, measured and drawn, with the warnings that came of it, each at
-the step at which it came. References are only taken over where all models are: who computes one needs them whole.
+A model's result is reused as it was at the end of that run, measured and drawn, with its warnings, each repeated at the
+step that gave it. References are reused only if all models are, since computing a reference needs whole models.
 """
 
 from __future__ import annotations
@@ -14,93 +14,95 @@ from softmark.interpreter.pipeline.saved_results import NOTHING
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Scene
-    from softmark.interpreter.pipeline.run_options import Options
-    from softmark.interpreter.pipeline.run_state import Work
-    from softmark.interpreter.pipeline.saved_results import Known, Told
+    from softmark.interpreter.pipeline.run_options import RunOptions
+    from softmark.interpreter.pipeline.run_state import StateRun
+    from softmark.interpreter.pipeline.saved_results import SavedResults, WarningGroup
     from softmark.interpreter.planning.run_plan import Plan
 
 
-class Keeper(Protocol):
-    """Keeps what runs found, for later ones."""
+class RunCache(Protocol):
+    """Cache of results of runs, for later runs."""
 
-    def known(self, scene: Scene, plan: Plan, options: Options) -> Known:
-        """What of a plan was found by an earlier run and would be found again by this one."""
+    def known(self, scene: Scene, plan: Plan, options: RunOptions) -> SavedResults:
+        """Return the saved results of a plan that this run would compute identically."""
 
-    def anew(self) -> Keeper:
-        """The same that knows nothing."""
+    def anew(self) -> RunCache:
+        """Return the same cache without the saved results."""
 
-    def early(self, works: Sequence[Work], name: str) -> bool:
-        """Whether a model that was just solved is worth keeping, and can be kept, before the run has ended."""
+    def early(self, works: Sequence[StateRun], name: str) -> bool:
+        """Return whether a model that was just solved is worth saving, and can be saved, before the run has ended."""
 
-    def keep_early(self, works: Sequence[Work], name: str) -> None:
-        """Keep such a model, once it is measured."""
+    def keep_early(self, works: Sequence[StateRun], name: str) -> None:
+        """Save such a model, once it is measured."""
 
-    def keep(self, works: Sequence[Work]) -> None:
-        """Keep what a run has found that was not known."""
-
-
-class Outdated(Exception):
-    """What was taken over does not go with what was computed."""
+    def keep(self, works: Sequence[StateRun]) -> None:
+        """Save the new results of a run."""
 
 
-def known(scene: Scene, plan: Plan, options: Options, keeper: Keeper | None) -> Known:
-    """What of a plan an earlier run has found: nothing without a keeper."""
+class OutdatedResults(Exception):
+    """Reused results do not agree with computed ones."""
+
+
+def load_saved_results(scene: Scene, plan: Plan, options: RunOptions, keeper: RunCache | None) -> SavedResults:
+    """Return the saved results that a plan can reuse; empty without a keeper."""
     return NOTHING if keeper is None else keeper.known(scene, plan, options)
 
 
-def keep(works: Sequence[Work], keeper: Keeper | None) -> None:
-    """Keep what was found, where somebody does."""
+def save_results(works: Sequence[StateRun], keeper: RunCache | None) -> None:
+    """Save the results if there is a keeper."""
     if keeper is not None:
         keeper.keep(works)
 
 
-def begun(work: Work, name: str) -> bool:
-    """Whether a model is taken over; what it warned of when it was built is said again."""
+def reuse_prepared_model(work: StateRun, name: str) -> bool:
+    """Return whether a model is reused; if so, repeat the warnings given when it was built."""
     if (kept := work.known.models.get(name)) is None:
         return False
-    _tell(work, kept.told[work.number].get("prepare", ()))
+    _repeat_warnings(work, kept.told[work.number].get("prepare", ()))
     return True
 
 
-def ended(work: Work, name: str) -> bool:
-    """Whether a model is taken over: its result is, and what it warned of when it was solved is said again."""
+def reuse_solved_model(work: StateRun, name: str) -> bool:
+    """Return whether a model is reused; if so, take its result and repeat the warnings given when it was solved."""
     if (kept := work.known.models.get(name)) is None:
         return False
     work.models[name] = replace(kept.results[work.number], kept=kept.computed)
     work.taken.add(name)
-    _tell(work, kept.told[work.number].get("solve", ()))
+    _repeat_warnings(work, kept.told[work.number].get("solve", ()))
     return True
 
 
-def recalled(works: Sequence[Work]) -> bool:
-    """Whether all was found by an earlier run: it is taken over in the order in which it was. Raises Outdated."""
+def reuse_everything(works: Sequence[StateRun]) -> bool:
+    """Return whether everything is reused, after restoring it in the original order. Raises OutdatedResults."""
     for work in works:
         if (whole := work.known.references) is None:
             return False
-        _tell(work, whole.told[work.number])
+        _repeat_warnings(work, whole.told[work.number])
         for name, found in whole.results[work.number].items():
             work.references[name] = replace(found, kept=whole.computed)
             work.taken.add(name)
         for name in work.plan.models:
-            begun(work, name)
+            reuse_prepared_model(work, name)
     for name in works[0].plan.models:
         for work in works:
-            ended(work, name)
+            reuse_solved_model(work, name)
     for work in works:
-        doubted(work, work.models)
+        record_doubts(work, work.models)
     return True
 
 
-def _tell(work: Work, told: Sequence[Told]) -> None:
+def _repeat_warnings(work: StateRun, told: Sequence[WarningGroup]) -> None:
     for one in told:
         work.warn(one.found, one.here, one.once)
 
 
-def doubted(work: Work, names: Iterable[str]) -> None:
-    """Note what speaks against models before errors are stated. Raises Outdated where that was otherwise.
+def record_doubts(work: StateRun, names: Iterable[str]) -> None:
+    """Record warnings that concern models before errors are stated. Raises OutdatedResults if they differ from the
+    earlier run.
 
-    Warnings about what models share, such as a support, speak against all of them, whichever met it: what a model of
-    this run has stated before another met one is stated again.
+    Warnings about shared objects, such as a support, concern all models, whichever of them gave the warning first. A
+    model
+    that stated its error before such a warning states it again.
     """
     from softmark.interpreter.verification.accuracy_warnings import doubts_of
 
@@ -110,6 +112,6 @@ def doubted(work: Work, names: Iterable[str]) -> None:
         work.doubts[name] = found = tuple(doubts_of(work.scene, work.scene.declared[name], work.warnings))
         kept = work.known.models.get(name)
         if kept is not None and result.stated and kept.doubts[work.number] != found:
-            raise Outdated
+            raise OutdatedResults
         if kept is None and before not in (None, found):
             work.models[name] = replace(result, stated={})

@@ -1,4 +1,4 @@
-"""What contacts do on the surface of a model, for pictures: of scenes that ask for it, and only then."""
+"""Contact fields on the surface of a model for pictures, only for scenes with metrics of them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.metrics.contact import ContactMetric
-from softmark.interpreter.results.run_report import CarriedNumber
+from softmark.interpreter.results.run_report import SurfaceField
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared, Scene
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 
     Floats = np.ndarray[Any, np.dtype[np.float64]]
 
-WORDS = {  # of numbers of a contact: what each is called, and its unit
+WORDS = {  # names and units of contact fields
     "pressure": ("pressure of {}", "Pa"),
     "slip": ("slip of {}", "m"),
     "sticks": ("grip of {}, 100 % where it sticks and −100 % where it slides", "1"),
 }
 
 
-def _asked(scene: Scene) -> dict[tuple[str, str], list[Declared]]:
-    """Metrics by the contact and the number of it that they ask for."""
+def _requested_metrics(scene: Scene) -> dict[tuple[str, str], list[Declared]]:
+    """Return the metrics by contact and requested quantity."""
     found: dict[tuple[str, str], list[Declared]] = {}
     for metric in scene.of_kind("metric").values():
         if isinstance(metric.thing, ContactMetric):
@@ -34,16 +34,16 @@ def _asked(scene: Scene) -> dict[tuple[str, str], list[Declared]]:
     return found
 
 
-def colours_of_contacts(scene: Scene, view: View, X: Floats) -> Iterator[CarriedNumber]:
-    """What contacts of the body of a model do at points X (n, 3) of its surface: nothing where they do not touch."""
+def contact_fields(scene: Scene, view: View, X: Floats) -> Iterator[SurfaceField]:
+    """Yield the contact fields of a model's body at points X (n, 3) of its surface; zero where there is no contact."""
     own = {*(touch.name for touch in view.case.contacts), *(pair.name for pair in view.case.pairs)}
     touches = {} if view.at_rest is None else view.at_rest.touches
-    for (contact, number), metrics in _asked(scene).items():
+    for (contact, number), metrics in _requested_metrics(scene).items():
         if contact not in own:
             continue
         words, unit = WORDS[number]
-        known = CarriedNumber(words.format(contact), unit, tuple(m.name for m in metrics), partly=True)
-        field: Any = touches[contact].field if contact in touches else None  # of a model: it has values at nodes
+        known = SurfaceField(words.format(contact), unit, tuple(m.name for m in metrics), partly=True)
+        field: Any = touches[contact].field if contact in touches else None  # values at nodes of the model
         if field is None or number not in field.at_nodes:
             yield replace(known, reason=f"nothing is known of `{contact}` from place to place")
             continue

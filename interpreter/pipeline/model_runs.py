@@ -1,4 +1,4 @@
-"""Models of a run: prepared, solved, looked at again, and asked what error they state."""
+"""Runs of the models: preparation, solution, verification and statement of their errors."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from softmark.interpreter.models.shared import interaction_setup
 from softmark.interpreter.models.shared.material_regions import facts, of_cells
 from softmark.interpreter.models.shared.prepared_model import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.pipeline import cached_results, probe_sampling
-from softmark.interpreter.pipeline.run_state import Work
+from softmark.interpreter.pipeline.run_state import StateRun
 from softmark.interpreter.problem.body_case import Case, Fault
 from softmark.interpreter.problem.probe_points import seen_finite
 from softmark.interpreter.problem.solution import View
 from softmark.interpreter.problem.surface_selection.load_resultants import doubts, resultants
-from softmark.interpreter.results.reaction_results import AtRest, Touched
+from softmark.interpreter.results.reaction_results import ContactResult, EquilibriumForces
 from softmark.interpreter.results.run_report import ModelResult, Timing
-from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT, percent
+from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT, format_state
 from softmark.interpreter.verification.force_verification import watched
 from softmark.interpreter.verification.selection_error import reactions
 from softmark.interpreter.verification.stress_warnings import asks, unresolved
@@ -39,15 +39,15 @@ from softmark.solvers.runtime import parallel_compilation
 if TYPE_CHECKING:
     from softmark.solvers.statics.static_equilibrium import Iteration
 
-NEAR_REST = 1e-4  # of what nodes moved by in the state before: one that moves by less is solved from rest
+NEAR_REST = 1e-4  # of the displacement in the state before: below, the undeformed state is the start
 
 
-def prepare(work: Work) -> None:
-    """Build every model; report everything that cannot be built at once. Raises SceneError."""
+def prepare_models(work: StateRun) -> None:
+    """Build every model and report all that cannot be built together. Raises SceneError."""
     faults, workshop = [], Workshop(meshes=work.meshes, scene=work.scene, measured=work.measured)
     for name in work.plan.models:
         work.about = "prepare", name
-        if cached_results.begun(work, name):
+        if cached_results.reuse_prepared_model(work, name):
             continue
         declared = work.scene.declared[name]
         case = work.case(declared)
@@ -55,7 +55,7 @@ def prepare(work: Work) -> None:
         try:
             prepared, spent = prepared_model(declared, case, workshop)
             work.prepared[name] = (prepared, *spent)
-            probe_sampling.must_be_inside(work, case.body.name, prepared)
+            probe_sampling.require_inside(work, case.body.name, prepared)
         except Fault as error:
             faults.append(error.diagnostic)
         else:
@@ -64,18 +64,18 @@ def prepare(work: Work) -> None:
         raise SceneError(list(dict.fromkeys(faults)))
 
 
-def solve(work: Work, name: str) -> None:
-    """Solve a model and keep what came of it."""
+def solve_model(work: StateRun, name: str) -> None:
+    """Solve a model and keep its result."""
     work.about = "solve", name
-    if cached_results.ended(work, name):
+    if cached_results.reuse_solved_model(work, name):
         return
     case = work.case(declared := work.scene.declared[name])
     prepared, setup, setup_cpu = work.prepared[name]
-    solution, wall, cpu = _begun(work, name, prepared)
+    solution, wall, cpu = _solve_from_previous_state(work, name, prepared)
     case = interaction_setup.gone(case, solution.mesh)
     solution = stressed(work.scene, declared, case, watched(work.scene, declared, case, prepared, solution))
     history = solution.history
-    known = facts(case, prepared.mesh) | _body(case, prepared) | _filled(case, prepared)
+    known = facts(case, prepared.mesh) | _mesh_facts(case, prepared) | _filled_surface_facts(case, prepared)
     solution = replace(solution, facts=solution.facts | known)
     basis, most = ("", False) if solution.spent is None else (solution.spent.basis, solution.spent.most)
 
@@ -91,7 +91,7 @@ def solve(work: Work, name: str) -> None:
     }
     seen = {}
     if solution.displacement is not None:
-        seen = probe_sampling.look(work, case.body.name, solution.displacement, history)
+        seen = probe_sampling.sample_probes(work, case.body.name, solution.displacement, history)
         if not all(map(seen_finite, seen.values())):
             reason, seen = "the displacements are not finite numbers", {}
             solution = Solution("failed", reason, solution.facts, notes=solution.notes)
@@ -105,8 +105,8 @@ def solve(work: Work, name: str) -> None:
         message or (None if solution.displacement else "it was not computed"),
         solution.displacement,
         seen,
-        probe_sampling.weights(work, case.body.name),
-        probe_sampling.domains(work, case.body.name),
+        probe_sampling.probe_weights(work, case.body.name),
+        probe_sampling.probe_domains(work, case.body.name),
         clock=clock,
         history=solution.history,
         solve=solution.facts,
@@ -130,13 +130,15 @@ def solve(work: Work, name: str) -> None:
     held = reactions(case, prepared, rest)
     found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, seen)
     work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held, kind=kind,
-                                    contacts=touched(case, prepared, rest, solution.facts),
+                                    contacts=contact_results(case, prepared, rest, solution.facts),
                                     stress=solution.stress if solution.mesh and asks(work.scene) else None,
                                     constants=of_cells(case, solution.mesh))  # fmt: skip
 
 
-def touched(case: Case, prepared: Prepared, rest: AtRest, facts: Mapping[str, Any]) -> dict[str, Touched]:
-    """What a report says of contacts, by name."""
+def contact_results(
+    case: Case, prepared: Prepared, rest: EquilibriumForces, facts: Mapping[str, Any]
+) -> dict[str, ContactResult]:
+    """Return the contact results for the report, by name."""
     if not rest.touches:
         return {}
     from softmark.interpreter.verification.contact_error import beyond
@@ -144,43 +146,49 @@ def touched(case: Case, prepared: Prepared, rest: AtRest, facts: Mapping[str, An
 
     checks, taken = (facts.get("checks") or {}).get("contact") or {}, shares(case, prepared.mesh)
     return {
-        name: Touched(
+        name: ContactResult(
             touch, rest.reactions[name], (checks.get(name) or {}).get("overlap"), taken.get(name), beyond(touch)
         )
         for name, touch in rest.touches.items()
     }
 
 
-def _begun(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
-    """The solution, from that of the state before where there is one; none where that has no answer.
+def _solve_from_previous_state(
+    work: StateRun, name: str, prepared: Prepared
+) -> tuple[Solution, list[float], list[float]]:
+    """Return the solution and its times, started from the preceding state; none if that state failed.
 
-    A state that turns out to be next to rest is solved again from there.
+    A state that turns out to be almost undeformed is solved again from the undeformed state.
     """
     if work.before is None or work.before.state is None:
-        return _timed(work, name, prepared)
+        return _solve_timed(work, name, prepared)
     before = work.before.models[name]
     if before.status not in ANSWERED:
-        return Solution("skipped", f"the state before it, {percent(work.before.state)}, has no answer", {}), [], []
+        return Solution("skipped", f"the state before it, {format_state(work.before.state)}, has no answer", {}), [], []
     if before.mesh is None:
-        return _timed(work, name, prepared)
+        return _solve_timed(work, name, prepared)
     begun = prepared.after(before.mesh)
-    found, wall, cpu = _timed(work, name, begun)
-    if begun is prepared or not _at_rest_again(found, before.mesh):
+    found, wall, cpu = _solve_timed(work, name, begun)
+    if begun is prepared or not _is_nearly_undeformed(found, before.mesh):
         return found, wall, cpu
-    again, more, cpu_more = _timed(work, name, prepared)
+    again, more, cpu_more = _solve_timed(work, name, prepared)
     return again, list(map(add, wall, more)), list(map(add, cpu, cpu_more))
 
 
-def _at_rest_again(found: Solution, before: Moved) -> bool:
-    """Whether a state is next to nothing beside the one before: what that leaves of rounding would be large in it."""
+def _is_nearly_undeformed(found: Solution, before: Moved) -> bool:
+    """Return whether a state is negligible compared with the one before, so that its rounding errors would be large in
+    it.
+    """
     if found.mesh is None:
         return False
     now, then = (float(np.abs(moved.displacement).max(initial=0.0)) for moved in (found.mesh, before))
     return now <= NEAR_REST * then
 
 
-def _body(case: Case, prepared: Prepared) -> dict[str, Any]:
-    """What a mesh has of a body whose surface is known; nothing is imported for others, nor without a mesh."""
+def _mesh_facts(case: Case, prepared: Prepared) -> dict[str, Any]:
+    """Return facts about the mesh of a body with a known surface; empty, without any import, for others or without
+    mesh.
+    """
     if case.shape.skin is None or prepared.mesh is None:
         return {}
     from softmark.interpreter.models.shared.mesh_notes import space_facts
@@ -188,8 +196,8 @@ def _body(case: Case, prepared: Prepared) -> dict[str, Any]:
     return space_facts(case.shape, prepared.mesh)
 
 
-def _filled(case: Case, prepared: Prepared) -> dict[str, Any]:
-    """How the mesh of a filled surface stands to it; nothing of another body, and nothing is imported for it."""
+def _filled_surface_facts(case: Case, prepared: Prepared) -> dict[str, Any]:
+    """Return how closely the mesh of a filled surface follows it; empty, without any import, for other bodies."""
     if not isinstance(case.shape, SurfaceBody):
         return {}
     from softmark.interpreter.models.shared import filled_mesh_notes
@@ -197,8 +205,8 @@ def _filled(case: Case, prepared: Prepared) -> dict[str, Any]:
     return filled_mesh_notes.facts(case.shape, prepared.mesh)
 
 
-def _timed(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
-    """The solution, and wall and CPU seconds of each repetition; kernels are ready before the clock starts."""
+def _solve_timed(work: StateRun, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
+    """Return the solution, and wall and CPU seconds of each repetition; kernels are compiled before the clock starts."""
     wall: list[float] = []
     cpu: list[float] = []
     solution = Solution("failed", "not run", {})
@@ -232,20 +240,20 @@ def _timed(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[fl
     return solution, wall, cpu
 
 
-def _warm(work: Work, name: str, prepared: Prepared) -> None:
+def _warm(work: StateRun, name: str, prepared: Prepared) -> None:
     kernels: Any = sys.modules.get("softmark.solvers.runtime.kernel_cache")
     cold = not work.compiling and kernels is not None and not kernels.compiled()
     work.compiling |= cold
     say, begin, before = work.options.say, time.perf_counter(), kernels.made() if kernels else 0
     say("compile", "compiling kernels, once for this version") if cold else say("solve", name)
-    with parallel_compilation.asked(work.options.beside and cold):
+    with parallel_compilation.allow_helper(work.options.beside and cold):
         prepared.warm()
     if work.compiling and kernels and kernels.made() > before:
         say("compiled", f"compiling kernels: {kernels.made() - before}, {time.perf_counter() - begin:.0f} s")
 
 
-def state(work: Work, names: Iterable[str]) -> None:
-    """Have models state the error of their answers: at a cost those that are asked, at none the others if `free`."""
+def state_errors(work: StateRun, names: Iterable[str]) -> None:
+    """Let models state the errors of their results: requested ones at a cost, others only if it is `free`."""
     asked = () if work.options.stated is None else work.options.stated or tuple(work.models)
     if not asked and not work.options.free:
         return

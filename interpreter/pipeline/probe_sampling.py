@@ -1,4 +1,4 @@
-"""Probes: their points, found before anything is solved, and what a field of displacements is there."""
+"""Probes: their points, found before anything is solved, and displacements there."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import SceneError
 from softmark.interpreter.metrics.tensor_metrics import TensorMetric
 from softmark.interpreter.models.shared.prepared_model import Prepared
-from softmark.interpreter.pipeline.run_state import Work
+from softmark.interpreter.pipeline.run_state import StateRun
 from softmark.interpreter.problem.body_case import Fault, fault
 from softmark.interpreter.problem.probe_domains import ProbeDomain
 from softmark.interpreter.results.motion_history import History
 from softmark.interpreter.results.run_report import ProbeResult
 
 
-def place(work: Work) -> None:
-    """Find the points of every probe; report all that cannot be found. Raises SceneError."""
+def place_probes(work: StateRun) -> None:
+    """Find the points of every probe and report all that cannot be found. Raises SceneError."""
     plan, faults, work.about = work.plan, [], ("place", "")
     bodies = {work.case(work.scene.declared[name]).body.name: None for name in (*plan.models, *plan.references)}
     for probe in (probe for body in bodies for probe in work.probes(body)):
@@ -31,8 +31,8 @@ def place(work: Work) -> None:
         raise SceneError(list(dict.fromkeys(faults)))
 
 
-def must_be_inside(work: Work, body: str, prepared: Prepared) -> None:
-    """Refuse probes outside a mesh that was read from a file (shapes of our own are checked exactly). Raises Fault."""
+def require_inside(work: StateRun, body: str, prepared: Prepared) -> None:
+    """Refuse probes outside a mesh that was read from a file (generated shapes are checked exactly). Raises Fault."""
     for probe in work.probes(body):
         if probe.thing.stations is None:
             continue
@@ -47,10 +47,10 @@ def must_be_inside(work: Work, body: str, prepared: Prepared) -> None:
             )
 
 
-def look(
-    work: Work, body: str, displacement: Callable[[Any], Any], history: History | None = None
+def sample_probes(
+    work: StateRun, body: str, displacement: Callable[[Any], Any], history: History | None = None
 ) -> dict[str, ProbeResult]:
-    """What the probes of a body see of a field of displacements, and of its motion."""
+    """Sample a displacement field, and its history, at the probes of a body."""
     found = {}
     for probe in work.probes(body):
         place = work.place(probe)
@@ -62,14 +62,14 @@ def look(
     return found
 
 
-def weights(work: Work, body: str) -> dict[str, np.ndarray]:
-    """Of the points of probes that have some."""
+def probe_weights(work: StateRun, body: str) -> dict[str, np.ndarray]:
+    """Return the weights of probe points, for probes that have them."""
     places = {p.name: work.place(p) for p in work.probes(body)}
     return {name: place.weights for name, place in places.items() if place.weights is not None}
 
 
-def domains(work: Work, body: str) -> dict[str, ProbeDomain]:
-    """The domains of the probes of a body at which metrics of stress or strain look."""
+def probe_domains(work: StateRun, body: str) -> dict[str, ProbeDomain]:
+    """Return the domains of a body's probes at which stress or strain metrics are evaluated."""
     asked = {
         metric.thing.probe for metric in work.scene.of_kind("metric").values() if isinstance(metric.thing, TensorMetric)
     }

@@ -1,4 +1,4 @@
-"""References of a run: data that was measured, theories and limits that are solved, scans of what models computed."""
+"""References of a run: measured data, theories, converged limits, and virtual scans of computed shapes."""
 
 from __future__ import annotations
 
@@ -16,45 +16,45 @@ from softmark.interpreter.language.plugin_words import find_faulty_plugin
 from softmark.interpreter.metrics.curve_geometry import Curve
 from softmark.interpreter.models.model_preparation import from_a_model, measurement
 from softmark.interpreter.pipeline import probe_sampling
-from softmark.interpreter.pipeline.run_state import Work
+from softmark.interpreter.pipeline.run_state import StateRun
 from softmark.interpreter.problem.body_case import Fault
 from softmark.interpreter.problem.probe_points import above, facts_of, scanned, seen_finite
 from softmark.interpreter.problem.solution import View
 from softmark.interpreter.problem.theory_problems import at_rest_of, doubt_of_theory, facts_of_theory, solved, stress_of
-from softmark.interpreter.results.even_thinning import picked
-from softmark.interpreter.results.reaction_results import AtRest
-from softmark.interpreter.results.run_report import ProbeResult, ReferenceResult, SeenCurve, SeenSurface, clean
+from softmark.interpreter.results.even_thinning import pick_evenly
+from softmark.interpreter.results.reaction_results import EquilibriumForces
+from softmark.interpreter.results.run_report import DrawnSurface, PlottedCurve, ProbeResult, ReferenceResult, clean
 from softmark.records import dataclass
 from softmark.references.code_consensus import ConsensusCurve
 from softmark.references.measured_curve import MeasuredCurve
 from softmark.references.measured_data import MeasuredSurface
 from softmark.references.published_values import KnownValue
 
-SLOW = 2.0  # s of a reference, above which what it took is said
-DRAWN = 400  # points of a measured curve that a report keeps
+SLOW = 2.0  # s, above which the time of a reference is reported
+DRAWN = 400  # maximum number of points of a measured curve in a report
 
 
 @dataclass(frozen=True)
-class Known:
-    """What a theory may know beside displacements: forces, stress as a model has it, why it may be no truth here."""
+class TheoryResults:
+    """Further results of a theory: forces, stress as in a model, and why the theory may be inexact here."""
 
-    rest: AtRest | None = None
+    rest: EquilibriumForces | None = None
     stress: Callable[[], Any] | None = None
     doubt: str | None = None
 
 
-def read(work: Work) -> None:
-    """Read measured data first: probes and supports may lie where something was measured."""
+def read_measurements(work: StateRun) -> None:
+    """Read measured data first: probes and supports may be defined by measured points."""
     for name in work.plan.references:
         thing = work.scene.declared[name].thing
-        if thing.how == "measured" and not _known_before(work, name):
-            with _timed(work, name, "reading "):
+        if thing.how == "measured" and not _reuse_previous_state(work, name):
+            with _report_progress(work, name, "reading "):
                 _read(work, work.scene.declared[name])
 
 
 @contextmanager
-def _timed(work: Work, name: str, doing: str = "") -> Iterator[None]:
-    """Say which reference is looked at, and how long that took where it was slow."""
+def _report_progress(work: StateRun, name: str, doing: str = "") -> Iterator[None]:
+    """Report the current reference as progress, and its time if it was slow."""
     work.options.say("reference", f"{doing}{name}{work.where}")
     begin = time.perf_counter()
     yield
@@ -62,8 +62,8 @@ def _timed(work: Work, name: str, doing: str = "") -> Iterator[None]:
         work.options.say("took", f"{doing}reference {name}{work.where}: {spent:.0f} s")
 
 
-def _read(work: Work, declared: Declared) -> None:
-    """Whatever is wrong with a file, the models can still be computed."""
+def _read(work: StateRun, declared: Declared) -> None:
+    """Read one file of measured data; after an error in it the models are still computed."""
     try:
         work.measured[declared.name] = _measurement(work, declared)
     except Exception as failure:
@@ -72,8 +72,8 @@ def _read(work: Work, declared: Declared) -> None:
         _failed(work, declared, find_faulty_plugin(failure) or str(failure))
 
 
-def _known_before(work: Work, name: str) -> bool:
-    """Take over what the state before has read, where this one asks for the same of a file."""
+def _reuse_previous_state(work: StateRun, name: str) -> bool:
+    """Reuse the data of the state before, if this one asks for the same of a file."""
     before, declared = work.before, work.scene.declared[name]
     if before is None or before.scene.declared[name].thing != declared.thing:
         return False
@@ -84,27 +84,27 @@ def _known_before(work: Work, name: str) -> bool:
     return name in before.measured or name in before.references
 
 
-def solve(work: Work) -> None:
-    """Solve, or look at, every reference that is asked for and needs no model. Raises SceneError."""
+def solve_references(work: StateRun) -> None:
+    """Solve or evaluate every requested reference that needs no model. Raises SceneError."""
     for name in work.plan.references:
         if not from_a_model(work.scene.declared[name]):
-            with _timed(work, name):
+            with _report_progress(work, name):
                 _reference(work, work.scene.declared[name])
 
 
-def scan(work: Work) -> None:
-    """Make the references that are made from what models computed."""
+def compute_model_references(work: StateRun) -> None:
+    """Compute the references that depend on models."""
     for name in work.plan.references:
         if from_a_model(work.scene.declared[name]):
-            with _timed(work, name):
-                _virtual(work, work.scene.declared[name])
+            with _report_progress(work, name):
+                _virtual_scan(work, work.scene.declared[name])
 
 
-def _measurement(work: Work, declared: Declared) -> Any:
+def _measurement(work: StateRun, declared: Declared) -> Any:
     return work.options.recall(work.scene, declared, lambda: measurement(work.scene, declared))
 
 
-def _failed(work: Work, declared: Declared, message: str) -> None:
+def _failed(work: StateRun, declared: Declared, message: str) -> None:
     cls, case = type(declared.thing), work.case(declared)
     work.views[declared.name] = View(declared.name, case.body.name, case, message)
     work.references[declared.name] = ReferenceResult(
@@ -112,8 +112,8 @@ def _failed(work: Work, declared: Declared, message: str) -> None:
     )
 
 
-def _reference(work: Work, declared: Declared) -> None:
-    """Solve a reference, or look at what was measured."""
+def _reference(work: StateRun, declared: Declared) -> None:
+    """Solve a reference, or evaluate measured data."""
     if declared.name in work.references:  # it could not be read
         return
     try:
@@ -126,7 +126,7 @@ def _reference(work: Work, declared: Declared) -> None:
         case = work.case(declared)
         found = work.options.recall(work.scene, declared, lambda: solved(declared, case))
         error, rest = float(found.estimated_error), at_rest_of(declared, case, found)
-        more = Known(rest, stress_of(declared, found), doubt_of_theory(declared, found))
+        more = TheoryResults(rest, stress_of(declared, found), doubt_of_theory(declared, found))
         facts = facts_of_theory(declared, found)
         displacement = (lambda X: above(found.displacement(X), error)) if declared.thing.with_displacements else None
         _keep_reference(work, declared, displacement, error, facts, more)
@@ -138,8 +138,8 @@ def _reference(work: Work, declared: Declared) -> None:
         _failed(work, declared, find_faulty_plugin(failure) or str(failure))
 
 
-def _keep_refined(work: Work, declared: Declared) -> None:
-    """The limit of models that are refined, over all points that are asked for."""
+def _keep_refined(work: StateRun, declared: Declared) -> None:
+    """Store the converged limit of refined models, over all requested points."""
     from softmark.interpreter.verification.refinement_family import settled
 
     places = [work.place(p).X for p in work.probes(work.case(declared).body.name)]
@@ -151,21 +151,21 @@ def _keep_refined(work: Work, declared: Declared) -> None:
 
 
 def _keep_reference(
-    work: Work,
+    work: StateRun,
     declared: Declared,
     displacement: Callable[[Any], Any] | None,
     error: float,
     facts: Mapping[str, Any] | None = None,
-    more: Known | None = None,
+    more: TheoryResults | None = None,
 ) -> None:
-    """A reference that has a field of displacements, or forces alone."""
+    """Store a reference that has a displacement field, or only forces."""
     cls, case = type(declared.thing), work.case(declared)
-    seen = {} if displacement is None else probe_sampling.look(work, case.body.name, displacement)
+    seen = {} if displacement is None else probe_sampling.sample_probes(work, case.body.name, displacement)
     if not (np.isfinite(error) and all(map(seen_finite, seen.values()))):
         _failed(work, declared, "its displacements are not finite numbers")
         return
-    weights = probe_sampling.weights(work, case.body.name)
-    more = more or Known()
+    weights = probe_sampling.probe_weights(work, case.body.name)
+    more = more or TheoryResults()
     work.views[declared.name] = View(
         declared.name,
         case.body.name,
@@ -174,7 +174,7 @@ def _keep_reference(
         displacement,
         seen,
         weights,
-        probe_sampling.domains(work, case.body.name),
+        probe_sampling.probe_domains(work, case.body.name),
         uncertainty=error,
         at_rest=more.rest,
         stress=more.stress,
@@ -186,38 +186,38 @@ def _keep_reference(
     )  # fmt: skip
 
 
-def _keep_curve(work: Work, declared: Declared, data: MeasuredCurve) -> None:
-    """A curve: it has no displacements of points."""
+def _keep_curve(work: StateRun, declared: Declared, data: MeasuredCurve) -> None:
+    """Store a measured curve, which has no displacements of points."""
     cls, case, thing = type(declared.thing), work.case(declared), declared.thing
     work.views[declared.name] = View(
         declared.name, case.body.name, case, curve=Curve(data.x, data.y, data.u, data.lost_between, data.band)
     )
-    chosen = picked(len(data.x), DRAWN)
+    chosen = pick_evenly(len(data.x), DRAWN)
     named = tuple(units.si_unit(amount.dimension) for amount in (thing.x_unit, thing.y_unit))
     band = None if data.band is None else (data.band[0][chosen], data.band[1][chosen])
-    drawn = SeenCurve(data.x[chosen], data.y[chosen], (named[0], named[1]), data.u[chosen], band)
+    drawn = PlottedCurve(data.x[chosen], data.y[chosen], (named[0], named[1]), data.u[chosen], band)
     facts = {
         "uncertainty": data.resolution, "unit": named[1], "repeats": data.repeats, "spread": data.spread,
         "rows": len(data.x), "from": data.x[0], "to": data.x[-1], "lost": data.lost, "notes": list(data.notes),
     }  # fmt: skip
     facts |= {"codes": thing.agreed} if isinstance(thing, ConsensusCurve) else {}
-    found = ("converged", None, thing.kind, data.source or cls.source)  # its error is no length, but in its facts
+    found = ("converged", None, thing.kind, data.source or cls.source)  # its error is not a length; it is in the facts
     work.references[declared.name] = ReferenceResult(declared.name, *found, facts=clean(facts), drawn=drawn)
 
 
-def _keep_value(work: Work, declared: Declared, data: KnownValue) -> None:
-    """A value of one state: it has no displacements of points."""
+def _keep_value(work: StateRun, declared: Declared, data: KnownValue) -> None:
+    """Store a value of one state, which has no displacements of points."""
     case, unit = work.case(declared), units.si_unit(declared.thing.values.dimension)
     work.views[declared.name] = View(declared.name, case.body.name, case, value=data)
     facts = {"value": data.value, "uncertainty": data.uncertainty, "unit": unit}
     if data.band is not None:
         facts |= {"low": data.band[0], "high": data.band[1], "codes": data.codes}
-    found = ("converged", None, declared.thing.kind, data.source)  # its error is no length, but in its facts
+    found = ("converged", None, declared.thing.kind, data.source)  # its error is not a length; it is in the facts
     work.references[declared.name] = ReferenceResult(declared.name, *found, facts=clean(facts))
 
 
-def _keep_measured(work: Work, declared: Declared, data: Any) -> None:
-    """A measured surface, the displacements of tracked points, a curve or a value."""
+def _keep_measured(work: StateRun, declared: Declared, data: Any) -> None:
+    """Store a measured surface, the displacements of tracked points, a curve or a value."""
     if isinstance(data, MeasuredCurve):
         _keep_curve(work, declared, data)
         return
@@ -231,7 +231,7 @@ def _keep_measured(work: Work, declared: Declared, data: Any) -> None:
         def surface(points: np.ndarray, triangles: np.ndarray) -> Any:
             return declared.thing.load(target=(points, triangles))
 
-    resolution = data.resolution  # with what registering it has left
+    resolution = data.resolution  # including the registration residual
     seen = {}
     if surface is None:
         for probe in work.probes(case.body.name):
@@ -252,13 +252,13 @@ def _keep_measured(work: Work, declared: Declared, data: Any) -> None:
         data.source or cls.source,
         resolution,
         seen,
-        shape=SeenSurface(data.points, data.triangles) if isinstance(data, MeasuredSurface) else None,
+        shape=DrawnSurface(data.points, data.triangles) if isinstance(data, MeasuredSurface) else None,
         facts=clean(facts_of(data)),
     )
 
 
-def _virtual(work: Work, declared: Declared) -> None:
-    """A scan of a shape that a model computed: what an imaging chain makes of known truth."""
+def _virtual_scan(work: StateRun, declared: Declared) -> None:
+    """Compute a virtual scan of a shape from a model: the effect of an imaging chain on known truth."""
     thing, model = declared.thing, work.views.get(declared.thing.of)
     if model is None or model.displacement is None:
         _failed(work, declared, f"the model `{thing.of}` has no shape to scan")

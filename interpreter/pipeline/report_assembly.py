@@ -1,4 +1,4 @@
-"""The report of a run: every answer measured and drawn, expectations judged."""
+"""Assembly of the report of a run: results are measured and drawn, expectations judged."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.metrics.metric_evaluation import evaluate_metrics
-from softmark.interpreter.pipeline.run_environment import describe, environment
-from softmark.interpreter.pipeline.run_state import Work
+from softmark.interpreter.pipeline.run_environment import describe_environment, describe_scene
+from softmark.interpreter.pipeline.run_state import StateRun
 from softmark.interpreter.pipeline.scene_declarations import names_of
 from softmark.interpreter.problem.probe_points import drawn, surface_of
 from softmark.interpreter.problem.solution import View
 from softmark.interpreter.results.run_report import (
-    CarriedNumber,
+    DrawnRigidBody,
+    DrawnSurface,
     ModelResult,
     ReferenceResult,
     Report,
-    SeenInstrument,
-    SeenSurface,
-    Warned,
+    ReportWarning,
+    SurfaceField,
 )
-from softmark.interpreter.results.state_results import joined, percent
+from softmark.interpreter.results.state_results import format_state, join_states
 from softmark.interpreter.verification.expectation_results import judge
 from softmark.interpreter.verification.force_verification import loose
 from softmark.interpreter.verification.stress_warnings import asks
@@ -31,25 +31,25 @@ from softmark.interpreter.verification.stress_warnings import asks
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
 
-MOST = 6  # numbers of one body: each is in the page for every point of every model
+MOST = 6  # maximum number of fields of one body; the page stores each for every point of every model
 FULL = f"a page has room for {MOST} numbers"
 
 
-def unfinished(works: Sequence[Work]) -> Report:
-    """What is known by now, without shapes and verdicts."""
+def unfinished_report(works: Sequence[StateRun]) -> Report:
+    """Return the report of the results so far, without shapes and verdicts."""
     for work in works:
         _measure(work, partial=True)
     return _report(works, partial=True)
 
 
-def measured(works: Sequence[Work], name: str) -> None:
-    """A model measured and drawn as at the end of the run, while others are still to be solved."""
+def measure_model(works: Sequence[StateRun], name: str) -> None:
+    """Measure and draw one model as at the end of the run, while others are still to be solved."""
     for work in works:
         _measure(work, partial=False, coloured=work is works[-1], only=name)
 
 
-def finished(works: Sequence[Work]) -> Report:
-    """What came of everything that was asked for."""
+def finished_report(works: Sequence[StateRun]) -> Report:
+    """Return the report of all requested results."""
     for work in works:
         _measure(work, partial=False, coloured=work is works[-1])
         work.warn(loose(work.scene, work.models))
@@ -60,11 +60,11 @@ def finished(works: Sequence[Work]) -> Report:
     return _report(works, partial=False)
 
 
-def _measure(work: Work, partial: bool, coloured: bool = False, only: str = "") -> None:
-    """Metrics and shapes of what is there; in an unfinished report, of what is new since the last.
+def _measure(work: StateRun, partial: bool, coloured: bool = False, only: str = "") -> None:
+    """Compute metrics and shapes of the results; in an unfinished report, only of the new ones.
 
-    Where the scene asks for stress, or what a contact does, shapes may be `coloured` by it: a page shows that of the
-    last state alone.
+    If the scene asks for stress or contact fields, shapes may be `coloured` by them; a page shows only the last
+    state's.
     """
     results: list[dict[str, Any]] = [work.models, work.references]
     for kept in results:
@@ -75,21 +75,21 @@ def _measure(work: Work, partial: bool, coloured: bool = False, only: str = "") 
             metrics, errors = evaluate_metrics(work.scene, work.views[name], work.views, before, work.plan.models)
             shape = _shape(work, name, errors) if work.options.draw and not partial else None
             if shape is not None and work.views[name].case.contacts:
-                shape = _beside(work.views[name], shape)
+                shape = _with_rigid_bodies(work.views[name], shape)
             if coloured and shape is not None and kept is work.models:
-                shape = _coloured(work, name, shape)
+                shape = _with_fields(work, name, shape)
             kept[name] = replace(result, metrics=metrics, shape=shape or result.shape)
 
 
-def _shape(work: Work, name: str, errors: dict[str, np.ndarray]) -> SeenSurface | None:
-    """The surface of a body as a model or a theory has it, coloured by its error where there is one."""
+def _shape(work: StateRun, name: str, errors: dict[str, np.ndarray]) -> DrawnSurface | None:
+    """Return the surface of a body in a model or a theory, coloured by its error if there is one."""
     view = work.views[name]
     if view.displacement is None:
         return None
     probe = next((p for p in work.probes(view.body) if work.place(p).triangles is not None), None)
     if view.body not in work.surfaces:
         work.surfaces[view.body] = work.place(probe) if probe else drawn(view.case)
-    place, u = work.surfaces[view.body], _drawn(work, view)
+    place, u = work.surfaces[view.body], _surface_displacements(work, view)
     asked = {m.name: m.thing for m in work.scene.of_kind("metric").values()}
     for metric, error in errors.items():
         if probe is not None and asked[metric].probe == probe.name:
@@ -98,39 +98,39 @@ def _shape(work: Work, name: str, errors: dict[str, np.ndarray]) -> SeenSurface 
     known = next((v for v in fields if v.displacement is not None), None)
     if known is None or known.name == name:
         return surface_of(view, place, u, None, None)
-    error = np.linalg.norm(u - _drawn(work, known), axis=1)
+    error = np.linalg.norm(u - _surface_displacements(work, known), axis=1)
     return surface_of(view, place, u, error, known.name)
 
 
-def _beside(view: View, shape: SeenSurface) -> SeenSurface:
-    """The surface with the rigid bodies that it may touch."""
-    from softmark.interpreter.pipeline.rigid_body_shapes import instruments
+def _with_rigid_bodies(view: View, shape: DrawnSurface) -> DrawnSurface:
+    """Return the surface with the rigid bodies that it may touch."""
+    from softmark.interpreter.pipeline.rigid_body_shapes import drawn_rigid_bodies
 
-    return replace(shape, instruments=instruments(view.case, shape, view.solve.get("rigid")))
+    return replace(shape, instruments=drawn_rigid_bodies(view.case, shape, view.solve.get("rigid")))
 
 
-def _coloured(work: Work, name: str, shape: SeenSurface) -> SeenSurface:
-    """The surface of a model with what the scene asks of its stress, and of its contacts."""
-    view, found = work.views[name], list[CarriedNumber]()
+def _with_fields(work: StateRun, name: str, shape: DrawnSurface) -> DrawnSurface:
+    """Return the surface of a model with the requested stress and contact fields."""
+    view, found = work.views[name], list[SurfaceField]()
     X = work.surfaces[view.body].X
     if asks(work.scene):
-        from softmark.interpreter.pipeline.stress_surface_fields import carried
+        from softmark.interpreter.pipeline.stress_surface_fields import stress_fields
 
-        found += carried(work, view, X)
+        found += stress_fields(work, view, X)
     if view.case.contacts or view.case.pairs:
-        from softmark.interpreter.pipeline.contact_surface_fields import colours_of_contacts
+        from softmark.interpreter.pipeline.contact_surface_fields import contact_fields
 
-        found += colours_of_contacts(work.scene, view, X)
-    return replace(shape, carried=_in_room(found)) if found else shape
+        found += contact_fields(work.scene, view, X)
+    return replace(shape, carried=_limit_fields(found)) if found else shape
 
 
-def _in_room(found: Sequence[CarriedNumber]) -> tuple[CarriedNumber, ...]:
-    """The first MOST of them with values: each is in a page for every point of every model."""
+def _limit_fields(found: Sequence[SurfaceField]) -> tuple[SurfaceField, ...]:
+    """Return the first MOST fields with values: the page stores each for every surface point of every model."""
     return *found[:MOST], *(replace(n, values=None, reason=n.reason or FULL) for n in found[MOST:])
 
 
-def _drawn(work: Work, view: View) -> np.ndarray:
-    """The displacements (n, 3) of a body's surface in m; of a reference, which all models are compared with, kept."""
+def _surface_displacements(work: StateRun, view: View) -> np.ndarray:
+    """Return displacements (n, 3) of a body's surface, m; those of the reference, needed for all models, are cached."""
     if view.displacement is None:
         raise ValueError(f"{view.name} has no displacements")
     if view.name in work.drawn:
@@ -141,27 +141,27 @@ def _drawn(work: Work, view: View) -> np.ndarray:
     return u
 
 
-def _report(works: Sequence[Work], partial: bool) -> Report:
+def _report(works: Sequence[StateRun], partial: bool) -> Report:
     scene = works[0].scene
     states = tuple(work.state for work in works if work.state is not None)
     warnings = tuple(
-        Warned(d.code, d.message + where, d.span.line if d.span and d.source is scene.source else None, d.help)
-        for d, where in _warned(works).items()
+        ReportWarning(d.code, d.message + where, d.span.line if d.span and d.source is scene.source else None, d.help)
+        for d, where in _collect_warnings(works).items()
     )
     models: dict[str, ModelResult] = _over_states([work.models for work in works], states)
     references: dict[str, ReferenceResult] = _over_states([work.references for work in works], states)
     known: dict[str, ModelResult | ReferenceResult] = {**models, **references}
     expectations = () if partial else tuple(judge(scene, known, e, states) for e in scene.expectations)
-    described, machine = describe(scene), environment(works[0].started)
+    described, machine = describe_scene(scene), describe_environment(works[0].started)
     return Report(described, machine, models, references, expectations, warnings, partial, names_of(scene))
 
 
-def _warned(works: Sequence[Work]) -> dict[Diagnostic, str]:
-    """All warnings, each with the states that it is about where it is not about all."""
+def _collect_warnings(works: Sequence[StateRun]) -> dict[Diagnostic, str]:
+    """Return all warnings, each with its states unless it concerns all."""
     found: dict[Diagnostic, list[str]] = {}
     for work in works:
         for d in dict.fromkeys(work.warnings):
-            found.setdefault(d, []).append(percent(work.state or 0.0))
+            found.setdefault(d, []).append(format_state(work.state or 0.0))
     return {
         d: "" if len(own) == len(works) else f" (in the {'state' if len(own) == 1 else 'states'} {', '.join(own)})"
         for d, own in found.items()
@@ -169,25 +169,25 @@ def _warned(works: Sequence[Work]) -> dict[Diagnostic, str]:
 
 
 def _over_states(known: Sequence[dict[str, Any]], states: Sequence[float]) -> dict[str, Any]:
-    """Results by name, those of several states together."""
+    """Return results by name, combined over the states."""
     if not states:
         return dict(known[0])
-    whole = {name: joined([own[name] for own in known], states) for name in known[-1]}
+    whole = {name: join_states([own[name] for own in known], states) for name in known[-1]}
     return {name: replace(result, shape=_in_states(result, states)) for name, result in whole.items()}
 
 
-def _in_states(result: ModelResult | ReferenceResult, states: Sequence[float]) -> SeenSurface | None:
-    """The surface in the last state with those of all as its frames, where all have one."""
+def _in_states(result: ModelResult | ReferenceResult, states: Sequence[float]) -> DrawnSurface | None:
+    """Return the surface in the last state with those of all states as frames, if all have one."""
     seen = [own.shape for own in result.each if own.shape is not None]
     if len(seen) < max(2, len(states)) or len({s.position.shape for s in seen}) > 1:
         return result.shape
-    frames, labels = np.stack([s.position for s in seen]), tuple(map(percent, states))
+    frames, labels = np.stack([s.position for s in seen]), tuple(map(format_state, states))
     whole = replace(seen[-1], times=np.arange(len(seen), dtype=np.float64), frames=frames, labels=labels)
     each = zip(*(s.instruments for s in seen), strict=True)
-    return replace(whole, instruments=tuple(_moved(own) for own in each))
+    return replace(whole, instruments=tuple(_join_rigid_body(own) for own in each))
 
 
-def _moved(states: Sequence[SeenInstrument]) -> SeenInstrument:
-    """One rigid body at its places in all states."""
+def _join_rigid_body(states: Sequence[DrawnRigidBody]) -> DrawnRigidBody:
+    """Return one rigid body at its positions in all states."""
     turns, shifts = (np.concatenate([getattr(s, name) for s in states]) for name in ("turns", "shifts"))
     return replace(states[-1], turns=turns, shifts=shifts)

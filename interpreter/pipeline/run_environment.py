@@ -1,4 +1,4 @@
-"""What a report says of its scene and of the machine: all that is needed to repeat it."""
+"""Scene and machine in a report: everything that is needed to repeat the run."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from softmark.interpreter.language.scene_sources import standard_name
 from softmark.solvers.runtime.parallel_compilation import processors
 
 
-def describe(scene: Scene) -> dict[str, Any]:
-    """Title, file, digest, text and parameters of a scene."""
+def describe_scene(scene: Scene) -> dict[str, Any]:
+    """Return title, file, digest, text and parameters of a scene."""
     source: Source = scene.source
     parameters = {}
     for name, p in scene.parameters.items():
@@ -40,14 +40,14 @@ def describe(scene: Scene) -> dict[str, Any]:
 
 
 def _plugins(scene: Scene) -> dict[str, Any]:
-    """Whose words it could take besides ours; nothing where there are none."""
+    """Return the plugins of the vocabulary; empty if there are none."""
     named = scene.table.vocabulary.plugins if scene.table else ()
     told = [{"name": p.name, "file": encodable(p.file), "sha256": p.sha256} for p in named]
     return {"plugins": told} if told else {}
 
 
-def environment(started: datetime) -> dict[str, Any]:
-    """What a number may depend on besides the scene."""
+def describe_environment(started: datetime) -> dict[str, Any]:
+    """Return the facts about the machine and software that a number may depend on."""
     import softmark
 
     return {
@@ -63,7 +63,7 @@ def environment(started: datetime) -> dict[str, Any]:
 
 @cache
 def _versions() -> dict[str, str]:
-    """Of the numerical libraries; read once, for a report is made after every model and reading takes milliseconds."""
+    """Return the versions of the numerical libraries, cached: reading them for every report takes milliseconds."""
     from importlib.metadata import version
 
     return {name: version(name) for name in ("numpy", "scipy", "numba")}

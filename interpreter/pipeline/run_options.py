@@ -1,4 +1,4 @@
-"""What a run is told: which models, how often they are timed, whom to tell what."""
+"""Input and options of a run: selected models, repetitions, and callbacks for progress."""
 
 from __future__ import annotations
 
@@ -18,37 +18,37 @@ Say = Callable[[str, str], None]  # (what is being done, detail)
 
 
 @frozen(frozen=True)
-class Text:
-    """The text of a scene: files that it names are looked for in `folder`, `overrides` read `NAME=VALUE`."""
+class SceneText:
+    """Text of a scene; files that it names are relative to `folder`, and `overrides` have the form `NAME=VALUE`."""
 
     source: Source
     folder: Path
-    file: Path | None = None  # that it was read from
+    file: Path | None = None  # file that it was read from
     overrides: tuple[str, ...] = ()
-    plugins: tuple[str, ...] = ()  # files or names of plugins that it may take words of
+    plugins: tuple[str, ...] = ()  # files or names of plugins
 
 
 @frozen(frozen=True)
-class Sound:
-    """A scene without errors, and the doubts about it."""
+class CheckedScene:
+    """Scene without errors, and the warnings about it."""
 
     scene: Scene
     warnings: tuple[Diagnostic, ...]
 
 
 @dataclass
-class Options:
-    """How to run: which models, how many timed repetitions, whom to tell, where to keep unfinished reports."""
+class RunOptions:
+    """Options of a run: models, number of timed repetitions, progress callbacks, and where to keep unfinished reports."""
 
     only: tuple[str, ...] = ()
     repeat: int = 1
     say: Say = lambda what, detail: None
-    begin: Callable[[Scene], None] = lambda scene: None  # a sound scene, before anything is computed
+    begin: Callable[[Scene], None] = lambda scene: None  # called with a checked scene, before anything is computed
     keep: Callable[[Report], None] = lambda report: None
     warn: Callable[[Sequence[Diagnostic]], None] = lambda found: None
-    draw: bool = True  # find the surfaces that a report shows
-    stated: tuple[str, ...] | None = None  # which models are asked what error they state themselves; (): all
-    free: bool = False  # the others say what is known of their error at no cost
-    beside: bool = False  # where no kernels are on disk, another process may compile some
-    # how a reference is had: made, or known from another run of the same
+    draw: bool = True  # compute the surfaces that a report shows
+    stated: tuple[str, ...] | None = None  # models that must state their errors; (): all
+    free: bool = False  # other models state errors that cost nothing
+    beside: bool = False  # if no kernels are cached on disk, another process may compile some
+    # returns a reference: computed, or cached from another run
     recall: Callable[[Scene, Declared, Callable[[], Any]], Any] = lambda scene, reference, make: make()

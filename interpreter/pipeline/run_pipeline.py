@@ -1,4 +1,4 @@
-"""From the text of a scene to its report: `report_of` is the way, a step a line, each with the room that takes it."""
+"""Run of a scene from its text to its report; `run_to_report` has one line for each step."""
 
 from __future__ import annotations
 
@@ -7,78 +7,84 @@ from typing import TYPE_CHECKING
 
 from softmark import pausing
 from softmark.interpreter.language.compiled_scene import SceneError
-from softmark.interpreter.pipeline.run_options import Options, Sound, Text
+from softmark.interpreter.pipeline.run_options import CheckedScene, RunOptions, SceneText
 from softmark.interpreter.planning.run_plan import plan_of
-from softmark.interpreter.validation.requested_names import without_unrequested_warnings, unknown_models
+from softmark.interpreter.validation.requested_names import unknown_models, without_unrequested_warnings
 from softmark.interpreter.validation.scene_loader import load_scene
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.language.compiled_scene import Scene
-    from softmark.interpreter.pipeline.cached_results import Keeper
-    from softmark.interpreter.pipeline.run_state import Work
+    from softmark.interpreter.pipeline.cached_results import RunCache
+    from softmark.interpreter.pipeline.run_state import StateRun
     from softmark.interpreter.results.run_report import Report
 
 __all__ = ["Options", "Sound", "Text", "report_of", "run", "sound_of"]
 
 
-def report_of(given: Text | Sound, options: Options, keeper: Keeper | None = None) -> Report:
-    """The report of a text, or of a scene that was checked before; each finished model is in a report at once.
+def run_to_report(given: SceneText | CheckedScene, options: RunOptions, keeper: RunCache | None = None) -> Report:
+    """Return the report of a text, or of a scene checked before; an unfinished report follows each finished model.
 
-    What a `keeper` knows of earlier runs is taken over, and what is found is kept with it. Raises SceneError,
-    before anything is solved, for a scene that is in error or of which something cannot be built, and Outdated
-    where what was taken over does not go with what was computed.
+    Saved results of a `keeper` are reused, and new ones are saved with it. Raises SceneError, before anything is
+    solved, if
+    the scene has errors or cannot be built, and OutdatedResults if reused results do not agree with computed ones.
     """
-    sound = given if isinstance(given, Sound) else sound_of(given, options)  # grammar, language, validation
+    sound = given if isinstance(given, CheckedScene) else check_text(given, options)  # grammar, language, validation
     options.begin(sound.scene)
-    plan = plan_of(sound.scene, options.only)  # plan: what is asked for, and no more
+    plan = plan_of(sound.scene, options.only)  # planning: only what is requested
 
-    from softmark.interpreter.pipeline import cached_results, report_assembly, run_state  # numpy: only what is sound
+    from softmark.interpreter.pipeline import (
+        cached_results,
+        report_assembly,
+        run_state,
+    )  # with numpy
 
-    known = cached_results.known(sound.scene, plan, options, keeper)
-    works = run_state.works_of(sound.scene, plan, options, sound.warnings, known)  # one for each state of the analysis
-    if not cached_results.recalled(works):
-        # solvers: only what is not known
+    known = cached_results.load_saved_results(sound.scene, plan, options, keeper)
+    works = run_state.make_state_runs(
+        sound.scene, plan, options, sound.warnings, known
+    )  # one for each state of the analysis
+    if not cached_results.reuse_everything(works):
+        # solvers are loaded only for results that are not saved
         from softmark.interpreter.pipeline import model_runs, probe_sampling, reference_runs
 
-        pausing.end()
+        pausing.resume_collection()
         for work in works:
-            reference_runs.read(work)  # references: what was measured, for probes and supports may lie there
-            probe_sampling.place(work)  # problem: the points that are looked at
-            model_runs.prepare(work)  # models: meshes, energies, supports and loads as arrays
+            reference_runs.read_measurements(work)  # references: measured data, since probes and supports may use it
+            probe_sampling.place_probes(work)  # problem: points of the probes
+            model_runs.prepare_models(work)  # models: meshes, energies, supports and loads as arrays
         for work in works:
-            reference_runs.solve(work)  # references: theories, and limits of refinement
+            reference_runs.solve_references(work)  # references: theories, and limits of refinement
         for name in plan.models:
             for work in works:
-                model_runs.solve(work, name)  # solvers; verification: its forces are found again by other formulas
-            _keep_early(works, name, keeper)  # metrics and verification, of one that took long
-            options.keep(report_assembly.unfinished(works))  # metrics: what it is worth; written by the room of reports
+                model_runs.solve_model(
+                    work, name
+                )  # solvers; verification: forces are recomputed by independent formulas
+            _keep_early(works, name, keeper)  # metrics and verification of a slow model
+            options.keep(report_assembly.unfinished_report(works))  # metrics so far; written by the report package
         for work in works:
-            reference_runs.scan(work)  # references: made from what models computed
-            cached_results.doubted(work, work.models)
-            model_runs.state(work, work.models)  # verification: the errors that models state themselves
-    report = report_assembly.finished(
-        works
-    )  # metrics and verification: measured, drawn, held against what was expected
-    cached_results.keep(works, keeper)
+            reference_runs.compute_model_references(work)  # references that depend on models
+            cached_results.record_doubts(work, work.models)
+            model_runs.state_errors(work, work.models)  # verification: errors that models state
+    report = report_assembly.finished_report(works)  # metrics and verification: measure, draw, judge expectations
+    cached_results.save_results(works, keeper)
     return report
 
 
-def _keep_early(works: Sequence[Work], name: str, keeper: Keeper | None) -> None:
-    """Measure and keep a model that took its time: it need not be solved again where the run is interrupted."""
+def _keep_early(works: Sequence[StateRun], name: str, keeper: RunCache | None) -> None:
+    """Measure and save a slow model at once, so that an interrupted run need not solve it again."""
     if keeper is None or name in works[0].taken or not keeper.early(works, name):
         return
     from softmark.interpreter.pipeline import cached_results, model_runs, report_assembly
 
     for work in works:
-        cached_results.doubted(work, (name,))
-        model_runs.state(work, (name,))
-    report_assembly.measured(works, name)
+        cached_results.record_doubts(work, (name,))
+        model_runs.state_errors(work, (name,))
+    report_assembly.measure_model(works, name)
     keeper.keep_early(works, name)
 
 
-def sound_of(text: Text, options: Options) -> Sound:
-    """A text parsed, compiled and checked; what is doubtful is shown. Raises SceneError with all that is wrong."""
+def check_text(text: SceneText, options: RunOptions) -> CheckedScene:
+    """Parse, compile and check a text, and show its warnings. Raises SceneError with all errors."""
     scene, found = load_scene(text.source, text.folder, text.file, text.overrides, options.only, text.plugins)
     found = without_unrequested_warnings(scene, options.only, found)
     if scene is None:
@@ -86,9 +92,9 @@ def sound_of(text: Text, options: Options) -> Sound:
     options.warn(found)
     if problems := unknown_models(scene, options.only):
         raise SceneError(problems)
-    return Sound(scene, tuple(found))
+    return CheckedScene(scene, tuple(found))
 
 
-def run(scene: Scene, warnings: Sequence[Diagnostic], options: Options) -> Report:
-    """The report of a scene that was checked before. Raises SceneError if something cannot be built."""
-    return report_of(Sound(scene, tuple(warnings)), options)
+def run_scene(scene: Scene, warnings: Sequence[Diagnostic], options: RunOptions) -> Report:
+    """Return the report of a scene that was checked before. Raises SceneError if something cannot be built."""
+    return run_to_report(CheckedScene(scene, tuple(warnings)), options)

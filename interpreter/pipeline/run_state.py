@@ -1,4 +1,4 @@
-"""What a run has found so far: every step of the pipeline reads it and adds to it."""
+"""State of a run: results found so far, which every step of the pipeline reads and extends."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language.scene_states import in_state, states_of
-from softmark.interpreter.pipeline.saved_results import NOTHING, Known, Told
+from softmark.interpreter.pipeline.saved_results import NOTHING, SavedResults, WarningGroup
 from softmark.interpreter.problem.body_case import Case, case_for, case_of
 from softmark.interpreter.problem.probe_domains import ProbeDomain
 from softmark.interpreter.problem.probe_points import ProbePoints, domain_of, place_of
-from softmark.interpreter.results.state_results import percent
+from softmark.interpreter.results.state_results import format_state
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,47 +20,47 @@ if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.language.compiled_scene import Declared, Scene
     from softmark.interpreter.models.shared.prepared_model import Prepared
-    from softmark.interpreter.pipeline.run_options import Options
+    from softmark.interpreter.pipeline.run_options import RunOptions
     from softmark.interpreter.planning.run_plan import Plan
     from softmark.interpreter.problem.solution import View
     from softmark.interpreter.results.run_report import ModelResult, ReferenceResult
 
 
 @dataclass
-class Work:
-    """A run of a scene, in one of its states where it has several: what it is to do, and what is known by now."""
+class StateRun:
+    """Run of a scene, in one of its states if it has several: its plan and its results so far."""
 
     scene: Scene
     plan: Plan
-    options: Options
+    options: RunOptions
     warnings: list[Diagnostic]
     started: datetime = field(default_factory=lambda: datetime.now(UTC))
-    state: float | None = None  # the value of the state
-    before: Work | None = None  # the same in the state before
-    meshes: dict[tuple[Any, ...], Any] = field(default_factory=dict)  # that models share, in all states
+    state: float | None = None  # value of the state
+    before: StateRun | None = None  # run of the state before
+    meshes: dict[tuple[Any, ...], Any] = field(default_factory=dict)  # meshes that models share, in all states
     prepared: dict[str, tuple[Prepared, float, float]] = field(default_factory=dict)  # with wall and CPU seconds
     models: dict[str, ModelResult] = field(default_factory=dict)
     references: dict[str, ReferenceResult] = field(default_factory=dict)
     views: dict[str, View] = field(default_factory=dict)
-    measured: dict[str, Any] = field(default_factory=dict)  # what references of measured data hold
-    places: dict[str, ProbePoints] = field(default_factory=dict)  # of probes
-    domains: dict[str, ProbeDomain] = field(default_factory=dict)  # of probes of stress or strain
-    surfaces: dict[str, ProbePoints] = field(default_factory=dict)  # of bodies, for pictures, in all states
+    measured: dict[str, Any] = field(default_factory=dict)  # measured data by reference
+    places: dict[str, ProbePoints] = field(default_factory=dict)  # points of probes
+    domains: dict[str, ProbeDomain] = field(default_factory=dict)  # domains of probes of stress or strain
+    surfaces: dict[str, ProbePoints] = field(default_factory=dict)  # surfaces of bodies for pictures, in all states
     drawn: dict[str, np.ndarray] = field(default_factory=dict)  # displacements there, by reference
-    compiling: bool = False  # kernels, which is said once
-    number: int = 0  # of its state among all
-    known: Known = NOTHING  # what is taken over from an earlier run
-    taken: set[str] = field(default_factory=set)  # models and references whose results are
-    about: tuple[str, str] = ("", "")  # what is being done, and of which model: whose warnings come now
-    told: dict[tuple[str, str], list[Told]] = field(default_factory=dict)  # all warnings, by what they came of
-    doubts: dict[str, tuple[str, ...]] = field(default_factory=dict)  # that each model met before it stated its error
+    compiling: bool = False  # whether compilation of kernels was already reported
+    number: int = 0  # index of its state
+    known: SavedResults = NOTHING  # saved results of an earlier run
+    taken: set[str] = field(default_factory=set)  # models and references whose results are reused
+    about: tuple[str, str] = ("", "")  # current step and model, to which new warnings belong
+    told: dict[tuple[str, str], list[WarningGroup]] = field(default_factory=dict)  # all warnings, by step and model
+    doubts: dict[str, tuple[str, ...]] = field(default_factory=dict)  # codes of warnings before its error statement
 
     def case(self, declared: Declared) -> Case:
-        """The case that a model or reference is about."""
+        """Return the case of a model or reference."""
         return case_for(self.scene, declared)
 
     def place(self, probe: Declared) -> ProbePoints:
-        """The points of a probe, found once: in all states the same but those of tracked points. Raises Fault."""
+        """Return the points of a probe, found once; only tracked points differ between states. Raises Fault."""
         if self.before is not None and probe.thing.tracked is None:
             return self.before.place(probe)
         if probe.name not in self.places:
@@ -69,7 +69,7 @@ class Work:
         return self.places[probe.name]
 
     def domain(self, probe: Declared) -> ProbeDomain:
-        """The domain of a probe whose points have been found, made once. Raises Fault."""
+        """Return the domain of a probe whose points have been found, made once. Raises Fault."""
         if self.before is not None and probe.thing.tracked is None:
             return self.before.domain(probe)
         if probe.name not in self.domains:
@@ -77,24 +77,24 @@ class Work:
         return self.domains[probe.name]
 
     def probes(self, body: str) -> list[Declared]:
-        """The probes of a body, without those of tracked points that could not be read."""
+        """Return the probes of a body, without those of tracked points that could not be read."""
         own = [p for p in self.scene.of_kind("probe").values() if p.thing.body == body]
         return [p for p in own if p.thing.tracked in (None, *self.measured)]
 
     def warn(self, found: Sequence[Diagnostic], here: Sequence[Diagnostic] = (), once: bool = False) -> None:
-        """Keep warnings for the report, and show those that no state before had: of those `here` with their state.
+        """Keep warnings for the report, and show those that no earlier state gave; those in `here` with their state.
 
-        Of those that are said `once`, what another model has met already is left out.
+        With `once`, warnings that another model has already given are left out.
         """
-        self.told.setdefault(self.about, []).append(Told(tuple(found), tuple(here), once))
+        self.told.setdefault(self.about, []).append(WarningGroup(tuple(found), tuple(here), once))
         found = [d for d in found if d not in self.warnings] if once else found
         new, where = [d for d in (*found, *here) if not self._said(d)], self.where.strip()
         self.warnings.extend((*found, *here))
         self.options.warn([replace(d, notes=(*d.notes, where)) if where and d in here else d for d in new])
 
     @property
-    def earlier(self) -> list[Work]:
-        """The same in the states before, in their order."""
+    def earlier(self) -> list[StateRun]:
+        """Return the runs of the earlier states, in order."""
         return [] if self.before is None else [*self.before.earlier, self.before]
 
     def _said(self, found: Diagnostic) -> bool:
@@ -103,21 +103,21 @@ class Work:
 
     @property
     def where(self) -> str:
-        """` in the state 12.5 %`, for progress; nothing in a scene of one situation."""
-        return "" if self.state is None else f" in the state {percent(self.state)}"
+        """Return ` in the state 12.5 %` for progress messages; empty in a scene without states."""
+        return "" if self.state is None else f" in the state {format_state(self.state)}"
 
 
-def works_of(
-    scene: Scene, plan: Plan, options: Options, warnings: Sequence[Diagnostic], known: Known = NOTHING
-) -> tuple[Work, ...]:
-    """The run of a scene: one of each of its states, in their order, or the only one."""
+def make_state_runs(
+    scene: Scene, plan: Plan, options: RunOptions, warnings: Sequence[Diagnostic], known: SavedResults = NOTHING
+) -> tuple[StateRun, ...]:
+    """Return the runs of a scene's states in order, or its only one."""
     states = states_of(scene)
     if not states:
-        return (Work(scene, plan, options, list(warnings), known=known),)
-    works: list[Work] = []
+        return (StateRun(scene, plan, options, list(warnings), known=known),)
+    works: list[StateRun] = []
     for number, value in enumerate(states):
         own = in_state(scene, number)
-        work = Work(own, plan, options, list(warnings), state=value, number=number, known=known)
+        work = StateRun(own, plan, options, list(warnings), state=value, number=number, known=known)
         if works:
             work.before, work.started = works[-1], works[0].started
             work.meshes, work.surfaces = works[0].meshes, works[0].surfaces

@@ -1,4 +1,4 @@
-"""What is kept of a run for later ones."""
+"""Results of a run that are saved for later runs."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Told:
-    """Warnings that were given together, see `Work.warn`."""
+class WarningGroup:
+    """Warnings given together, see `Work.warn`."""
 
     found: tuple[Diagnostic, ...] = ()
     here: tuple[Diagnostic, ...] = ()
@@ -23,31 +23,31 @@ class Told:
 
 
 @dataclass(frozen=True)
-class KeptModel:
-    """A model of an earlier run: of each state its result, what it warned of while each step, and what it met."""
+class SavedModel:
+    """Saved model of an earlier run: for each state its result, its warnings by step, and the shared warnings it met."""
 
     name: str
     computed: str  # when, UTC
     results: tuple[ModelResult, ...]
-    told: tuple[Mapping[str, tuple[Told, ...]], ...]  # by step: `prepare`, `solve`
-    doubts: tuple[tuple[str, ...], ...]  # codes that speak against it, which its stated errors repeat
+    told: tuple[Mapping[str, tuple[WarningGroup, ...]], ...]  # by step: `prepare`, `solve`
+    doubts: tuple[tuple[str, ...], ...]  # warning codes that its stated errors repeat as doubts
 
 
 @dataclass(frozen=True)
-class KeptReferences:
-    """All references of an earlier run, and what was warned of where probes were placed, of each state."""
+class SavedReferences:
+    """Saved references of an earlier run, and the warnings about probe positions, for each state."""
 
     computed: str
     results: tuple[Mapping[str, ReferenceResult], ...]
-    told: tuple[tuple[Told, ...], ...]
+    told: tuple[tuple[WarningGroup, ...], ...]
 
 
 @dataclass(frozen=True)
-class Known:
-    """What is taken over; references only together with all models."""
+class SavedResults:
+    """Saved results to reuse; references only together with all models."""
 
-    models: Mapping[str, KeptModel] = field(default_factory=dict)
-    references: KeptReferences | None = None
+    models: Mapping[str, SavedModel] = field(default_factory=dict)
+    references: SavedReferences | None = None
 
 
-NOTHING = Known()
+NOTHING = SavedResults()

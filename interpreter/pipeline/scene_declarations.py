@@ -1,31 +1,31 @@
-"""What a report says of the names of a scene."""
+"""Declared names of a scene for its report."""
 
 from __future__ import annotations
 
 from softmark.interpreter.language.compiled_scene import RIGID, Declared, Scene, is_rigid
 from softmark.interpreter.language.expectation_conditions import find_metrics
 from softmark.interpreter.metrics.metric_base import ForceMetric
-from softmark.interpreter.results.declarations import Named, Names
+from softmark.interpreter.results.declarations import DeclaredName, DeclaredNames
 from softmark.interpreter.vocabulary.load_words import Gravity
 from softmark.interpreter.vocabulary.support_words import Symmetric
 
-SUMS = ("N", "N*m", "J", "m^2", "m^3")  # what is that of the part which a scene has, and of the whole more
-PARTS = {1: "half", 2: "quarter", 3: "eighth"}  # by how many planes of symmetry cut a body
+SUMS = ("N", "N*m", "J", "m^2", "m^3")  # quantities that are summed over the modelled part of a symmetric body
+PARTS = {1: "half", 2: "quarter", 3: "eighth"}  # by number of symmetry planes
 
 
-def names_of(scene: Scene) -> Names:
-    """Those that the scene's own text declares, not those from `use`."""
+def names_of(scene: Scene) -> DeclaredNames:
+    """Return the names that the scene's own text declares, without those from `use`."""
     own = {name: declared for name, declared in scene.declared.items() if "." not in name}
     pulls = (d.thing.direction for d in own.values() if isinstance(d.thing, Gravity))
-    down = next(pulls, Names.down)
-    return Names({name: _named(scene, declared) for name, declared in own.items()}, _expected(scene), down)
+    down = next(pulls, DeclaredNames.down)
+    return DeclaredNames({name: _named(scene, declared) for name, declared in own.items()}, _expected(scene), down)
 
 
-def _named(scene: Scene, declared: Declared) -> Named:
+def _named(scene: Scene, declared: Declared) -> DeclaredName:
     thing, body, metric, stiff = declared.thing, None, declared.kind == "metric", is_rigid(declared)
     if "body" in declared.fields:
         body = thing.body
-    return Named(
+    return DeclaredName(
         RIGID if stiff else declared.kind, declared.constructor.name, declared.location.span.line,
         declared.constructor.summary, body,
         thing.probe_in(scene) if metric else None, thing.measured_from if metric else None,
@@ -35,7 +35,7 @@ def _named(scene: Scene, declared: Declared) -> Named:
 
 
 def _part(scene: Scene, metric: Declared) -> str:
-    """`the quarter of layer that is modelled`, of a metric that is a sum over it; "" where that is the whole."""
+    """Return `the quarter of layer that is modelled` for a metric summed over it; "" if that is the whole body."""
     thing = metric.thing
     if not isinstance(thing, ForceMetric) or thing.measured_from is not None or thing.natural not in SUMS:
         return ""
@@ -49,13 +49,13 @@ def _part(scene: Scene, metric: Declared) -> str:
 
 
 def _poisson(scene: Scene, material: object) -> float | None:
-    """Poisson's ratio of a material that is declared with one."""
+    """Return Poisson's ratio of a material that declares it."""
     known = (d for d in scene.of_kind("material").values() if d.thing is material and "poisson" in d.fields)
     return next((float(d.thing.poisson) for d in known if isinstance(d.thing.poisson, float | int)), None)
 
 
 def _expected(scene: Scene) -> tuple[str, ...]:
-    """Metrics that expectations ask for of models."""
+    """Return the metrics of models that expectations name."""
     nodes = (e.node for e in scene.expectations if e.location.source is scene.source)
     names = (name.parts for node in nodes for name in find_metrics(node))
     return tuple(dict.fromkeys(metric for owner, metric in names if owner in scene.of_kind("model")))

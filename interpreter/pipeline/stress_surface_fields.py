@@ -1,4 +1,4 @@
-"""Stress, strain and stretch on the surface of a model, for pictures: of scenes that ask for them, and only then."""
+"""Stress, strain and stretch on the surface of a model for pictures, only for scenes with metrics of them."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import numpy as np
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.metrics.tensor_metrics import TensorMetric, stress_field_of
 from softmark.interpreter.metrics.undefined_metric import Undefined
-from softmark.interpreter.pipeline.run_state import Work
+from softmark.interpreter.pipeline.run_state import StateRun
 from softmark.interpreter.problem.solution import View
-from softmark.interpreter.results.run_report import CarriedNumber
+from softmark.interpreter.results.run_report import SurfaceField
 from softmark.interpreter.verification.stress_singularities import limitless
 from softmark.interpreter.verification.stress_warnings import APART
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 
-def carried(work: Work, view: View, X: Floats) -> tuple[CarriedNumber, ...]:
-    """What metrics of the body of a model ask for, at points X (n, 3) of its surface."""
-    asked = _asked(work, view.body)
+def stress_fields(work: StateRun, view: View, X: Floats) -> tuple[SurfaceField, ...]:
+    """Return the fields that metrics of a model's body ask for, at points X (n, 3) of its surface."""
+    asked = _group_metrics(work, view.body)
     if not asked:
         return ()
     try:
@@ -32,7 +32,7 @@ def carried(work: Work, view: View, X: Floats) -> tuple[CarriedNumber, ...]:
     except Undefined as undefined:
         return tuple(_number(metrics, None, str(undefined)) for metrics in asked)
     found, mesh = [], work.prepared[view.name][0].mesh
-    edge = limitless(replace(asked[0][0].thing, over="largest"), view.case, mesh, X)  # of all numbers of stress alike
+    edge = limitless(replace(asked[0][0].thing, over="largest"), view.case, mesh, X)  # the same for all stress fields
     for metrics in asked:
         values = metrics[0].thing.values(tensors)
         if np.all(np.isfinite(values)):
@@ -44,8 +44,8 @@ def carried(work: Work, view: View, X: Floats) -> tuple[CarriedNumber, ...]:
     return tuple(found)
 
 
-def _asked(work: Work, body: str) -> list[list[Declared]]:
-    """Metrics of stress and strain at a body, those together that ask for one number of one tensor."""
+def _group_metrics(work: StateRun, body: str) -> list[list[Declared]]:
+    """Return stress and strain metrics of a body, grouped by the tensor and the number that they ask for."""
     found: dict[tuple[Any, ...], list[Declared]] = {}
     for metric in work.scene.of_kind("metric").values():
         thing = metric.thing
@@ -55,8 +55,8 @@ def _asked(work: Work, body: str) -> list[list[Declared]]:
     return list(found.values())
 
 
-def _number(metrics: list[Declared], values: Floats | None, reason: str | None) -> CarriedNumber:
+def _number(metrics: list[Declared], values: Floats | None, reason: str | None) -> SurfaceField:
     thing: Mapping[str, Any] = vars(metrics[0].thing)
     words = f"{metrics[0].constructor.name} {thing['component']}"
     words += f", {thing['measure_']}" if "measure_" in thing else ""
-    return CarriedNumber(words, metrics[0].thing.natural, tuple(m.name for m in metrics), values, reason)
+    return SurfaceField(words, metrics[0].thing.natural, tuple(m.name for m in metrics), values, reason)

@@ -16,7 +16,7 @@ from softmark.interpreter.language.field_schema import Field, Interval
 from softmark.interpreter.language.units import Dimension
 from softmark.interpreter.planning import parameter_scale
 from softmark.interpreter.planning.parameter_scale import Ladder
-from softmark.interpreter.results.json_records import Plain
+from softmark.interpreter.results.json_records import JsonRecord
 from softmark.records import dataclass
 from softmark.solvers.elements.plane import PLANE
 
@@ -55,7 +55,7 @@ class Unwalkable(ValueError):
 
 
 @dataclass(frozen=True)
-class WalkedQuantity(Plain):
+class WalkedQuantity(JsonRecord):
     """Varied quantity: its value in the scene, and the ladders outward. The value of a vector is the factor on it."""
 
     name: str

@@ -1,9 +1,12 @@
-"""One body of a scene with all that acts on it (`case`), and geometry that every model and report shares.
+"""Cases (one body of a scene with its supports, loads and contacts), theory problems, and geometry shared by models.
 
-    case, stations, view     the case that a model solves, sections along an axis, what is known once it is solved
-    points, parts/           where answers are looked at; parts of surfaces, integrated
-    conforming               where meshes need nodes so that selections are met
-    beam_theory, data, ...   prisms, measured data, small deflections
+    body_case, solution                      the case that a model solves; the results of a model or reference
+    axial_selection, body_faces              selections of sections along an axis, and of faces
+    probe_points, probe_domains              points at which answers are evaluated
+    surface_selection/                       selected parts of surfaces, with exact integrals
+    conforming_mesh                          places where meshes need nodes so that selections are met
+    *_theory, theory_problems                from a case to the problem of a theory
+    *_limits, symmetry_planes                errors of materials and symmetry planes
 
-Imports rooms up to the vocabulary. No model is known here.
+Imports packages up to the vocabulary, but no models.
 """

@@ -1,4 +1,4 @@
-"""Courses that follow a table: whether the table can be read, and whether it goes over the whole analysis."""
+"""Checks of amplitudes given by a table: whether it can be read and covers the whole analysis."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ NEAR = 1e-9  # of the duration: what ends there goes to its end
 
 
 def table_fault(declared: Declared, duration: float) -> Diagnostic | None:
-    """Why a load or support cannot follow its table over an analysis; None of what follows none."""
+    """Return why a load or support cannot follow its table over an analysis, or None."""
     course = declared.thing.course
     if not isinstance(course, Table):
         return None

@@ -1,4 +1,4 @@
-"""What cannot be of materials that know directions: asked of scenes that have one alone."""
+"""Limits of materials with fibre directions; only imported for scenes that have one."""
 
 from __future__ import annotations
 
@@ -31,22 +31,22 @@ STRAINED = (  # F at which it is: with stretch all ways, for fibres that resist 
 FEM = "use `fem(...)` with `strain = finite`, which takes every law as it is"
 
 
-def directed(material: Any) -> bool:
-    """Whether a material knows directions: of a plate, what it is made of."""
+def is_directed(material: Any) -> bool:
+    """Return whether a material has directions; for a plate, whether its solid has."""
     plate = material if not material.thin else material.of
     return bool(getattr(plate, "directed", False))
 
 
-def of_case(case: Case) -> bool:
-    """Whether one of the materials of a case does."""
-    return any(directed(material) for material in case.materials)
+def has_directed_material(case: Case) -> bool:
+    """Return whether one of the materials of a case has directions."""
+    return any(is_directed(material) for material in case.materials)
 
 
 def materials(scene: Scene) -> Iterator[Diagnostic]:
-    """Directions that are missing, and muscle of what cannot pull."""
+    """Yield errors of missing directions, and of muscle in a material that cannot contract."""
     for declared in scene.of_kind("material").values():
         thing = declared.thing
-        if not directed(thing):
+        if not is_directed(thing):
             continue
         if thing.branches:
             yield diagnostic("E363", declared.at("law"), f"`{declared.name}` relaxes around a law with fibres, and "
@@ -56,17 +56,17 @@ def materials(scene: Scene) -> Iterator[Diagnostic]:
         if hasattr(thing, "passive"):
             yield from _muscle(declared)
             continue
-        from softmark.solvers.materials.anisotropic_material import missing_sheets
-        from softmark.solvers.materials.material_axes import Frame, NoDirection
+        from softmark.solvers.materials.anisotropic_material import lacks_sheets
+        from softmark.solvers.materials.material_axes import InvalidDirection, MaterialFrame
 
-        if missing_sheets(thing):
+        if lacks_sheets(thing):
             yield diagnostic("E366", declared.at("fibres"), f"`{declared.name}` is unlike in directions across its "
                              "fibres, and nothing says which these are", "no sheets",
                              "give `sheets = +y`, or a rule that knows sheets, as `helix(...)` does")  # fmt: skip
         elif not thing.turning:
             try:
-                Frame.of(thing.fibres, thing.sheets)
-            except NoDirection as error:
+                MaterialFrame.of(thing.fibres, thing.sheets)
+            except InvalidDirection as error:
                 yield diagnostic("E366", declared.at("sheets"), f"`{declared.name}` has no direction across its "
                                  f"fibres: {error.reason}", "no direction", "sheets lie across fibres")  # fmt: skip
         for name in ("fibres", "sheets"):
@@ -76,6 +76,7 @@ def materials(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _muscle(declared: Declared) -> Iterator[Diagnostic]:
+    """Yield errors of one muscle."""
     thing = declared.thing
     law = thing.passive
     if thing.fibres is None:
@@ -93,7 +94,7 @@ def _muscle(declared: Declared) -> Iterator[Diagnostic]:
 
 
 def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """A model that would take a material for an isotropic one, or a motion that muscle is not known in."""
+    """Yield errors of a model that would treat the material as isotropic, and of muscle in unsupported analyses."""
     thing, body = declared.thing, case.body.name
     if not getattr(thing, "directed", False):
         yield diagnostic("E363", declared.at(), f"`{declared.name}` knows isotropic materials alone, and that of "
@@ -102,16 +103,16 @@ def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
         yield diagnostic("E363", declared.at("strain"), f"the material of `{body}` has fibres, and strain = "
                          f"{thing.strain} takes every material for an isotropic one", "knows no directions",
                          "use `strain = finite`")  # fmt: skip
-    elif (askew := _askew(case)) is not None:
+    elif (askew := _check_symmetry(case)) is not None:
         yield askew
-    elif (unfit := _shortened(declared, case)) is not None:
+    elif (unfit := _check_active_strain(declared, case)) is not None:
         yield unfit
     elif case.planar:
-        yield from _planar(declared, case)
+        yield from _check_plane(declared, case)
 
 
-def _shortened(declared: Declared, case: Case) -> Diagnostic | None:
-    """What an active strain does not know: a course in a motion or beside a past, and paths that begin at rest."""
+def _check_active_strain(declared: Declared, case: Case) -> Diagnostic | None:
+    """Refuse active strain in dynamics, with history-dependent materials, and on equilibrium paths."""
     own = [m for m in case.materials if hasattr(m, "passive") and not m.pulls]
     if isinstance(case.analysis, Dynamic) and any(m.course is not None for m in own):
         return diagnostic("E368", declared.at(), f"`{declared.name}` moves, and fibres that shorten by a course are"
@@ -129,12 +130,12 @@ def _shortened(declared: Declared, case: Case) -> Diagnostic | None:
     return None
 
 
-def _askew(case: Case) -> Diagnostic | None:
-    """Of planes of symmetry, where directions are the same everywhere; others are asked on a mesh."""
+def _check_symmetry(case: Case) -> Diagnostic | None:
+    """Refuse uniform directions that are not symmetric about a symmetry plane; others are checked on a mesh."""
     if not any(isinstance(support.thing, Symmetric) for support in case.supports):
         return None
     for material in {id(m): m for m in (case.material, *case.materials)}.values():
-        if directed(material) and not material.thin and not _unsaid(material):
+        if is_directed(material) and not material.thin and not _is_unknown_without_mesh(material):
             try:
                 must_be_mirrored(replace(case, other_material=material), np.zeros((1, 1, 3)))
             except Fault as refused:
@@ -142,39 +143,39 @@ def _askew(case: Case) -> Diagnostic | None:
     return None
 
 
-def _unsaid(material: Any) -> bool:
-    """Whether directions are not known without a mesh, or are refused already."""
-    from softmark.solvers.materials.anisotropic_material import missing_sheets
-    from softmark.solvers.materials.material_axes import NoDirection
+def _is_unknown_without_mesh(material: Any) -> bool:
+    """Return whether directions need a mesh, or are refused already."""
+    from softmark.solvers.materials.anisotropic_material import lacks_sheets
+    from softmark.solvers.materials.material_axes import InvalidDirection
 
     law = getattr(material, "passive", material)
-    if material.fibres is None or material.turning or (directed(law) and missing_sheets(law)):
+    if material.fibres is None or material.turning or (is_directed(law) and lacks_sheets(law)):
         return True
     try:
-        return not (material.frame and (not directed(law) or law.frame))
-    except NoDirection:
+        return not (material.frame and (not is_directed(law) or law.frame))
+    except InvalidDirection:
         return True
 
 
-def _planar(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Directions that would move a slice out of its plane."""
+def _check_plane(declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """Refuse directions that would move a plane body out of its plane."""
     kind = case.planar.replace("_", " ")
     for material in case.materials:
-        if case.planar == "plane_stress" and directed(material):
+        if case.planar == "plane_stress" and is_directed(material):
             yield diagnostic("E365", case.body.at("material"), f"`{case.body.name}` is in plane stress, which is not "
                              "known of a material with fibres", "not in plane stress",
                              "use `plane_strain`, or a `solid` as thick as the plate")  # fmt: skip
-        elif directed(material) and not _level(material):
+        elif is_directed(material) and not _is_in_plane(material):
             yield diagnostic("E365", case.body.at("material"), f"fibres of `{case.body.name}` lie neither within its "
                              f"plane nor along z, and would move it out of {kind}", "askew",
                              "the same for all z are directions within x and y, or +z alone; else use a `solid`"
                              )  # fmt: skip
 
 
-def _level(material: Any) -> bool:
-    """Whether directions lie within the plane or across it; of a rule, whether it says so."""
+def _is_in_plane(material: Any) -> bool:
+    """Return whether directions lie in the plane or normal to it; a rule of directions decides itself."""
     law = getattr(material, "passive", material)
-    known = (material.fibres, *((law.fibres, law.sheets) if directed(law) else ()))
+    known = (material.fibres, *((law.fibres, law.sheets) if is_directed(law) else ()))
     each = [d for d in known if d is not None]
     for direction in each:
         if not isinstance(direction, tuple):
@@ -187,16 +188,16 @@ def _level(material: Any) -> bool:
 
 
 def must_be_mirrored(case: Case, X: Floats) -> None:
-    """In each plane of symmetry fibres are their own mirror image, over points X (m, q, 3), m. Raises Fault.
+    """Check that fibres at points X (m, q, 3), m, are their own mirror image in each symmetry plane. Raises Fault.
 
-    Half of a body stands for the whole only so: else the other half is another one than the scene's.
+    Only then can half a body represent the whole.
     """
     flat = X.reshape(-1, 3)
     some = flat[:: max(1, len(flat) // ASKED)]
     for support in case.supports:
         if isinstance(support.thing, Symmetric) and support.thing.normal is not None:
             axis, place = support.thing.normal
-            odd = _unlike(case.material, some, axis, place)
+            odd = _first_asymmetric_point(case.material, some, axis, place)
             if odd is not None:
                 where = units.format_vector(tuple(float(f"{c:.3g}") for c in odd), units.LENGTH)
                 at = f" at {where}" if getattr(case.material, "turning", False) else ""
@@ -206,25 +207,25 @@ def must_be_mirrored(case: Case, X: Floats) -> None:
                             f"{'xyz'[axis]})`")  # fmt: skip
 
 
-def _unlike(material: Any, X: Floats, axis: int, place: float) -> Floats | None:
-    """The first of points X (n, 3), m, where a law is not that of its mirror image; None where it is one everywhere."""
-    from softmark.interpreter.problem.field_files import reading
-    from softmark.solvers.materials.active_stress import Tension
-    from softmark.solvers.materials.material_axes import NoDirection
+def _first_asymmetric_point(material: Any, X: Floats, axis: int, place: float) -> Floats | None:
+    """Return the first of points X (n, 3), m, where a law differs from its mirror image, or None."""
+    from softmark.interpreter.problem.field_files import read_field
+    from softmark.solvers.materials.active_stress import ActiveTension
+    from softmark.solvers.materials.material_axes import InvalidDirection
 
     image, turned = X.copy(), np.ones(3)
     image[:, axis] = 2.0 * place - X[:, axis]
     turned[axis] = -1.0
     laws: tuple[Any, ...] = (material,)
     if hasattr(material, "passive"):  # the directions alone: how much it does is mirrored, as other constants are
-        laws = Tension(1.0, material.fibres), material.passive
+        laws = ActiveTension(1.0, material.fibres), material.passive
     for law in laws:
-        if not directed(law):
+        if not is_directed(law):
             continue
         try:
-            here, there = law.placed(X[None], reading), law.placed(image[None], reading)
+            here, there = law.placed(X[None], read_field), law.placed(image[None], read_field)
         except (
-            NoDirection
+            InvalidDirection
         ) as error:  # of the body itself they are known already: `turned` in models/shared/heterogeneous_material.py
             return X[0] if error.place is None else np.array(error.place)
         for strained in STRAINED:
@@ -237,8 +238,8 @@ def _unlike(material: Any, X: Floats, axis: int, place: float) -> Floats | None:
 
 
 def must_be_isotropic(reference: Declared, case: Case) -> None:
-    """Raises Fault for a theory of isotropic bodies, of one with fibres."""
-    if of_case(case):
+    """Refuse a theory of isotropic bodies for a body with fibres. Raises Fault."""
+    if has_directed_material(case):
         raise fault("E364", reference.at(), f"`{reference.name}` is solved for an isotropic solid, and the material of "
                     f"`{case.body.name}` has fibres", "knows no directions", "compare with what was measured or "
                     "published, or with a finer model: `self_converged(...)`")  # fmt: skip

@@ -1,4 +1,4 @@
-"""What conditions select of a body along an axis: how much of its cross-sections, and where along it that changes."""
+"""Selection of cross-sections by conditions: how much of each section along an axis, and where that changes."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ LITTLE = 1e-7  # of a cross-section: less is nothing
 
 
 def coverage(condition: Condition, shape: Swept, station: float) -> str:
-    """How much of the cross-section at `station` (m from the root) a condition selects: all, some or none."""
+    """Return how much of the cross-section at `station` (m from the root) a condition selects: all, some or none."""
     return next(iter(coverages(condition, shape, [station])))
 
 
 @lru_cache(maxsize=256)
-def whole(condition: Condition, shape: Swept, stations: tuple[float, ...]) -> tuple[bool, ...]:
-    """At which stations a condition selects the whole cross-section: asked by all who hold a beam there."""
+def selects_whole_sections(condition: Condition, shape: Swept, stations: tuple[float, ...]) -> tuple[bool, ...]:
+    """Return whether a condition selects the whole cross-section at each station; used for supports of beams."""
     return tuple(_whole(condition, shape, s) for s in stations)
 
 
 def coverages(condition: Condition, shape: Swept, stations: Sequence[float]) -> set[str]:
-    """The coverage at each of some stations, in ascending order; stops at the first that is `some`.
+    """Return the coverage at each of some stations, in ascending order; stops at the first that is `some`.
 
-    Bounds over whole slabs of the body settle most stations at once, so that the work grows like the
-    logarithm of their number.
+    Bounds over whole slabs of the body decide most stations at once, so that the work grows with the logarithm of their
+    number.
     """
     extent, found, pending = shape.diagonal, set(), [(0, len(stations))]
     while pending and "some" not in found:
@@ -47,16 +47,16 @@ def coverages(condition: Condition, shape: Swept, stations: Sequence[float]) -> 
             middle = (first + end) // 2
             pending += [(first, middle), (middle, end)]
         else:
-            found.add(_measured(condition, shape, stations[first], extent))
+            found.add(_measure_coverage(condition, shape, stations[first], extent))
     return found
 
 
-def _measured(condition: Condition, shape: Swept, station: float, extent: float) -> str:
-    """The coverage where bounds leave it open: points that differ say `some`, and else its area says."""
+def _measure_coverage(condition: Condition, shape: Swept, station: float, extent: float) -> str:
+    """Return the coverage where bounds do not decide: by points that differ, otherwise by the area."""
     held = {bool(condition.holds(*point, extent)) for point in _points(shape, station)}
     if len(held) == 2:
         return "some"
-    if _uncrossed(condition, shape, station, extent):
+    if _is_uncrossed(condition, shape, station, extent):
         return "all" if held == {True} else "none"
     from softmark.interpreter.problem.surface_selection.section_selection import share
 
@@ -66,8 +66,8 @@ def _measured(condition: Condition, shape: Swept, station: float, extent: float)
     return "none" if taken <= LITTLE else "some"
 
 
-def _uncrossed(condition: Condition, shape: Swept, station: float, extent: float) -> bool:
-    """Whether borders that are all planes pass the section: areas near a border that is parallel to it take long."""
+def _is_uncrossed(condition: Condition, shape: Swept, station: float, extent: float) -> bool:
+    """Return whether no plane border crosses the section, since areas near a parallel border are expensive."""
     _, first, second = shape.frame(station)
     centre, section = shape.centre(station), shape.section_at(station)
     for border in condition.borders:
@@ -82,42 +82,42 @@ def _uncrossed(condition: Condition, shape: Swept, station: float, extent: float
 
 
 @lru_cache(maxsize=256)
-def inside(condition: Condition, shape: Swept) -> tuple[tuple[float, str], ...]:
-    """Stations (m) between the end faces, one in each stretch along which coverage is the same, and where they meet.
+def inner_stations(condition: Condition, shape: Swept) -> tuple[tuple[float, str], ...]:
+    """Return stations (m) between the end faces, one in each stretch of equal coverage and one at each change.
 
-    Each with its coverage. A border of the condition can change it only between the first and the last station at which
-    it meets a cross-section; stretches between are looked at at five places, for those that a border runs along.
+    Each comes with its coverage. A border of the condition can change the coverage only between the first and the last
+    station at which it meets a cross-section. Stretches between are sampled at five places, for borders along the axis.
     """
     length = shape.length
-    apart = _apart([END * length, (1.0 - END) * length, *_marks(condition, shape)], SAME * length)
+    apart = _merge_near([END * length, (1.0 - END) * length, *_marks(condition, shape)], SAME * length)
     some = [a + (b - a) * t for a, b in pairwise(apart) for t in (0.02, 0.25, 0.5, 0.75, 0.98)]
     stations = sorted([*some, *apart[1:-1]])
     return tuple((s, coverage(condition, shape, s)) for s in stations)
 
 
 def ends_of(condition: Condition, shape: Swept) -> set[int]:
-    """The end faces that a condition selects, 0 the root; none where it takes a part of one, or anything else."""
+    """Return the end faces that a condition selects, 0 the root; none if it selects a part of one, or anything else."""
     covers = [coverage(condition, shape, s) for s in (0.0, shape.length)]
-    if "some" in covers or "all" not in covers or {cover for _, cover in inside(condition, shape)} != {"none"}:
+    if "some" in covers or "all" not in covers or {cover for _, cover in inner_stations(condition, shape)} != {"none"}:
         return set()
     return {end for end, cover in enumerate(covers) if cover == "all"}
 
 
 def end_of(condition: Condition, shape: Swept) -> int | None:
-    """The end face that a condition selects, 0 the root; None unless it is all of one and nothing else of the body."""
+    """Return the end face that a condition selects, 0 the root; None unless it selects exactly one whole face."""
     found = ends_of(condition, shape)
     return found.pop() if len(found) == 1 else None
 
 
-def seen_from(shape: Swept, end: int) -> tuple[Vector3, Vector3]:
-    """The centre of an end face of a straight body, 0 the root, m, and the unit vector from there along it."""
+def end_frame(shape: Swept, end: int) -> tuple[Vector3, Vector3]:
+    """Return the centre, m, of an end face of a straight body, 0 the root, and the unit vector into the body."""
     if end == 0:
         return shape.root, shape.axis
     return add_multiples(shape.root, (shape.length, shape.axis)), add_multiples((0.0, 0.0, 0.0), (-1.0, shape.axis))
 
 
-def _apart(marks: list[float], near: float) -> list[float]:
-    """Marks in order, each run of near ones as its middle."""
+def _merge_near(marks: list[float], near: float) -> list[float]:
+    """Return the marks in order, each cluster of near ones replaced by its middle."""
     found: list[list[float]] = []
     for mark in sorted(marks):
         if found and mark - found[-1][1] <= near:
@@ -128,13 +128,17 @@ def _apart(marks: list[float], near: float) -> list[float]:
 
 
 def _marks(condition: Condition, shape: Swept) -> list[float]:
-    """Stations at which a border of the condition begins or ends to meet cross-sections."""
+    """Return stations at which a border of the condition begins or ends to meet cross-sections."""
     extent = shape.diagonal
-    return [s for border in condition.borders for s in _met(border, shape, RELATIVE_TOLERANCE * extent**border.power)]
+    return [
+        s
+        for border in condition.borders
+        for s in _stations_of_border(border, shape, RELATIVE_TOLERANCE * extent**border.power)
+    ]
 
 
-def _met(border: Border, shape: Swept, slack: float) -> list[float]:
-    """Those of one border: the ends of every run of slabs in which it changes its sign, to rounding."""
+def _stations_of_border(border: Border, shape: Swept, slack: float) -> list[float]:
+    """Return those of one border: the ends of every run of slabs in which it changes sign, to rounding."""
 
     def crossed(a: float, b: float) -> bool:
         level = border.over(*shape.slab(a, b))
@@ -152,14 +156,14 @@ def _met(border: Border, shape: Swept, slack: float) -> list[float]:
     found = []
     for i, (a, b) in enumerate(slabs):
         if i == 0 or slabs[i - 1][1] < a:
-            found.append(_first(a, b, lambda t, a=a: crossed(a, t)))
+            found.append(_bisect_first(a, b, lambda t, a=a: crossed(a, t)))
         if i == len(slabs) - 1 or slabs[i + 1][0] > b:
-            found.append(_first(b, a, lambda t, b=b: crossed(t, b)))
+            found.append(_bisect_first(b, a, lambda t, b=b: crossed(t, b)))
     return [s for s in found if END * shape.length < s < (1.0 - END) * shape.length]
 
 
-def _first(near: float, far: float, holds: Any) -> float:
-    """Where something that holds at `far` begins to hold on the way there from `near`."""
+def _bisect_first(near: float, far: float, holds: Any) -> float:
+    """Return where a condition that holds at `far` begins to hold on the way from `near`."""
     if holds(near):
         return near
     for _ in range(HALVINGS):
@@ -169,25 +173,25 @@ def _first(near: float, far: float, holds: Any) -> float:
 
 
 @lru_cache(maxsize=64)
-def _of_section(section: Section) -> tuple[tuple[float, float], ...]:
-    """Points of a cross-section, in the section."""
+def _section_points(section: Section) -> tuple[tuple[float, float], ...]:
+    """Return sample points of a cross-section, in the section."""
     return tuple(section.samples())
 
 
 def _points(shape: Swept, station: float) -> list[Point]:
-    """Points of the cross-section at a station, m."""
+    """Return points of the cross-section at a station, m."""
     _, (ax, ay, az), (bx, by, bz) = shape.frame(station)
     x, y, z = shape.centre(station)
-    own = _of_section(shape.section_at(station))
+    own = _section_points(shape.section_at(station))
     return [(x + (u * ax + v * bx), y + (u * ay + v * by), z + (u * az + v * bz)) for u, v in own]
 
 
 def borders(condition: Condition, shape: Swept) -> list[float]:
-    """Stations (m) where a selection of whole cross-sections begins or ends inside the body.
+    """Return stations (m) where a selection of whole cross-sections begins or ends inside the body.
 
     The end faces are left out: a border there lies off them by the tolerance of conditions.
     """
-    found = inside(condition, shape)
+    found = inner_stations(condition, shape)
     ends = ((s, _whole(condition, shape, s)) for s in (END * shape.length, (1 - END) * shape.length))
     (first, last) = ends
     known = [first, *((s, cover == "all") for s, cover in found), last]
@@ -203,7 +207,7 @@ def _whole(condition: Condition, shape: Swept, station: float) -> bool:
 
 
 def _border(condition: Condition, shape: Swept, inside: float, outside: float) -> float:
-    """The last station of a selection, by bisection from one inside and one outside."""
+    """Return the last station of a selection, by bisection between one inside and one outside."""
     while abs(outside - inside) > 1e-12 * shape.length:
         middle = 0.5 * (inside + outside)
         inside, outside = (middle, outside) if _whole(condition, shape, middle) else (inside, middle)

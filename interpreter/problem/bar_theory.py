@@ -1,4 +1,4 @@
-"""From a scene to the pulled bar whose constants vary along it."""
+"""Setup of the theory of an axially loaded bar with varying constants."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.spatial_profiles import Profile
-from softmark.interpreter.problem.axial_selection import end_of, seen_from
+from softmark.interpreter.problem.axial_selection import end_frame, end_of
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import BodyForce, SurfaceTraction
@@ -29,7 +29,7 @@ REMEDY = "hold one end face and pull the other: `fixed(...)` and `traction(...)`
 
 
 def bar_of(case: Case) -> PulledBar:
-    """The bar of a case. Raises Refused where an assumption of the theory is broken."""
+    """Return the bar of a case. Raises Refused if an assumption of the theory is violated."""
     shape = case.shape
     if not isinstance(shape, Prism):
         raise Refused(f"`{case.body.name}` is no straight body of one section", "it takes a box, a cylinder or a tube")
@@ -38,19 +38,19 @@ def bar_of(case: Case) -> PulledBar:
                       "say it by one material that varies: `young = ...`")  # fmt: skip
     if isinstance(case.analysis, Dynamic):
         raise Refused("the analysis is dynamic", "the integral is one of rest")
-    held = _held(case)
-    root, axis = seen_from(shape, held)
+    held = _held_end(case)
+    root, axis = end_frame(shape, held)
     material = case.material
     if isinstance(material.poisson, Profile):
         raise Refused("its Poisson's ratio varies", "the stress is uniaxial only with `poisson = 0`")
-    young, density = (_along(case, c, root, axis) for c in (material.young, material.density))
-    force, pull = _pulls(case, 1 - held, axis)
+    young, density = (_constant_along_axis(case, c, root, axis) for c in (material.young, material.density))
+    force, pull = _end_loads(case, 1 - held, axis)
     area = shape.section.area
     return PulledBar(shape.length, area, root, axis, force * area, pull, young, density, material.poisson)
 
 
-def _held(case: Case) -> int:
-    """Which end is held along the axis, 0 the root. Raises Refused."""
+def _held_end(case: Case) -> int:
+    """Return the end that is held along the axis, 0 the root. Raises Refused."""
     shape, found = case.prism, set()
     for support in case.supports:
         thing = support.thing
@@ -67,8 +67,8 @@ def _held(case: Case) -> int:
     return found.pop()
 
 
-def _pulls(case: Case, free: int, axis: Any) -> tuple[float, float]:
-    """The traction on the free end, Pa, and the acceleration, m/s^2, both along the axis. Raises Refused."""
+def _end_loads(case: Case, free: int, axis: Any) -> tuple[float, float]:
+    """Return the traction on the free end, Pa, and the acceleration, m/s^2, both along the axis. Raises Refused."""
     force, pull = 0.0, 0.0
     for load in case.loads:
         match load.thing.action:
@@ -84,46 +84,46 @@ def _pulls(case: Case, free: int, axis: Any) -> tuple[float, float]:
 
 
 def _component(load: Declared, vector: Any, axis: Any) -> float:
-    """Of a vector along the axis. Raises Refused for one that points elsewhere."""
+    """Return the axial component of a vector. Raises Refused if it has another one."""
     if math.hypot(*cross(vector, axis)) > ALIGNED * math.hypot(*vector):
         raise Refused(f"the load `{load.name}` does not act along the axis", REMEDY)
     return float(dot(vector, axis))
 
 
-def _along(case: Case, constant: Any, root: Any, axis: Any) -> Callable[[Floats], Floats]:
-    """A constant by the distance from the held end, m. Raises Refused where it varies across a section.
+def _constant_along_axis(case: Case, constant: Any, root: Any, axis: Any) -> Callable[[Floats], Floats]:
+    """Return a constant as a function of the distance from the held end, m. Raises Refused if it varies in sections.
 
-    What is read from a file is looked at when the reference is solved, once.
+    Files are read only once, when the reference is solved.
     """
     if not isinstance(constant, Profile):
         return lambda s: s * 0.0 + float(constant)
     if not constant.fields:
         for along, across in _sections(case.prism, root, axis):
             _must_be_even(constant, constant.value(along), [constant.value(place) for place in across])
-        return lambda s: constant.values(_on_axis(s, root, axis), None)
+        return lambda s: constant.values(_axis_points(s, root, axis), None)
 
     @cache
     def read() -> Any:
-        """What reads its file. Raises Refused."""
-        from softmark.interpreter.problem.field_files import reading
+        """Return the reader of the file. Raises Refused."""
+        from softmark.interpreter.problem.field_files import read_field
 
         for along, across in _sections(case.prism, root, axis):
-            own, *others = constant.values([along, *across], reading)
+            own, *others = constant.values([along, *across], read_field)
             _must_be_even(constant, own, others)
-        return reading
+        return read_field
 
-    return lambda s: constant.values(_on_axis(s, root, axis), read())
+    return lambda s: constant.values(_axis_points(s, root, axis), read())
 
 
-def _on_axis(s: Floats, root: Any, axis: Any) -> Any:
-    """Points (n, 3), m, of the axis."""
+def _axis_points(s: Floats, root: Any, axis: Any) -> Any:
+    """Return points of the axis (n, 3), m."""
     import numpy as np
 
     return np.array(root) + s[:, None] * np.array(axis)
 
 
 def _sections(shape: Any, root: Any, axis: Any) -> Iterator[tuple[Any, list[Any]]]:
-    """Points of the axis, and others of the section there, m."""
+    """Yield points of the axis, and other points of the section there, m."""
     _, first, second = shape.frame(0.0)
     for i in range(STATIONS):
         middle = add_multiples(root, (shape.length * i / (STATIONS - 1), axis))
@@ -131,6 +131,6 @@ def _sections(shape: Any, root: Any, axis: Any) -> Iterator[tuple[Any, list[Any]
 
 
 def _must_be_even(constant: Profile, own: float, others: list[float]) -> None:
-    """Raises Refused where a constant differs across a section."""
+    """Check that a constant is uniform across a section. Raises Refused."""
     if not all(abs(other - own) <= SAME * abs(own) for other in others):
         raise Refused(f"its `{constant.name}` varies across its sections", "the integral is one along the axis alone")

@@ -1,4 +1,4 @@
-"""From a scene to the straight clamped beam that the references of beam theory are solved for."""
+"""Setup of beam theories: the straight clamped beam of a case."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.problem.axial_selection import end_of, seen_from
+from softmark.interpreter.problem.axial_selection import end_frame, end_of
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.load_words import BodyForce
 from softmark.interpreter.vocabulary.support_words import Holding
@@ -16,7 +16,7 @@ from softmark.solvers.mesh.tubes import Tube
 
 
 def cantilever_of(reference: Declared, case: Case) -> Cantilever:
-    """The beam that a reference is about. Raises Refused where an assumption of beam theory is broken."""
+    """Return the cantilever of a case. Raises Refused if an assumption of beam theory is violated."""
     shape = case.shape
     if not isinstance(shape, Cylinder | Tube | Box):
         raise Refused(f"`{case.body.name}` is not a straight body with a constant section",
@@ -38,7 +38,7 @@ def cantilever_of(reference: Declared, case: Case) -> Cantilever:
 
 
 def clamped_end(case: Case) -> tuple[Any, Any]:
-    """Root and axis, away from the clamp. Raises Refused unless one end is clamped, and nothing else held."""
+    """Return root and axis, away from the clamp. Raises Refused unless one end is clamped, and nothing else held."""
     shape = case.prism
     clamped = []
     for support in case.supports:
@@ -53,13 +53,13 @@ def clamped_end(case: Case) -> tuple[Any, Any]:
         count = "no" if not clamped else "more than one"
         raise Refused(f"{count} end of `{case.body.name}` is clamped",
                       "clamp one end: `fixed(body, where = x <= 0 mm)`")  # fmt: skip
-    return seen_from(shape, clamped[0])
+    return end_frame(shape, clamped[0])
 
 
 def _section(case: Case) -> Disc | Ring | Rectangle:
-    """The section in the words of the references: a radius, or for a box its own extents, as it was declared.
+    """Return the declared section: a radius, or for a box its own extents.
 
-    Nothing is taken from the section that models compute with, so that a mistake there shows as a difference.
+    It is independent of the section that models compute with, so that a mistake there shows as a difference.
     """
     shape = case.shape
     if isinstance(shape, Cylinder):

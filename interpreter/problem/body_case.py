@@ -1,4 +1,4 @@
-"""A case: one body with all that acts on it, as every model and reference of that body sees it."""
+"""Case: one body with its supports, loads and contacts, as models and references use it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from softmark.solvers.mesh.shape import Shape, Swept
 
 
 class Fault(Exception):
-    """Something in the scene cannot be represented or built; carries its diagnostic."""
+    """Error of something in the scene that cannot be represented or built; carries its diagnostic."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         super().__init__(diagnostic.message)
@@ -29,13 +29,13 @@ class Fault(Exception):
 
 
 def fault(code: str, at: Location, message: str, label: str = "", help: str | Remedy = "") -> Fault:
-    """A Fault at a place of the scene."""
+    """Return a Fault at a place of the scene."""
     return Fault(diagnostic(code, at, message, label, help))
 
 
 @dataclass(frozen=True)
 class Touch:
-    """A contact of a body with a `rigid` one, and what moves that: supports, or loads, in the order of the scene."""
+    """Contact of a body with a rigid one, and the supports or loads that move it, in the order of the scene."""
 
     declared: Declared
     is_rigid: Declared
@@ -46,28 +46,28 @@ class Touch:
 
     @property
     def name(self) -> str:
-        """Of the contact."""
+        """Name of the contact."""
         return self.declared.name
 
     @property
     def thing(self) -> Any:
-        """What the scene says of the contact."""
+        """Contact object of the scene."""
         return self.declared.thing
 
     @property
     def driven(self) -> bool:
-        """Whether a support moves the rigid body, or a force of its own presses it."""
+        """True if a support moves the rigid body, or a force of its own presses it."""
         own = (load.value("body") == self.rigid.name for load in self.loads)
         return any(support.thing.moves for support in self.moved) or any(own)
 
     def at(self, name: str = "") -> Location:
-        """Where a field of the contact is given, or else its name."""
+        """Return the location of a field of the contact, or else of its name."""
         return self.declared.at(name)
 
 
 @dataclass(frozen=True)
 class Case:
-    """A body, what it is made of, what holds it and what loads it."""
+    """Body with its materials, supports, loads and contacts."""
 
     body: Declared
     supports: tuple[Declared, ...]
@@ -88,97 +88,97 @@ class Case:
 
     @property
     def shape(self) -> Shape:
-        """The body's geometry."""
+        """Geometry of the body."""
         found: Shape = self.body.thing.shape
         return found
 
     @property
     def shaped(self) -> Location:
-        """Where the scene says its geometry."""
+        """Location of the geometry in the scene."""
         return self.body.at("region" if self.planar else "shape")
 
     @property
     def prism(self) -> Swept:
-        """The same where it is known to have sections along an axis. Raises TypeError."""
+        """Geometry of a body with sections along an axis. Raises TypeError for other bodies."""
         if (found := self.shape.swept) is None:
             raise TypeError(f"`{self.body.name}` has no section along an axis")
         return found
 
     @property
     def material(self) -> Any:
-        """What the body is made of."""
+        """Material of the body."""
         return self.body.thing.as_it_is(self.other_material or self.body.thing.material)
 
     @property
     def materials(self) -> tuple[Any, ...]:
-        """What it is made of: the material of the body, and those of its parts in their order."""
+        """Materials of the body and of its regions, in their order."""
         return (self.material, *(self.body.thing.as_it_is(part.thing.material) for part in self.parts))
 
     @property
     def muscles(self) -> tuple[Declared, ...]:
-        """What of it pulls, each with its course: the body, as if it were made of that material alone."""
+        """Body and regions with active muscle and their amplitudes, as if the body were only of that material."""
         return tuple(replace(self.body, thing=m) for m in self.materials if getattr(m, "pulls", False))
 
     @property
     def remembered(self) -> bool:
-        """Whether friction makes a state depend on those before it."""
+        """True if friction makes a state depend on the states before it."""
         each = (*(touch.declared for touch in self.contacts), *self.pairs)
         return any(getattr(own.thing, "friction", 0.0) for own in each)
 
     @property
     def named_supports(self) -> tuple[Declared, ...]:
-        """Its supports without what holds a plane body in its plane."""
+        """Supports without the constraint that keeps a plane body in its plane."""
         return tuple(s for s in self.supports if not isinstance(s.thing, InPlane))
 
     @property
     def planar(self) -> str:
-        """`plane_strain`, `plane_stress` or `axisymmetric` of a plane body; "" of a solid."""
+        """`plane_strain`, `plane_stress` or `axisymmetric` for a plane body; "" for a solid."""
         kind: str = self.body.thing.planar
         return kind
 
     @property
     def depth(self) -> float:
-        """How thick the slice is that stands for a body of revolution, m; 0 of any other body."""
+        """Thickness of the slice that represents a body of revolution, m; 0 for any other body."""
         return float(self.body.thing.thickness) if self.planar == "axisymmetric" else 0.0
 
     @property
     def largest_poisson(self) -> float:
-        """Poisson's ratio of the material that keeps its volume best; of one that varies, as far as a look tells."""
+        """Largest Poisson's ratio of the materials; estimated by samples if it varies."""
         return float(max(material.poisson for material in self.typical))
 
     @property
     def largest_young(self) -> float:
-        """Young's modulus of the stiffest material, Pa; of one that varies, as far as a look tells."""
+        """Largest Young's modulus of the materials, Pa; estimated by samples if it varies."""
         return float(max(2.0 * material.shear_modulus * (1.0 + material.poisson) for material in self.typical))
 
     @property
     def least_young(self) -> float:
-        """Young's modulus of the softest material, Pa; of one that varies, as far as a look tells."""
+        """Least Young's modulus of the materials, Pa; estimated by samples if it varies."""
         return float(min(2.0 * material.shear_modulus * (1.0 + material.poisson) for material in self.typical))
 
     @property
     def uniform(self) -> bool:
-        """Whether the constants of each of its materials are the same everywhere."""
+        """True if the constants of each of its materials are uniform."""
         return all(getattr(material, "uniform", True) for material in self.materials)
 
     @property
     def remembers(self) -> bool:
-        """Whether the stress of one of its materials relaxes, or fluid seeps through it, so that its past counts."""
+        """True if one of its materials is viscoelastic or porous, so that its history counts."""
         return self.porous or any(material.branches for material in self.materials)
 
     @property
     def pressed(self) -> bool:
-        """Whether loads press a rigid body at rest, so that its place depends on the model and its mesh."""
+        """True if loads press a rigid body in statics, so that its position depends on the model and its mesh."""
         return any(touch.along is not None for touch in self.contacts)
 
     @property
     def porous(self) -> bool:
-        """Whether one of its materials is full of fluid."""
+        """True if one of its materials is porous."""
         return any(porous(material) for material in self.materials)
 
     @cached_property
     def typical(self) -> tuple[Any, ...]:
-        """Its materials, with one number in place of each constant that varies in space: for orders of magnitude."""
+        """Materials with one representative number for each varying constant, for orders of magnitude."""
         if self.uniform:
             return self.materials
         from softmark.interpreter.problem.representative_constants import typical
@@ -187,7 +187,7 @@ class Case:
 
     @property
     def plain(self) -> Case:
-        """The same of one material, of its typical one where that varies."""
+        """Case with a single material, a representative one if it varies."""
         return self if getattr(self.material, "uniform", True) else replace(self, other_material=self.typical[0])
 
     @property
@@ -208,15 +208,15 @@ def porous(material: Any) -> bool:
 
 
 def case_of(scene: Scene, body: str) -> Case:
-    """The case of a body, made once for a scene."""
+    """Return the case of a body; it is built once per scene."""
     key = Case, body
     if key not in scene.known:
-        scene.known[key] = _made(scene, body)
+        scene.known[key] = _build_case(scene, body)
     case: Case = scene.known[key]
     return case
 
 
-def _made(scene: Scene, body: str) -> Case:
+def _build_case(scene: Scene, body: str) -> Case:
     analyses = list(scene.of_kind("analysis").values())
     regions = [r for r in scene.of_kind("region").values() if r.thing.body == body and r.thing.material]
     if all(r.thing.material == scene.declared[body].thing.material for r in regions):
@@ -228,30 +228,32 @@ def _made(scene: Scene, body: str) -> Case:
         body=scene.declared[body],
         supports=(
             *(s for s in acting if not isinstance(s.thing, Bedded | Level | Drain)),
-            *in_plane(scene.declared[body]),
+            *plane_constraints(scene.declared[body]),
         ),
         loads=scene.acting("load", body),
         analysis=analyses[0].thing if analyses else Static(),
         parts=tuple(regions),
         beds=beds,
         drains=drains,
-        contacts=tuple(_touch(scene, contact) for contact in touching if not isinstance(contact.thing, Itself | Tied)),
+        contacts=tuple(
+            _build_contact(scene, contact) for contact in touching if not isinstance(contact.thing, Itself | Tied)
+        ),
         pairs=tuple(contact for contact in touching if isinstance(contact.thing, Itself | Tied)),
         groups=tuple(r for r in scene.of_kind("region").values() if r.thing.body == body and r.thing.group is not None),
     )
 
 
-def _touch(scene: Scene, contact: Declared) -> Touch:
+def _build_contact(scene: Scene, contact: Declared) -> Touch:
     name = contact.thing.rigid
     found = Touch(contact, scene.declared[name], scene.acting("support", name), scene.acting("load", name))
-    if not at_rest_pressed(scene, found.rigid):
+    if not is_force_driven(scene, found.rigid):
         return found
-    left = left_to_go(scene, found.rigid, scene.declared[contact.thing.body])
+    left = free_directions(scene, found.rigid, scene.declared[contact.thing.body])
     return replace(found, along=left[0] if len(left) == 1 else None)
 
 
-def at_rest_pressed(scene: Scene, body: Declared) -> bool:
-    """Whether loads say where a rigid body comes to rest: it has a mass or a force of its own, without a time."""
+def is_force_driven(scene: Scene, body: Declared) -> bool:
+    """Return whether loads determine the position of a rigid body in statics: it has a mass or a force of its own."""
     analysis = next(iter(scene.of_kind("analysis").values()), None)
     if not is_rigid(body) or (analysis is not None and not isinstance(analysis.thing, Static)):
         return False
@@ -259,8 +261,8 @@ def at_rest_pressed(scene: Scene, body: Declared) -> bool:
     return body.thing.free or any(isinstance(load.thing, PointForce) for load in own)
 
 
-def left_to_go(scene: Scene, instrument: Declared, body: Declared) -> list[int]:
-    """The directions, 0 to 2, in which neither supports nor the plane or axis of what it meets hold a rigid body."""
+def free_directions(scene: Scene, instrument: Declared, body: Declared) -> list[int]:
+    """Return the free directions (0 to 2) of a rigid body, by its supports and the other body's plane or axis."""
     held = {2} if body.thing.planar else set[int]()
     held |= {0} if body.thing.planar == "axisymmetric" else set()
     for support in scene.acting("support", instrument.name):
@@ -268,26 +270,26 @@ def left_to_go(scene: Scene, instrument: Declared, body: Declared) -> list[int]:
     return [i for i in range(3) if i not in held]
 
 
-def in_plane(body: Declared) -> tuple[Declared, ...]:
-    """What holds a plane body in its plane, none of a solid."""
+def plane_constraints(body: Declared) -> tuple[Declared, ...]:
+    """Return the constraint that keeps a plane body in its plane; none for a solid."""
     if not body.thing.planar:
         return ()
     held = InPlane(body.name, EVERYWHERE)
     plane = Declared("support", f"the plane of {body.name}", body.constructor, held, body.location)
-    if body.thing.planar != "axisymmetric" or _beside_axis(body.thing.shape):
+    if body.thing.planar != "axisymmetric" or _is_off_axis(body.thing.shape):
         return (plane,)
     on_axis = Condition.comparison("<=", Term.coordinate(0), Term.constant(0.0), 1)
     axis = OnAxis(body.name, on_axis)
     return plane, Declared("support", f"the axis of {body.name}", body.constructor, axis, body.location)
 
 
-def _beside_axis(shape: Shape) -> bool:
-    """Whether no point of a plane region lies on the y axis."""
+def _is_off_axis(shape: Shape) -> bool:
+    """Return whether no point of a plane region lies on the y axis."""
     return shape.bounds is None or shape.bounds[0][0] > RELATIVE_TOLERANCE * shape.diagonal
 
 
 def case_for(scene: Scene, worker: Declared) -> Case:
-    """The case of a model or reference, with the material that it takes instead of the body's. Raises Fault."""
+    """Return the case of a model or reference, with a material of its own if it has one. Raises Fault."""
     other = worker.thing.other_material if worker.kind == "model" else None
     case = case_of(scene, body_of(scene, worker))
     if other is None:
@@ -300,7 +302,7 @@ def case_for(scene: Scene, worker: Declared) -> Case:
 
 
 def body_of(scene: Scene, declared: Declared) -> str:
-    """The body that a model, reference or probe is about: the one it names, or the only one. Raises Fault."""
+    """Return the body of a model, reference or probe: the named one, or the only one. Raises Fault."""
     named: str | None = declared.value("body")
     if named is not None:
         return named
@@ -315,8 +317,8 @@ def body_of(scene: Scene, declared: Declared) -> str:
                 f"say which: `body = {bodies[0]}`; bodies: {', '.join(bodies)}")  # fmt: skip
 
 
-def elsewhere(scene: Scene, declared: Declared, case: Case) -> str | None:
-    """The body that a declared thing is about, if it is not that of the case; unclear ones are said elsewhere."""
+def other_body(scene: Scene, declared: Declared, case: Case) -> str | None:
+    """Return the body of a declaration if it differs from that of the case; ambiguous ones are reported elsewhere."""
     try:
         body = body_of(scene, declared)
     except Fault:
@@ -324,8 +326,8 @@ def elsewhere(scene: Scene, declared: Declared, case: Case) -> str | None:
     return None if body == case.body.name else body
 
 
-def reach(low: Sequence[float], high: Sequence[float]) -> str:
-    """What a body spans, in words: `x from 0 to 178 mm, y from -19 to 19 mm, ...`."""
+def describe_extent(low: Sequence[float], high: Sequence[float]) -> str:
+    """Return the extent of a body as text: `x from 0 to 178 mm, y from -19 to 19 mm, ...`."""
     return ", ".join(
         f"{n} from {units.format_range(a, b, units.LENGTH)}" for n, a, b in zip("xyz", low, high, strict=True)
     )

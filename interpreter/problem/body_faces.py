@@ -1,4 +1,4 @@
-"""Faces of rectangular and round bodies that supports and loads take, as theories of such bodies ask for them."""
+"""Faces of rectangular and round bodies that supports and loads select, for theories of such bodies."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ WITHIN = (0.0, 0.3, 0.6, 0.9, 0.99, 0.9999)  # of the radius: where a side is no
 
 
 @dataclass(frozen=True)
-class Along(Box):
-    """A box whose axis is that of x, y or z, by its number, whichever edge is the longest."""
+class BoxAlongAxis(Box):
+    """Box whose axis is x, y or z, by number, whichever edge is the longest."""
 
     way: int = 0
 
@@ -34,7 +34,7 @@ class Along(Box):
 
 @dataclass(frozen=True)
 class Rectangular:
-    """A box, or a rectangle that is a slice of one; `turns` where it is the half section of a body of revolution."""
+    """Box, or a rectangle that is a slice of one; `turns` if it is the half section of a body of revolution."""
 
     low: Vector3  # m
     high: Vector3  # m
@@ -47,44 +47,44 @@ class Rectangular:
         return self.low, self.high
 
     def size(self, axis: int) -> float:
-        """Its extent along x, y or z, m."""
+        """Return its extent along x, y or z, m."""
         return self.high[axis] - self.low[axis]
 
     def area(self, axis: int) -> float:
-        """Of a face across an axis, m^2; all around of a body of revolution."""
+        """Return the area of a face normal to an axis, m^2; for a body of revolution all around."""
         if self.turns:
             return math.pi * (self.high[0] ** 2 - self.low[0] ** 2)
         first, second = (self.size(c) for c in range(3) if c != axis)
         return first * second
 
     def outward(self, axis: int, end: int) -> Vector3:
-        """The unit vector out of a face across an axis, 0 the low one."""
+        """Return the outward unit normal of a face, 0 the low one."""
         return replace_coordinate(NONE, axis, 1.0 if end else -1.0)
 
     def centre(self, axis: int, end: int) -> Vector3:
-        """The middle of such a face, m; of a body of revolution on its axis."""
+        """Return the centre of such a face, m; for a body of revolution on its axis."""
         found = replace_coordinate(self.middle, axis, self.bounds[end][axis])
         return replace_coordinate(found, 0, 0.0) if self.turns else found
 
     @property
     def middle(self) -> Vector3:
-        """Its middle, m."""
+        """Centre of the body, m."""
         x, y, z = (0.5 * (a + b) for a, b in zip(self.low, self.high, strict=True))
         return x, y, z
 
     def taken(self, condition: Condition, axis: int) -> set[int]:
-        """Which of its two faces across an axis a condition selects, 0 the low one, as `ends_of` has ends."""
+        """Return which of its two faces normal to an axis a condition selects, 0 the low one, as `ends_of` does."""
         x, y, z = (self.size(a) for a in range(3))
-        return ends_of(condition, Along((x, y, z), self.low, axis))
+        return ends_of(condition, BoxAlongAxis((x, y, z), self.low, axis))
 
     def everywhere(self, condition: Condition) -> bool:
-        """Whether a condition selects all of it."""
+        """Return whether a condition selects all of it."""
         return condition.over(self.low, self.high) == (False, True)
 
 
 @dataclass(frozen=True)
 class Round:
-    """A cylinder, whole. Its faces are its two ends, whichever axis is asked for."""
+    """Full cylinder. Its faces are its two ends, whichever axis is given."""
 
     shape: Cylinder
 
@@ -94,27 +94,27 @@ class Round:
         return self.shape.bounds
 
     def size(self, axis: int) -> float:
-        """Its length, m."""
+        """Return its length, m."""
         return self.shape.length
 
     def area(self, axis: int) -> float:
-        """Of an end, m^2."""
+        """Return the area of an end, m^2."""
         return math.pi * self.shape.radius**2
 
     def outward(self, axis: int, end: int) -> Vector3:
-        """The unit vector out of an end, 0 the root."""
+        """Return the outward unit normal of an end, 0 the root."""
         return add_multiples(NONE, (1.0 if end else -1.0, self.shape.axis))
 
     def centre(self, axis: int, end: int) -> Vector3:
-        """The middle of an end, m."""
+        """Return the centre of an end, m."""
         return add_multiples(self.shape.root, (end * self.shape.length, self.shape.axis))
 
     def taken(self, condition: Condition, axis: int) -> set[int]:
-        """Which of its ends a condition selects."""
+        """Return which of its ends a condition selects."""
         return ends_of(condition, self.shape)
 
     def around(self, condition: Condition) -> bool:
-        """Whether a condition is about the distance from the axis alone, and selects the side and nothing within."""
+        """Return whether a condition depends only on the distance from the axis and selects exactly the side."""
         if condition.groups:
             return False
         shape, extent = self.shape, self.shape.diagonal
@@ -130,7 +130,7 @@ class Round:
         return holds[-1] and not any(holds[:-1])
 
     def on_plane(self, condition: Condition, axis: int) -> bool:
-        """Whether all that a condition selects lies on the plane through the axis that is normal to x, y or z."""
+        """Return whether a condition selects only points on the plane through the axis that is normal to x, y or z."""
         low, high = self.shape.bounds
         slack, at, extent = BESIDE * self.shape.radius, self.shape.root[axis], self.shape.diagonal
         above, below = replace_coordinate(low, axis, at + slack), replace_coordinate(high, axis, at - slack)
@@ -147,12 +147,12 @@ class Round:
 
 
 def rectangular(case: Case) -> Rectangular | None:
-    """The box of a case, or the rectangle of a plane one; None of any other body."""
+    """Return the box of a case, or the rectangle of a plane one; None for any other body."""
     return rectangle(case.shape, case.body.thing.thickness if case.planar else 0.0, bool(case.depth))
 
 
 def rectangle(shape: Any, thickness: float, turns: bool) -> Rectangular | None:
-    """A box, or a slice so thick (m) of an upright rectangle, which may turn about y; None of any other shape."""
+    """Return a box, or a slice (thickness in m) of an upright rectangle, possibly revolved about y; else None."""
     if isinstance(shape, Box):
         return Rectangular(*shape.bounds)
     if isinstance(shape, Slice) and isinstance(shape.region, Quadrilateral):
@@ -171,7 +171,7 @@ def rectangle(shape: Any, thickness: float, turns: bool) -> Rectangular | None:
 
 
 def solid_body(case: Case) -> Rectangular | Round:
-    """The body of a case where it is a box, a rectangle or a whole cylinder. Raises Refused."""
+    """Return the body of a case if it is a box, a rectangle or a full cylinder. Raises Refused."""
     if isinstance(case.shape, Cylinder):
         return Round(case.shape)
     found = rectangular(case)

@@ -1,9 +1,9 @@
-"""Where meshes of a shape need nodes so that supports hold what they select, and not what happens to lie at a node.
+"""Positions at which meshes of a shape need nodes so that supports hold exactly what they select.
 
-The same is asked for parts of other materials. A border of a condition is met where it is a surface on which a
-coordinate of the shape is constant (planes across the edges of a box; planes across the axis of a cylinder, circles
-around it; spheres around the centre of a sphere), or a plane along the axis of a cylinder. Only parts of a border at
-which the selection changes within the body count. Numbers alone, no arrays.
+Regions of other materials need such nodes too. A border of a condition is met if a coordinate of the shape is constant
+on it (planes normal to the edges of a box; planes normal to the axis of a cylinder, circles around it; spheres around
+the centre of a sphere), or if it is a plane along the axis of a cylinder. Only parts of a border at which the selection
+changes within the body count. Uses numbers only, no arrays.
 """
 
 from __future__ import annotations
@@ -34,28 +34,28 @@ MOST = 32  # intervals that may hold a crossing: with more, the border is no suc
 
 
 def cuts_of(case: Case, shape: Shape | None = None) -> Cuts:
-    """The cuts that the supports and parts of a case ask of meshes of its shape; none of a mesh from a file."""
+    """Return the cuts that the supports and regions of a case need in meshes of its shape; none for a mesh file."""
     shape = shape or case.shape
     asking = (*case.supports, *case.parts)
     return tuple(dict.fromkeys(cut for own in asking for cut in cuts_for(own.thing.where, shape)))
 
 
 def cuts_for(where: Condition, shape: Shape) -> Cuts:
-    """The cuts that a condition asks of meshes of a shape; none of a mesh from a file, which is as it is."""
-    return tuple(_Asking(shape, where).cuts()) if shape.spans and not where.groups else ()
+    """Return the cuts that a condition needs in meshes of a shape; none for a mesh file."""
+    return tuple(_ConditionInShape(shape, where).cuts()) if shape.spans and not where.groups else ()
 
 
-def graded(where: Condition, shape: Shape, finer: float) -> Cuts:
-    """Where meshes of a shape are finer by a factor: at the borders of a condition, as far as a coordinate is theirs.
+def graded_cuts(where: Condition, shape: Shape, finer: float) -> Cuts:
+    """Return where meshes are refined by a factor: at the borders of a condition on which a coordinate is constant.
 
-    The ends of the body are such places too. Cells reach their size over a part of the body's extent there. Those of a
-    filled surface are finer where the condition holds.
+    The ends of the body count as borders. Cells grow to their full size over a part of the body's extent. Meshes of a
+    filled surface are refined where the condition holds.
     """
     if where.groups or not (shape.gradable or shape.enclosed):
         return ()
     if shape.enclosed:
         return (Cut("", 0.0, finer=finer, where=where),)
-    asking, found = _Asking(shape, where), dict[tuple[str, float], Cut]()
+    asking, found = _ConditionInShape(shape, where), dict[tuple[str, float], Cut]()
     for border in where.borders:
         for axis, at in (*asking.ends(border), *asking.places(border)):
             low, high = shape.spans[axis]
@@ -65,19 +65,19 @@ def graded(where: Condition, shape: Shape, finer: float) -> Cuts:
 
 
 @dataclass(frozen=True)
-class _Asking:
-    """A condition in a shape."""
+class _ConditionInShape:
+    """Condition in a shape."""
 
     shape: Shape
     condition: Condition
 
     @property
     def extent(self) -> float:
-        """Of the body, m."""
+        """Extent of the body, m."""
         return self.shape.diagonal
 
     def cuts(self) -> list[Cut]:
-        """Where the mesh needs nodes for it."""
+        """Return the cuts at which the mesh needs nodes."""
         where = [(axis, at) for border in self.condition.borders for axis, at in self.places(border)][:MOST]
         found = [Cut(axis, at, self._held_to_the_end(axis, at)) for axis, at in where if self._bounds(axis, at, where)]
         chords = (self.shape.chord(b.plane) for b in self.condition.borders if b.plane)
@@ -86,16 +86,16 @@ class _Asking:
     # -------------------------------------------------------------- where a border lies
 
     def places(self, border: Border) -> Iterator[tuple[str, float]]:
-        """The coordinate that is constant on a border, and its values there (m), inside the body."""
+        """Yield the coordinate that is constant on a border, and its values there (m), inside the body."""
         for axis, (low, high) in self.shape.spans.items():
             if axis in ANGLES:
                 continue
             met = [self._crossings(border, axis, share) for share in RAYS]
-            if met[0] and all(_alike(met[0], other, SAME * (high - low)) for other in met[1:]):
+            if met[0] and all(_is_close(met[0], other, SAME * (high - low)) for other in met[1:]):
                 yield from ((axis, at) for at in met[0])
 
     def ends(self, border: Border) -> Iterator[tuple[str, float]]:
-        """The coordinates that end on a border, and their values there (m)."""
+        """Yield the coordinates that end on a border, and their values there (m)."""
         slack, spans = SAME * self.extent**border.power, self.shape.spans
         rays = [self._ray(share) for share in RAYS]
         for axis in (name for name in spans if name not in ANGLES):
@@ -104,11 +104,13 @@ class _Asking:
                     yield axis, t
 
     def _ray(self, share: float) -> Place:
-        """Values of all coordinates, of which a ray along one of them keeps the others."""
-        return {n: a + (b - a) * _strewn(share, i) for i, (n, (a, b)) in enumerate(self.shape.spans.items())}
+        """Return values of all coordinates; a ray along one of them keeps the others."""
+        return {
+            n: a + (b - a) * _scattered_fractions(share, i) for i, (n, (a, b)) in enumerate(self.shape.spans.items())
+        }
 
     def _crossings(self, border: Border, axis: str, share: float) -> list[float]:
-        """Values of a coordinate (m) at which a ray along it crosses a border, as far as these are points."""
+        """Return the values of a coordinate (m) at which a ray along it crosses a border in isolated points."""
         others = self._ray(share)
 
         def at(t: float) -> tuple[float, float, float]:
@@ -131,7 +133,7 @@ class _Asking:
             if b - a > NARROW * (high - low):
                 pending += [(a, 0.5 * (a + b)), (0.5 * (a + b), b)]
             elif (border.at(*at(a)) > 0.0) != (border.at(*at(b)) > 0.0):
-                found.append(_bisected(lambda t: border.at(*at(t)) > 0.0, a, b))
+                found.append(_bisect(lambda t: border.at(*at(t)) > 0.0, a, b))
         return [] if pending else sorted(t for t in found if low + slack < t < high - slack)
 
     # -------------------------------------------------------------- whether it matters
@@ -141,7 +143,7 @@ class _Asking:
         return bool(self.condition.holds(x, y, z, self.extent))
 
     def _samples(self, axis: str, where: Sequence[tuple[str, float]]) -> Iterator[dict[str, float]]:
-        """Values of all coordinates but one: the ends, those at which there are borders, between these, and others."""
+        """Yield values of all coordinates but one: the ends, the borders, points between these, and others."""
         columns = []
         for name, (low, high) in self.shape.spans.items():
             if name == axis:
@@ -153,14 +155,14 @@ class _Asking:
         return (dict(row) for row in product(*columns))
 
     def _bounds(self, axis: str, at: float, where: Sequence[tuple[str, float]]) -> bool:
-        """Whether the selection changes across a surface, on the body or in it."""
+        """Return whether the selection changes across a surface, on the body or in it."""
         low, high = self.shape.spans[axis]
         aside = ASIDE * (high - low)
         near = [t for t in (at - aside, at, at + aside) if low <= t <= high]
         return any(len({self._holds({**others, axis: t}) for t in near}) == 2 for others in self._samples(axis, where))
 
     def _held_to_the_end(self, axis: str, at: float) -> bool:
-        """Whether all between a surface and the nearer end of the body is selected."""
+        """Return whether everything between a surface and the nearer end of the body is selected."""
         low, high = self.shape.spans[axis]
         end = low if at - low < high - at else high
         if axis == "radius" and end == low:
@@ -169,7 +171,7 @@ class _Asking:
         return all(self._holds({**others, axis: t}) for t in between for others in self._samples(axis, ()))
 
     def _along(self, chord: Cut, where: Sequence[tuple[str, float]]) -> bool:
-        """Whether the selection changes across a chord of a cylinder's section."""
+        """Return whether the selection changes across a chord of a cylinder's section."""
         radius = self.shape.spans["radius"][1]
         half, aside = math.sqrt(radius**2 - chord.at**2), ASIDE * radius
         stations = sorted({row["along"] for row in self._samples("radius", where)})
@@ -184,17 +186,17 @@ class _Asking:
         return False
 
 
-def _strewn(share: float, number: int) -> float:
-    """Shares of several spans that do not lie on one line."""
+def _scattered_fractions(share: float, number: int) -> float:
+    """Return scattered fractions of several spans, not on one line."""
     return (share + 0.31 * number) % 0.97 + 0.015
 
 
-def _alike(one: Sequence[float], other: Sequence[float], slack: float) -> bool:
+def _is_close(one: Sequence[float], other: Sequence[float], slack: float) -> bool:
     return len(one) == len(other) and all(abs(a - b) <= slack for a, b in zip(one, other, strict=True))
 
 
-def _bisected(above: Any, a: float, b: float) -> float:
-    """Where a sign changes between a and b, to the last digits."""
+def _bisect(above: Any, a: float, b: float) -> float:
+    """Return the position between a and b at which a sign changes, to the last digits."""
     first = above(a)
     for _ in range(60):
         middle = 0.5 * (a + b)

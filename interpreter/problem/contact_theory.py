@@ -1,4 +1,4 @@
-"""From a scene to the rigid body that presses a face, and what theories of contact say of forces."""
+"""Setup of contact theories: the rigid body and the face that it presses, and the forces that a theory gives."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import Any
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case, Touch
 from softmark.interpreter.problem.body_faces import Rectangular, Round, solid_body
-from softmark.interpreter.problem.indenter_shape import indenter
-from softmark.interpreter.results.reaction_results import AtRest, Reaction
-from softmark.interpreter.results.reaction_results import Touch as Touched
+from softmark.interpreter.problem.indenter_shape import indenter_of
+from softmark.interpreter.results.reaction_results import ContactNumbers as Touched
+from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 from softmark.interpreter.vocabulary.support_words import ByVector, Holding
@@ -31,7 +31,7 @@ NONE = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class Face:
-    """A flat face of a body: `end` 0 is the low one across x, y or z (`way`), or the root of a cylinder."""
+    """Flat face of a body: `end` 0 is the low one normal to x, y or z (`way`), or the root of a cylinder."""
 
     body: Rectangular | Round
     way: int
@@ -39,53 +39,53 @@ class Face:
 
     @property
     def normal(self) -> Vector:
-        """Unit vector, out of the body."""
+        """Outward unit normal."""
         return self.body.outward(self.way, self.end)
 
     @property
     def middle(self) -> Vector:
-        """Its middle, m; of a body of revolution on its axis."""
+        """Centre of the face, m; for a body of revolution on its axis."""
         return self.body.centre(self.way, self.end)
 
     @property
     def thickness(self) -> float:
-        """To the face across, m."""
+        """Distance to the opposite face, m."""
         return self.body.size(self.way)
 
     @property
     def area(self) -> float:
-        """m^2; all around of a body of revolution."""
+        """Area of the face, m^2; for a body of revolution all around."""
         return self.body.area(self.way)
 
     @property
     def body_turns(self) -> bool:
-        """Whether the body is the half section of one of revolution."""
+        """True if the body is the half section of a body of revolution."""
         return isinstance(self.body, Rectangular) and self.body.turns
 
     @property
     def across(self) -> tuple[int, ...]:
-        """Directions of x, y and z along it in which its points may move."""
+        """Directions x, y and z (0 to 2) along the face in which its points may move."""
         if isinstance(self.body, Round):
             return tuple(c for c in range(3) if abs(self.body.shape.axis[c]) < 0.5)
         return tuple(c for c in range(3) if c != self.way and not (c == 2 and self.body.flat))
 
     def taken(self, where: Any) -> set[int]:
-        """Which of it (its `end`) and the far face a condition selects, whole and nothing else."""
+        """Return which of the face (its `end`) and the opposite face a condition selects exactly."""
         return self.body.taken(where, self.way)
 
     def over(self, low: Vector, high: Vector) -> bool:
-        """Whether what lies between two corners is above a part of it, by its coordinates along the face."""
+        """Return whether the box between two corners is above a part of the face, by coordinates along the face."""
         own_low, own_high = self.body.bounds
         return all(low[c] <= own_high[c] and own_low[c] <= high[c] for c in self.across)
 
     def above(self, point: Vector) -> bool:
-        """Whether a point lies above it, not beside it."""
+        """Return whether a point lies above the face, not next to it."""
         low, high = self.body.bounds
         size = max(b - a for a, b in zip(low, high, strict=True))
         return all(low[c] - NEAR * size <= point[c] <= high[c] + NEAR * size for c in self.across)
 
     def width(self, at: Vector, mirrors: set[tuple[int, int]]) -> float:
-        """From a point of it to the nearest side that is no plane of symmetry (direction, end), m."""
+        """Return the distance from a point to the nearest side that is no symmetry plane (direction, end), m."""
         if isinstance(self.body, Round):
             return self.body.shape.radius - math.dist(at, self.middle)
         if self.body.turns:
@@ -101,7 +101,7 @@ class Face:
 
 
 def face_of(case: Case) -> tuple[Touch, Face]:
-    """The one contact of a case, and the face that its rigid body lies above. Raises Refused."""
+    """Return the only contact of a case, and the face below its rigid body. Raises Refused."""
     if isinstance(case.analysis, Dynamic):
         raise Refused("the analysis is dynamic", "the theory is one of rest")
     if case.parts or hasattr(case.material, "passive"):
@@ -114,13 +114,13 @@ def face_of(case: Case) -> tuple[Touch, Face]:
     touch, body = case.contacts[0], solid_body(case)
     ways = (0,) if isinstance(body, Round) else (1,) if body.turns else (0, 1) if body.flat else (0, 1, 2)
     for face in (Face(body, way, end) for way in ways for end in (0, 1)):
-        if _above(touch, face):
+        if _is_above(touch, face):
             return touch, face
     raise Refused(f"`{touch.rigid.name}` lies above no flat face of `{case.body.name}`", "begin with a gap above one")
 
 
-def _above(touch: Touch, face: Face) -> bool:
-    """Whether a rigid body lies above a face, by the least and the largest of its coordinates, or by its plane."""
+def _is_above(touch: Touch, face: Face) -> bool:
+    """Return whether a rigid body lies above a face, by its bounds or by its plane."""
     shape, n = touch.rigid.thing.shape, face.normal
     normal = getattr(shape, "normal", None)
     if normal is not None:  # all behind a plane
@@ -132,8 +132,8 @@ def _above(touch: Touch, face: Face) -> bool:
     return dot(add_multiples((x, y, z), (-1.0, face.middle)), n) > 0.0 and face.over(low, high)
 
 
-def travel(touch: Touch) -> Vector:
-    """Where supports have taken a rigid body, m. Raises Refused where it turns, or loads press it."""
+def rigid_displacement(touch: Touch) -> Vector:
+    """Return the displacement of a rigid body by its supports, m. Raises Refused if it rotates or loads press it."""
     if touch.along is not None:
         raise Refused(f"loads press `{touch.rigid.name}`, and theories take how far it goes as given",
                       "take the force of a scene in which a support moves it: `displaced(...)`")  # fmt: skip
@@ -147,10 +147,10 @@ def travel(touch: Touch) -> Vector:
     return shift
 
 
-def far_held(case: Case, face: Face) -> tuple[bool, set[tuple[int, int]]]:
-    """Whether the far face is bonded, and the sides that are planes of symmetry. Raises Refused.
+def bonding_and_mirrors(case: Case, face: Face) -> tuple[bool, set[tuple[int, int]]]:
+    """Return whether the opposite face is bonded, and the sides that are symmetry planes. Raises Refused.
 
-    Of what only keeps the body from drifting, as points that are held in a plane through the axis, nothing is said.
+    Supports that only prevent rigid motion, such as points held in a plane through the axis, are ignored.
     """
     held, mirrors = set[int](), set[tuple[int, int]]()
     for support in case.named_supports:
@@ -160,7 +160,7 @@ def far_held(case: Case, face: Face) -> tuple[bool, set[tuple[int, int]]]:
         if face.taken(thing.where) == {1 - face.end}:
             held |= set(thing.components)
             continue
-        side = _mirror(face, thing)
+        side = _symmetric_sides(face, thing)
         if side is None:
             raise Refused(f"the support `{support.name}` holds what is not the far face", FAR)
         mirrors |= side
@@ -173,8 +173,8 @@ def far_held(case: Case, face: Face) -> tuple[bool, set[tuple[int, int]]]:
     return bonded, mirrors
 
 
-def _mirror(face: Face, thing: Holding) -> set[tuple[int, int]] | None:
-    """The sides that a support holds along their normal alone: planes of symmetry. None where it holds else."""
+def _symmetric_sides(face: Face, thing: Holding) -> set[tuple[int, int]] | None:
+    """Return the sides that a support holds only along their normal (symmetry planes); None if it holds more."""
     if len(thing.components) != 1 or isinstance(face.body, Round):
         on = isinstance(face.body, Round) and all(face.body.on_plane(thing.where, c) for c in thing.components)
         return set() if on else None
@@ -188,27 +188,27 @@ def _mirror(face: Face, thing: Holding) -> set[tuple[int, int]] | None:
 
 
 def pressed_of(reference: Declared, case: Case) -> Pressed:
-    """What a rigid body presses. Raises Refused where an assumption of the theory is broken, as far as a look tells."""
-    found = _pressed(case)
+    """Return the indentation problem of a case. Raises Refused if an assumption of the theory is visibly violated."""
+    found = _indentation_problem(case)
     reference.thing.must_hold(found)
     return found
 
 
-def _pressed(case: Case) -> Pressed:
-    """The same, whatever it is asked for. Raises Refused where an assumption of all theories is broken."""
+def _indentation_problem(case: Case) -> Pressed:
+    """Return the indentation problem for all theories. Raises Refused if an assumption of all theories is violated."""
     touch, face = face_of(case)
     for load in case.loads:
         raise Refused(f"the load `{load.name}` acts as well", f"it takes {ONE}")
     n = face.normal
-    tool = indenter(touch.rigid.name, touch.rigid.thing.shape, n, case.planar)
-    shift = travel(touch)
+    tool = indenter_of(touch.rigid.name, touch.rigid.thing.shape, n, case.planar)
+    shift = rigid_displacement(touch)
     gap = dot(add_multiples(tool.foot, (-1.0, face.middle)), n)
     first = add_multiples(tool.foot, (-gap, n))
     if not face.above(first):
         raise Refused(f"`{touch.rigid.name}` comes down beside the face", "move it above the face")
     if face.body_turns and math.hypot(first[0], first[2]) > NEAR * case.shape.diagonal:
         raise Refused(f"`{touch.rigid.name}` is not on the axis", "put it on the y axis")
-    bonded, mirrors = far_held(case, face)
+    bonded, mirrors = bonding_and_mirrors(case, face)
     depth = -dot(shift, n) - gap
     slid = add_multiples(shift, (-dot(shift, n), n))
     if tool.reach < depth:
@@ -225,12 +225,12 @@ def _pressed(case: Case) -> Pressed:
     return Pressed(
         tool.kind, tool.size, depth, 2.0 * float(material.shear_modulus) * (1.0 + nu), nu, at, n,
         Surroundings(face.thickness, face.width(at, mirrors), bonded), friction, slid, share,
-        case.body.thing.thickness if case.planar == "plane_strain" else None, tool.edge, _askew(case, touch, n),
+        case.body.thing.thickness if case.planar == "plane_strain" else None, tool.edge, _moves_along_face(case, touch, n),
     )  # fmt: skip
 
 
 def _share(case: Case, face: Face, at: Vector, mirrors: set[tuple[int, int]]) -> float:
-    """How much of the whole the body is. Raises Refused where a plane of symmetry misses the axis."""
+    """Return the fraction of the whole that the body is. Raises Refused if a symmetry plane misses the axis."""
     share, body = 1.0, face.body
     for way, end in mirrors:
         assert isinstance(body, Rectangular)
@@ -241,8 +241,8 @@ def _share(case: Case, face: Face, at: Vector, mirrors: set[tuple[int, int]]) ->
     return share
 
 
-def _askew(case: Case, touch: Touch, n: Vector) -> bool:
-    """Whether a rigid body is dragged along a face while it goes down: by one support, or by its courses."""
+def _moves_along_face(case: Case, touch: Touch, n: Vector) -> bool:
+    """Return whether a rigid body moves along the face while it indents: by one support, or by its amplitudes."""
     moving = [s for s in touch.moved if isinstance(at_full_size(s.thing), ByVector)]
     for support in moving:
         whole = at_full_size(support.thing).imposed
@@ -253,14 +253,14 @@ def _askew(case: Case, touch: Touch, n: Vector) -> bool:
         return False
     analysis = case.analysis
     times = [t for t in analysis.moments if t <= analysis.now]
-    for (a, dragged), (b, more) in pairwise([_where(moving, n, t) for t in (0.0, *times)]):
+    for (a, dragged), (b, more) in pairwise([_depth_and_shift(moving, n, t) for t in (0.0, *times)]):
         if more - dragged < -SAME * abs(dragged) or (more > dragged and abs(a - b) > SAME * abs(a)):
             return True
     return False
 
 
-def _where(moving: list[Any], n: Vector, t: float) -> tuple[float, float]:
-    """How deep, and how far along the face, supports have taken a rigid body at a time, m."""
+def _depth_and_shift(moving: list[Any], n: Vector, t: float) -> tuple[float, float]:
+    """Return depth and displacement along the face of a rigid body at a time, m."""
     total = NONE
     for support in moving:
         full = at_full_size(support.thing)
@@ -274,7 +274,7 @@ def _where(moving: list[Any], n: Vector, t: float) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Pressing:
-    """What a theory says of the pressure on a face with a `normal`: by the distance from where it touched."""
+    """Pressure of a theory on a face with a `normal`, by the distance from the first contact point."""
 
     theory: Any
     at: Vector
@@ -282,7 +282,7 @@ class Pressing:
     flat: bool  # a body in plane strain, whose z is alike
 
     def pressures(self, X: Any) -> Any:
-        """At material points X (n, 3), m, of the face: Pa (n,)."""
+        """Return the pressures (n,), Pa, at material points X (n, 3), m, of the face."""
         import numpy as np
 
         off = X - np.array(self.at)
@@ -291,14 +291,14 @@ class Pressing:
 
     @property
     def at_nodes(self) -> Mapping[str, Any]:
-        """Nothing: there is no mesh."""
+        """Return nothing: there is no mesh."""
         return {}
 
 
-def at_rest(reference: Declared, case: Case, theory: Any) -> AtRest:
-    """What a theory says of forces: those of the part that the body is. Of planes of symmetry it says nothing."""
+def at_rest(reference: Declared, case: Case, theory: Any) -> EquilibriumForces:
+    """Return the forces of a theory, for the part that the body is; symmetry planes have none."""
     touch, face = face_of(case)
-    _, mirrors = far_held(case, face)
+    _, mirrors = bonding_and_mirrors(case, face)
     pressed = reference.thing.about == "pressed"
     share = 0.5 ** len(mirrors) if pressed else 1.0  # a bar is what it is
     n, at = face.normal, theory.at if pressed else face.middle
@@ -326,12 +326,12 @@ def at_rest(reference: Declared, case: Case, theory: Any) -> AtRest:
     work = {load.name: None for load in case.loads}
     there = Pressing(theory, at, n, case.planar == "plane_strain") if hasattr(theory, "pressure") else None
     touched = Touched(share * theory.area, theory.largest_pressure, theory.gap, field=there)
-    return AtRest(found, work, math.nan, dissipated=share * getattr(theory, "dissipated", 0.0),
+    return EquilibriumForces(found, work, math.nan, dissipated=share * getattr(theory, "dissipated", 0.0),
                   touches={touch.name: touched}, off=sum(map(abs, theory.off.values())))  # fmt: skip
 
 
 def doubt_of(theory: Any) -> str | None:
-    """Why it is not the truth of the body: all that the theory leaves out, where that is more than a little."""
+    """Return why the theory is not exact for the body if it neglects a significant part, else None."""
     most = max(theory.off.items(), key=lambda one: abs(one[1]), default=("", 0.0))
     if not abs(most[1]) > SAID:
         return None
@@ -352,7 +352,7 @@ LEFT_OUT = {
 
 
 def facts_of(theory: Any) -> Mapping[str, Any]:
-    """What a report has of it."""
+    """Return the numbers of a theory for the report."""
     found: dict[str, Any] = {"off": dict(theory.off), "area_m2": theory.area, "push_N": theory.push}
     for name in ("radius", "stick_radius", "most"):
         if hasattr(theory, name):

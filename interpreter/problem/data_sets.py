@@ -1,4 +1,4 @@
-"""Public data sets that a scene names: fetched when it runs, never when it is checked."""
+"""Public data sets named by a scene: downloaded when it runs, never when it is checked."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from softmark.solvers.mesh.surface_bodies import Filled
 AnyShape = TypeVar("AnyShape", bound=Shape)
 
 
-def located(shape: AnyShape, at: Location) -> AnyShape:
-    """A shape whose file, if it is a data set, is here now. Raises Fault where it cannot be had."""
+def download_shape(shape: AnyShape, at: Location) -> AnyShape:
+    """Return the shape with its data set downloaded. Raises Fault if that fails."""
     path = shape.file
     if isinstance(shape, Combined) and not shape.fault:
-        one, other = (located(own, at) for own in shape.pair)
+        one, other = (download_shape(own, at) for own in shape.pair)
         combined: AnyShape = replace(shape, one=one, other=other)
         return combined
     if shape.flat and shape.prebuilt:
@@ -38,11 +38,11 @@ def located(shape: AnyShape, at: Location) -> AnyShape:
 
 
 def _of_region(shape: AnyShape, at: Location) -> AnyShape:
-    """The same of a plane region in a file."""
+    """Return a plane region with its data set downloaded. Raises Fault."""
     from softmark.solvers.mesh.plane_region_files import FileSlice  # of no other scene
 
     if not isinstance(shape, FileSlice):
         return shape
     region: Any = shape.region
-    here: AnyShape = replace(shape, region=located(region, at))
+    here: AnyShape = replace(shape, region=download_shape(region, at))
     return here

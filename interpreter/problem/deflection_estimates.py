@@ -1,4 +1,4 @@
-"""Estimates in one line, for warnings before anything is computed."""
+"""One-line estimates of deflections, for warnings before anything is computed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from softmark.solvers.mesh.shape import Prism, cross
 
 
 def bending_angle(case: Case) -> float | None:
-    """Slope (rad) at the free end of a straight beam by small-deflection theory, or None where it is none.
+    """Return the slope (rad) at the free end of a straight beam by small-deflection theory; None if it does not apply.
 
     w L^3 / (6 EI) under a distributed, P L^2 / (2 EI) under an end force, M L / EI under an end moment
     (Timoshenko 1955).
@@ -46,6 +46,6 @@ def _moment(load: Any, shape: Prism) -> tuple[float, ...]:
 
 
 def _across(vector: list[float], axis: tuple[float, ...]) -> float:
-    """Length of the part of a vector that is perpendicular to the axis."""
+    """Return the length of the part of a vector that is perpendicular to the axis."""
     along = sum(v * a for v, a in zip(vector, axis, strict=True))
     return float(sum((v - along * a) ** 2 for v, a in zip(vector, axis, strict=True)) ** 0.5)

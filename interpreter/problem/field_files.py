@@ -1,4 +1,4 @@
-"""Fields that are read from files: their values at places of the scene, and which places lie outside of them."""
+"""Fields read from files: their values at points of the scene, and which points lie outside of them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from softmark.interpreter.vocabulary.field_words import Field
 from softmark.records import dataclass
 from softmark.references.data_download import find
 from softmark.references.measured_data import Frame, Unreadable
-from softmark.resource_limits import TooSlow, limited_resources, reason_of
+from softmark.resource_limits import TooSlow, describe_read_error, limited_resources
 from softmark.solvers.materials.heterogeneous import with_constants
 from softmark.solvers.mesh.voxel_bounds import VoxelBounds
 
@@ -30,19 +30,19 @@ EDGE = 1e-6  # of a voxel, and of the extent of a mesh: what is as near to the o
 
 @dataclass(frozen=True)
 class Image:
-    """Numbers of voxels (nx, ny, nz): that of (i, j, k) stands for the centre A (i, j, k) + b, in m."""
+    """Voxel values (nx, ny, nz); voxel (i, j, k) has its centre at A (i, j, k) + b, in m."""
 
     numbers: Floats
     inverse: Floats  # A^-1 (3, 3), 1/m
     centre: Floats  # b (3,), m
 
     def _places(self, X: Floats) -> Floats:
-        """Indices with fractions (n, 3)."""
+        """Return fractional indices (n, 3)."""
         found: Floats = (X - self.centre) @ self.inverse.T
         return found
 
     def values(self, X: Floats) -> Floats:
-        """At points X (n, 3), m: linear along each axis between centres, that of the nearest voxel beyond them (n,)."""
+        """Return values (n,) at X (n, 3), m: linear along each axis, outside that of the nearest voxel."""
         return self._at(np.clip(self._places(X), 0.0, np.array(self.numbers.shape) - 1))
 
     def _at(self, at: Floats) -> Floats:
@@ -78,7 +78,7 @@ class Image:
         return least, most
 
     def outside(self, X: Floats) -> Bools:
-        """Which points X (n, 3) lie beyond the faces of the outermost voxels (n,)."""
+        """Return whether points X (n, 3) lie beyond the faces of the outermost voxels (n,)."""
         at, last = self._places(X), np.array(self.numbers.shape) - 1
         found: Bools = np.any((at < -0.5 - EDGE) | (at > last + 0.5 + EDGE), axis=1)
         return found
@@ -86,13 +86,13 @@ class Image:
 
 @dataclass(frozen=True)
 class OnMesh:
-    """Numbers of the nodes or of the cells of a mesh, whose cells share no nodes: each node is of one cell."""
+    """Values at the nodes or in the cells of a mesh, whose cells share no nodes: each node belongs to one cell."""
 
     mesh: Any
     numbers: Floats  # of each node (m a,)
 
     def values(self, X: Floats) -> Floats:
-        """At points X (n, 3), m: by the shape functions of the cell that a point lies in, or of the nearest (n,)."""
+        """Return values (n,) at X (n, 3), m, by the shape functions of the containing or nearest cell."""
         from softmark.solvers.mesh.element_interpolation import locate_points
 
         place = locate_points(self.mesh, X)
@@ -137,34 +137,34 @@ class OnMesh:
         return np.where(small, -np.inf, least), np.where(small, np.inf, most)
 
     def outside(self, X: Floats) -> Bools:
-        """Which points X (n, 3) lie in no cell (n,)."""
+        """Return whether points X (n, 3) lie in no cell (n,)."""
         from softmark.solvers.mesh.element_interpolation import locate_points
 
         found: Bools = locate_points(self.mesh, X).outside > EDGE * self.mesh.extent
         return found
 
 
-def reading(field: Field, X: Floats) -> Floats:
-    """The values of a field at points X (n, 3), m: (n,), in SI. Raises Unreadable."""
-    found: Floats = field.unit.value * loaded(field).values(np.asarray(X, dtype=np.float64))
+def read_field(field: Field, X: Floats) -> Floats:
+    """Return the values of a field at points X (n, 3), m: (n,), in SI. Raises Unreadable."""
+    found: Floats = field.unit.value * load_field(field).values(np.asarray(X, dtype=np.float64))
     return found
 
 
 def bounds(field: Field, low: Floats, high: Floats) -> tuple[Floats, Floats]:
     """Return least and largest values (n,), SI, of a field in boxes from low to high (n, 3), m. Raises Unreadable."""
-    least, most = loaded(field).bounds(low, high)
+    least, most = load_field(field).bounds(low, high)
     ends = field.unit.value * least, field.unit.value * most
     return np.minimum(*ends), np.maximum(*ends)
 
 
 def material_at(material: Any, X: Floats) -> Any:
-    """A material with arrays (n,) for what varies of its law, at points X (n, 3), m. Raises Unreadable."""
-    found = {name: profile.values(X, reading) for name, profile in profiles(material).items() if name != "density"}
+    """Return a material with arrays (n,) of its varying constants at points X (n, 3), m. Raises Unreadable."""
+    found = {name: profile.values(X, read_field) for name, profile in profiles(material).items() if name != "density"}
     return with_constants(material, found)
 
 
-def loaded(field: Field) -> Image | OnMesh:
-    """What the file of a field holds, in the scene's frame. Raises Unreadable."""
+def load_field(field: Field) -> Image | OnMesh:
+    """Load the file of a field, in the scene's frame. Raises Unreadable."""
     file = find(field.path)
     return _loaded(field, file, file.stat().st_mtime_ns)
 
@@ -179,7 +179,7 @@ def _loaded(field: Field, file: Path, stamp: int) -> Image | OnMesh:
     except Unreadable:
         raise
     except Exception as error:  # readers raise what they like
-        reason = f"it cannot be read ({reason_of(error)})"
+        reason = f"it cannot be read ({describe_read_error(error)})"
         raise Unreadable(file.name, reason, "write the file again") from None
 
 
@@ -228,7 +228,7 @@ def _mesh(field: Field, file: Path) -> OnMesh:
 
 
 def _numbers(field: Field, file: Path, read: Any, cells: Any, blocks: list[int]) -> Floats:
-    """Of each node of each cell (m a,). Raises Unreadable."""
+    """Return the value of each node of each cell (m a,). Raises Unreadable."""
     on_cells = {n: np.concatenate([np.asarray(data[i]) for i in blocks]) for n, data in read.cell_data.items()}
     there = [*read.point_data, *on_cells]
     name = field.array or (there[0] if len(there) == 1 else "")

@@ -1,4 +1,4 @@
-"""From a scene to the frame that the stiffness method is solved for."""
+"""Setup of the stiffness method: the frame of a case."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ TAKES = "it takes gravity, forces and lines of force on axes, and torques at poi
 
 
 def frame_of(case: Case) -> Callable[[], Frame]:
-    """What makes the frame of a case. Raises Refused where an assumption of the theory is broken."""
+    """Return a function that builds the frame of a case. Raises Refused if an assumption of the theory is violated."""
     network = case.shape
     if not isinstance(network, Network):
         raise Refused(f"`{case.body.name}` is no network of beams", "use `network(...)`, or the theory of one beam")
@@ -44,19 +44,19 @@ def frame_of(case: Case) -> Callable[[], Frame]:
     for support in case.supports:
         if not isinstance(support.thing, Fixed | Displaced | Hinged):
             raise Refused(f"it knows nothing of the support `{support.name}`", "it takes clamps and hinges")
-        if any(len(_within(member, network, support)) == 2 for member in network.members):
+        if any(len(_selects_interior(member, network, support)) == 2 for member in network.members):
             raise Refused(f"`{support.name}` holds a part of a member", "hold points and whole members")
-    return lambda: _Made(case, network).frame()
+    return lambda: _FrameBuilder(case, network).frame()
 
 
-def _within(member: Member, network: Network, support: Declared) -> set[bool]:
-    """Whether a support takes places between the ends of a member: all, none, or both."""
+def _selects_interior(member: Member, network: Network, support: Declared) -> set[bool]:
+    """Return whether a support selects places between the ends of a member: all, none, or both."""
     places = (member.centre(k / HELD * member.length) for k in range(1, HELD))
     return {bool(support.thing.where.holds(*place, network.diagonal)) for place in places}
 
 
-class _Made:
-    """A frame in the making: members are cut where forces act and lines end."""
+class _FrameBuilder:
+    """Builder of a frame: members are cut where forces act and lines end."""
 
     def __init__(self, case: Case, network: Network) -> None:
         self.case, self.network, self.near = case, network, NEAR * network.diagonal
@@ -64,14 +64,14 @@ class _Made:
         self.cuts = [self._cuts(member) for member in network.members]
 
     def _cuts(self, member: Member) -> list[float]:
-        """Stations at which a member is cut, m, its ends among them."""
+        """Return the stations at which a member is cut, m, including its ends."""
         found = {0.0, 0.5 * member.length, member.length}  # in its middle, as a member may buckle by itself
         for load in self.case.loads:
             action = load.thing.action
             places = [action.at] if isinstance(action, PointLoad) else []
             places += [action.begin, action.end] if isinstance(action, LineForce) else []
             found |= {s for s in (self._on(member, p) for p in places) if s is not None}
-        if any(True in _within(member, self.network, support) for support in self.case.supports):
+        if any(True in _selects_interior(member, self.network, support) for support in self.case.supports):
             found |= {k / HELD * member.length for k in range(1, HELD)}
         kept = [s for s in sorted(found) if self.near < s < member.length - self.near]
         return [0.0, *kept, member.length]
@@ -88,7 +88,7 @@ class _Made:
         return len(self.nodes) - 1
 
     def frame(self) -> Frame:
-        """All of it."""
+        """Build the frame."""
         from softmark.references.frame_theory import Frame
 
         members, starts, own = [], [], []
@@ -128,7 +128,7 @@ class _Made:
         return len(known) == 2 and min(known) < s < max(known)
 
     def _forces(self) -> Floats:
-        """On the nodes (n, 6), N and N m."""
+        """Return the nodal forces and moments (n, 6), N and N m."""
         found = np.zeros((len(self.nodes), 6))
         for load in self.case.loads:
             match load.thing.action:
@@ -139,11 +139,11 @@ class _Made:
         return found
 
     def _selected(self, thing: Any) -> list[int]:
-        """The nodes that a condition selects, points before places within members."""
+        """Return the nodes that a condition selects, points before places within members."""
         return [i for i, node in enumerate(self.nodes) if thing.where.holds(*node, self.network.diagonal)]
 
     def _held(self) -> tuple[Floats, Floats]:
-        """Rows over the unknowns of the nodes (c, 6 n), and what they are held at (c,)."""
+        """Return constraint rows over the unknowns of the nodes (c, 6 n), and their prescribed values (c,)."""
         rows, imposed, taken = [], [], set()
         for support in self.case.supports:
             thing = support.thing
@@ -162,7 +162,7 @@ class _Made:
         return np.array(rows).reshape(-1, 6 * len(self.nodes)), np.array(imposed, dtype=np.float64)
 
     def _nearest(self, X: Floats, own: Any, starts: Floats) -> Any:
-        """The stretch that each point X (n, 3) goes with (n,)."""
+        """Return the nearest member piece of each point X (n, 3) (n,)."""
         whole, found = self.network.nearest(X), np.zeros(len(X), dtype=np.int64)
         for number in np.unique(whole).tolist():
             here, pieces = whole == number, np.flatnonzero(own == number)
@@ -172,7 +172,7 @@ class _Made:
 
 
 def _from(a: float, member: Member, of: Callable[[Disc | Ring | Rectangle], Any]) -> Callable[[Floats], Floats]:
-    """Something of the sections of a member by stations (n,), m, counted from one: found once where it is even."""
+    """Return a section property of a member by stations (n,), m, from a; computed once if the section is constant."""
     if member.tapered:
         return lambda s: np.array([of(_section(member, a + t)) for t in s.tolist()])
     same = np.array(of(_section(member, a)))
@@ -180,7 +180,7 @@ def _from(a: float, member: Member, of: Callable[[Disc | Ring | Rectangle], Any]
 
 
 def _section(member: Member, s: float) -> Disc | Ring | Rectangle:
-    """The section at a station in the words of the references: measures go linearly from end to end."""
+    """Return the section at a station; dimensions vary linearly from end to end."""
     t = min(max(s / member.length, 0.0), 1.0)
     names = [name for name in ("radius", "inner", "width", "height") if hasattr(member.ends[0], name)]
     at = {name: (1.0 - t) * getattr(member.ends[0], name) + t * getattr(member.ends[1], name) for name in names}

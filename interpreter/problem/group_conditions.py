@@ -1,5 +1,7 @@
-"""Conditions with named groups of a mesh file, apart into conditions on coordinates: one for the members of each group,
-of each two, and so on. Of a condition without groups nothing changes."""
+"""Conditions with named groups of a mesh file, split into conditions on coordinates for each combination of groups.
+
+Conditions without groups stay as they are.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,7 @@ from softmark.grammar.name_suggestions import nearest
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.problem.body_case import Fault, fault
-from softmark.interpreter.problem.data_sets import located
+from softmark.interpreter.problem.data_sets import download_shape
 from softmark.solvers.elements.tet4 import Tet4
 
 if TYPE_CHECKING:
@@ -29,10 +31,10 @@ if TYPE_CHECKING:
 LISTED = 20  # groups of a file that a message names
 
 
-def apart(condition: Condition, members: Members) -> Iterator[tuple[Condition, Any]]:
-    """What a condition means for things of which `members` says which are in a group: on coordinates, and for which.
+def split_by_groups(condition: Condition, members: Members) -> Iterator[tuple[Condition, Any]]:
+    """Yield conditions on coordinates and the items each applies to; `members` returns which items are in a group.
 
-    All of them without groups; with them those that have their memberships in common.
+    Without groups the condition applies to all items; otherwise there is one condition for each combination of groups.
     """
     if not condition.groups:
         yield condition, slice(None)
@@ -43,29 +45,29 @@ def apart(condition: Condition, members: Members) -> Iterator[tuple[Condition, A
         yield condition.with_group_membership(dict(zip(condition.groups, pattern, strict=True))), which.ravel() == i
 
 
-def of_cells(mesh: Mesh) -> Members:
-    """Which cells are in a group (m,)."""
+def cell_membership(mesh: Mesh) -> Members:
+    """Return the membership of cells in a group (m,), as a function."""
     return partial(_found, "cells_in", mesh)
 
 
-def of_facets(mesh: Mesh) -> Members:
-    """Which boundary facets are (f,); in one of cells those of its cells."""
+def facet_membership(mesh: Mesh) -> Members:
+    """Return the membership of boundary facets in a group (f,), as a function; for cell groups that of their cells."""
     return partial(_found, "facets_in", mesh)
 
 
-def of_nodes(mesh: Mesh) -> Members:
-    """Which nodes belong to something in a group (n,)."""
+def node_membership(mesh: Mesh) -> Members:
+    """Return the membership of nodes in a group (n,), as a function: nodes of its cells or facets."""
     return partial(_found, "nodes_in", mesh)
 
 
-def of_places(case: Case, X: Floats) -> Members:
-    """Which points X (n, 3), m, within a body lie in a cell of a group (n,)."""
+def point_membership(case: Case, X: Floats) -> Members:
+    """Return the membership of points X (n, 3), m, within a body (n,), as a function: points in cells of a group."""
     if not case.groups:
         return lambda name: np.zeros(len(X), dtype=np.bool_)
     from softmark.solvers.mesh.element_interpolation import locate_points
     from softmark.solvers.mesh.mesh_groups import has_cells
 
-    mesh = located(case.shape, case.shaped).named(Tet4.name)
+    mesh = download_shape(case.shape, case.shaped).named(Tet4.name)
     nodes = locate_points(mesh, X).nodes
     return lambda name: has_cells(mesh, name, nodes)
 
@@ -84,7 +86,7 @@ NAMELESS = "it names none: physical groups of Gmsh, ELSET, NSET or SURFACE of Ab
 
 
 def check(regions: Iterable[Declared], mesh: Mesh) -> None:
-    """Refuse regions that a mesh does not have, or not as they are used. Raises Fault."""
+    """Refuse regions that a mesh does not have, or that have the wrong kind. Raises Fault."""
     for region in regions:
         _has(region, mesh)
         _is_sound(region, mesh)
@@ -129,8 +131,8 @@ def _is_sound(region: Declared, mesh: Mesh) -> None:
         raise fault("E326", at, problem, own.described, help)
 
 
-def unplaced(declared: Declared) -> Fault:
-    """That points alone are asked for a group."""
+def group_of_points_fault(declared: Declared) -> Fault:
+    """Return the Fault for a group condition applied to points only."""
     names = ", ".join(f"`{name}`" for name in declared.value("where").groups)
     problem = f"`{declared.name}` looks at points alone, and no place tells whether it is in {names}"
     help = "use a `surface` or a `volume`, or a condition on coordinates"

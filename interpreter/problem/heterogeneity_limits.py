@@ -1,4 +1,4 @@
-"""What cannot be of materials whose constants vary in space."""
+"""Limits of materials whose constants vary in space."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from softmark.interpreter.problem.body_case import Case, Fault, case_for, case_o
 from softmark.interpreter.problem.representative_constants import looked, profiles
 
 
-def varying(case: Case) -> str:
-    """Which constants of any of its materials vary, in words: "`young` and `density` of `bar` vary"."""
+def describe_varying(case: Case) -> str:
+    """Return the varying constants of a case as text: "`young` and `density` of `bar` vary"."""
     names = dict.fromkeys(f"`{name}`" for material in case.materials for name in profiles(material))
     return f"{' and '.join(names)} of `{case.body.name}` {'varies' if len(names) == 1 else 'vary'}"
 
 
 def must_be_uniform(reference: Declared, case: Case) -> None:
-    """Raises Fault for a theory of bodies that are the same everywhere, of one that is not."""
+    """Refuse a theory of uniform bodies for a body that is not. Raises Fault."""
     if case.uniform or reference.thing.graded:
         return
     raise fault(
         "E329", reference.at(),
-        f"`{reference.name}` is solved for one value of each constant, and {varying(case)} in space",
+        f"`{reference.name}` is solved for one value of each constant, and {describe_varying(case)} in space",
         "one value of each constant",
         "compare with what was measured or published, or with a finer model: `self_converged(...)`; `graded_bar(...)`"
         " knows a bar that varies along its axis",
@@ -35,17 +35,19 @@ def must_be_uniform(reference: Declared, case: Case) -> None:
 
 
 def faults(case: Case) -> Iterator[Fault]:
-    """Constants that are out of their range somewhere in the body, as far as a look at some places tells."""
+    """Yield faults of constants that are out of range somewhere in the body, by samples."""
     for i, material in enumerate(case.materials):
         for profile in profiles(material).values():
-            seen = ((p, v) for p, v in looked(profile, case.shape) if not allowed(profile, v) and _within(case, i, p))
+            seen = (
+                (p, v) for p, v in looked(profile, case.shape) if not is_allowed(profile, v) and _has_material(case, i, p)
+            )
             worst = max(seen, key=lambda found: abs(found[1]) if math.isfinite(found[1]) else math.inf, default=None)
             if worst is not None:
                 yield out_of_range(case, profile, worst[1], worst[0])
 
 
-def _within(case: Case, number: int, place: Any) -> bool:
-    """Whether a place is of the material of this number, as far as coordinates tell: groups of files are left out."""
+def _has_material(case: Case, number: int, place: Any) -> bool:
+    """Return whether a place has the material of this number, by coordinates only: groups of files are ignored."""
     if case.shape.bounds is None:
         return False
     extent = math.dist(*case.shape.bounds)
@@ -58,13 +60,13 @@ def _within(case: Case, number: int, place: Any) -> bool:
     return True
 
 
-def allowed(profile: Profile, value: float) -> bool:
-    """Whether a value is one that the constant may have."""
+def is_allowed(profile: Profile, value: float) -> bool:
+    """Return whether the constant may have a value."""
     return math.isfinite(value) and (profile.limits is None or value in profile.limits)
 
 
 def out_of_range(case: Case, profile: Profile, value: float, place: Any) -> Fault:
-    """A Fault of a constant that has no value at a place, or one that it must not have."""
+    """Return the Fault of a constant without a value, or with a forbidden value, at a place."""
     where = units.format_vector(tuple(float(c) for c in place), units.LENGTH)
     shown = units.format_value(value, profile.dimension) if math.isfinite(value) else "not a number"
     limits = "a number" if profile.limits is None else profile.limits.words(profile.dimension)
@@ -75,14 +77,14 @@ def out_of_range(case: Case, profile: Profile, value: float, place: Any) -> Faul
     )  # fmt: skip
 
 
-def unsound(scene: Scene) -> Iterator[Diagnostic]:
-    """Constants that are out of their range somewhere in a body."""
+def check_ranges(scene: Scene) -> Iterator[Diagnostic]:
+    """Yield errors of constants that are out of range somewhere in a body."""
     for body in scene.of_kind("body"):
         yield from (found.diagnostic for found in faults(case_of(scene, body)))
 
 
-def untaken(scene: Scene) -> Iterator[Diagnostic]:
-    """Models that know a material that is the same everywhere alone; references say so themselves."""
+def check_models(scene: Scene) -> Iterator[Diagnostic]:
+    """Yield errors of models that support only uniform materials; references check this themselves."""
     for model in scene.asked("model").values():
         if model.thing.graded:
             continue
@@ -92,7 +94,7 @@ def untaken(scene: Scene) -> Iterator[Diagnostic]:
             continue
         if any(profiles(material) for material in case.materials):
             yield diagnostic("E328", model.at(),
-                             f"`{model.name}` knows a material that is the same everywhere, and {varying(case)} in"
+                             f"`{model.name}` knows a material that is the same everywhere, and {describe_varying(case)} in"
                              " space",
                              "one value of each constant",
                              "use `fem(...)`, which takes every constant at its points of integration")  # fmt: skip

@@ -1,4 +1,4 @@
-"""From a scene to the round body with a core or a hole that is pulled from afar, and what theory says of its stress."""
+"""Setup of the theory of a round inclusion or hole under remote stress, and the stress that it gives."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from softmark.references.straight_cantilever import Refused
 from softmark.solvers.materials.linear_elastic import LinearElastic
 from softmark.solvers.mesh.plane_regions import QuarterRing, Slice
 from softmark.solvers.mesh.spheres import Sphere, SphericalShell
-from softmark.solvers.stress_recovery.analytic_stress_field import WithoutCells
+from softmark.solvers.stress_recovery.analytic_stress_field import AnalyticField
 
 if TYPE_CHECKING:
     import numpy as np
@@ -42,16 +42,16 @@ PULLS = "`tension(...)` and `pressure(...)` on all of the outer border, and noth
 
 
 def core_of(reference: Declared, case: Case) -> RoundCore:
-    """The round body of a case. Raises Refused where an assumption of the theory is broken."""
+    """Return the round body of a case. Raises Refused if an assumption of the theory is violated."""
     about = reference.thing.about
     if isinstance(case.analysis, Dynamic):
         raise Refused("the analysis is dynamic", "the closed form is one of rest")
     for material in (case.body.thing.material, *(part.thing.material for part in case.parts)):
         if not isinstance(material, LinearElastic):
             raise Refused(f"`{case.body.name}` is not of linear elastic solids", "use `linear_elastic(...)`")
-    inner, outer, centre = _hole(case) if about == "hole" else ball(case)
+    inner, outer, centre = _hole(case) if about == "hole" else inclusion_in_ball(case)
     planes = (0, 1, 2) if not case.planar else (1,) if case.depth else (0, 1)
-    held(case, planes, centre, outer)
+    check_symmetry_supports(case, planes, centre, outer)
     stress = _stress(case, inner, outer, centre)
     core = _hookean(case.parts[0].thing.material, case) if case.parts else None
     thin = case.body.thing.material.poisson if case.planar == "plane_stress" else None
@@ -68,7 +68,7 @@ def _hookean(material: LinearElastic, case: Case) -> Hookean:
 
 
 def _ring(case: Case) -> tuple[float, float]:
-    """The radii of a quarter ring of circles. Raises Refused."""
+    """Return the radii of a quarter ring of circles. Raises Refused."""
     region = case.shape.region if isinstance(case.shape, Slice) else None
     if not isinstance(region, QuarterRing) or case.parts:
         raise Refused(f"`{case.body.name}` is no ring of one material", "use `quarter_ring(inner = ..., outer = ...)`")
@@ -78,14 +78,14 @@ def _ring(case: Case) -> tuple[float, float]:
 
 
 def _hole(case: Case) -> tuple[float, float, Vector3]:
-    """Radii and centre of a plate with a hole. Raises Refused."""
+    """Return radii and centre of a plate with a hole. Raises Refused."""
     if case.planar not in ("plane_strain", "plane_stress"):
         raise Refused(f"`{case.body.name}` is no plate", "use `plane_stress(...)` or `plane_strain(...)`")
     return *_ring(case), (0.0, 0.0, 0.0)
 
 
-def ball(case: Case) -> tuple[float, float, Vector3]:
-    """Radii of inclusion and ball, and their centre. Raises Refused."""
+def inclusion_in_ball(case: Case) -> tuple[float, float, Vector3]:
+    """Return the radii of inclusion and ball, and their centre. Raises Refused."""
     shape, name = case.shape, case.body.name
     if case.planar == "axisymmetric":
         return *_ring(case), (0.0, 0.0, 0.0)
@@ -101,13 +101,13 @@ def ball(case: Case) -> tuple[float, float, Vector3]:
 
 
 def _radius(part: Declared, shape: Sphere) -> float:
-    """Of an inclusion around the centre. Raises Refused."""
+    """Return the radius of an inclusion around the centre. Raises Refused."""
     where: Condition = part.thing.where
     cuts = [cut for cut in cuts_for(where, shape) if cut.axis == "radius"]
-    if not even(where, shape.origin, shape.radius) or len(cuts) != 1:
+    if not depends_on_radius(where, shape.origin, shape.radius) or len(cuts) != 1:
         raise Refused(f"the part `{part.name}` is no sphere around the centre of the ball",
                       f"its border is a sphere: `where = x^2 + y^2 + z^2 <= a^2`{_from(shape.origin)}")  # fmt: skip
-    if not holds(where, shape.origin, 0.5 * cuts[0].at, shape.diagonal):
+    if not holds_at_radius(where, shape.origin, 0.5 * cuts[0].at, shape.diagonal):
         raise Refused(f"the part `{part.name}` is what lies around the inclusion", "declare the inclusion as the part")
     return float(cuts[0].at)
 
@@ -116,32 +116,32 @@ def _from(origin: Vector3) -> str:
     return ", with distances from its centre" if any(origin) else ""
 
 
-def even(where: Condition, centre: Vector3, radius: float, planar: bool = False) -> bool:
-    """Whether a condition is about the distance from the centre alone: all of its borders are."""
+def depends_on_radius(where: Condition, centre: Vector3, radius: float, planar: bool = False) -> bool:
+    """Return whether a condition depends only on the distance from the centre, by its borders."""
     ways = PLANE if planar else WAYS
     return not where.groups and all(
         max(levels) - min(levels) <= ROUND * radius**border.power
         for border in where.borders
         for r in (0.37 * radius, radius)
-        for levels in [[border.at(*_at(centre, r, way)) for way in ways]]
+        for levels in [[border.at(*_point_at(centre, r, way)) for way in ways]]
     )
 
 
-def _at(centre: Vector3, radius: float, way: Vector3) -> Vector3:
+def _point_at(centre: Vector3, radius: float, way: Vector3) -> Vector3:
     x, y, z = (c + radius * w / math.hypot(*way) for c, w in zip(centre, way, strict=True))
     return x, y, z
 
 
-def holds(where: Condition, centre: Vector3, radius: float, extent: float) -> bool:
-    """Whether a condition on the distance from the centre holds at that distance."""
-    return bool(where.holds(*_at(centre, radius, PLANE[0]), extent))
+def holds_at_radius(where: Condition, centre: Vector3, radius: float, extent: float) -> bool:
+    """Return whether a condition on the distance from the centre holds at that distance."""
+    return bool(where.holds(*_point_at(centre, radius, PLANE[0]), extent))
 
 
 # ------------------------------------------------------------------ what holds and pulls it
 
 
-def held(case: Case, planes: tuple[int, ...], centre: Vector3, size: float) -> None:
-    """Nothing but the planes of symmetry through the centre hold it, and all of them do. Raises Refused."""
+def check_symmetry_supports(case: Case, planes: tuple[int, ...], centre: Vector3, size: float) -> None:
+    """Check that exactly the symmetry planes through the centre hold the body. Raises Refused."""
     found = set()
     for support in case.named_supports:
         normal = support.thing.normal if isinstance(support.thing, Symmetric) else None
@@ -155,34 +155,34 @@ def held(case: Case, planes: tuple[int, ...], centre: Vector3, size: float) -> N
 
 
 def _stress(case: Case, inner: float, outer: float, centre: Vector3) -> Vector3:
-    """The uniform stress whose tractions act on all of the outer border: along x, y and z, Pa. Raises Refused."""
+    """Return the uniform stress applied on all of the outer border: along x, y and z, Pa. Raises Refused."""
     total = [0.0, 0.0, 0.0]
     for load in case.loads:
         action = load.thing.action
         if not isinstance(action, RemoteStress | PressureLoad):
             raise Refused(f"the load `{load.name}` acts as well", f"it takes {PULLS}")
-        if not _on_border(action.where, case, inner, outer, centre):
+        if not _covers_border(action.where, case, inner, outer, centre):
             raise Refused(f"the load `{load.name}` does not act on all of the outer border alone",
                           f"it is at one distance: `where = x^2 + y^2 + z^2 >= b^2`{_from(centre)}")  # fmt: skip
-        for axis, along in enumerate(_along(load, case)):
+        for axis, along in enumerate(_stress_of_load(load, case)):
             total[axis] += along
     if not case.loads:
         raise Refused("nothing pulls at it", f"it takes {PULLS}")
     return total[0], total[1], total[2]
 
 
-def _on_border(where: Condition, case: Case, inner: float, outer: float, centre: Vector3) -> bool:
-    """Whether a condition holds on all of the outer border, and not in a hole."""
+def _covers_border(where: Condition, case: Case, inner: float, outer: float, centre: Vector3) -> bool:
+    """Return whether a condition holds on all of the outer border, and not in a hole."""
     extent, hollow = case.shape.diagonal, not case.parts
     return (
-        even(where, centre, outer, bool(case.planar))
-        and holds(where, centre, outer, extent)
-        and not (hollow and holds(where, centre, inner, extent))
+        depends_on_radius(where, centre, outer, bool(case.planar))
+        and holds_at_radius(where, centre, outer, extent)
+        and not (hollow and holds_at_radius(where, centre, inner, extent))
     )
 
 
-def _along(load: Declared, case: Case) -> Vector3:
-    """The uniform stress that a load is the traction of: along x, y and z, Pa. Raises Refused."""
+def _stress_of_load(load: Declared, case: Case) -> Vector3:
+    """Return the uniform stress that a load applies: along x, y and z, Pa. Raises Refused."""
     action = load.thing.action
     if isinstance(action, PressureLoad):
         p = -action.pressure
@@ -196,8 +196,8 @@ def _along(load: Declared, case: Case) -> Vector3:
 # ------------------------------------------------------------------ what theory says of stress
 
 
-def said(core: RoundCore) -> str:
-    """What the finite size of the body makes, in a sentence."""
+def size_effect_note(core: RoundCore) -> str:
+    """Return a sentence about the effect of the body's finite size."""
     place = "around the hole" if core.core is None else "at the border of the inclusion"
     doubt = doubt_of(core)
     return (
@@ -207,19 +207,19 @@ def said(core: RoundCore) -> str:
 
 
 def doubt_of(core: RoundCore) -> str | None:
-    """Why the theory is not the truth of the body: deformations that are not small."""
+    """Return why the theory is not exact for the body (deformations are not small), or None."""
     large = core.largest_gradient
     return LARGE.format(100.0 * large) if large > SMALL else None
 
 
 @dataclass(frozen=True)
-class Told(WithoutCells):
-    """The stress of a theory, as metrics ask it of a model: exact, and the same in all cells, for it has none."""
+class InclusionStress(AnalyticField):
+    """Exact stress field of the theory for metrics; without cells."""
 
     theory: RoundCore
 
     def at(self, X: Floats) -> Tensors:
-        """At points X (n, 3) of the undeformed body."""
+        """Return the stress at points X (n, 3) of the undeformed body."""
         from softmark.solvers.stress_recovery.sampling_point_stress import SYMMETRIC
         from softmark.solvers.stress_recovery.stress_measures import Tensors
 
@@ -227,12 +227,12 @@ class Told(WithoutCells):
         return Tensors(np.stack([sigma[:, i, j] for i, j in SYMMETRIC], axis=1), H.reshape(-1, 9), True)
 
     def shared(self, X: Floats) -> int:
-        """How many of the points X (n, 3) have more than one stress."""
+        """Return how many of the points X (n, 3) have more than one stress."""
         return int(self.theory.on_border(X).sum())
 
     @property
     def usual(self) -> tuple[float, float, float]:
-        """The norms of the stress from afar, Pa, of the strain that it makes in the matrix, and of its deviator, Pa."""
+        """Return norms of the remote stress, Pa, of its strain in the matrix, and of its deviator, Pa."""
         stress, mean = self.theory.stress, sum(self.theory.stress) / 3.0
         far = 0.5 / self.theory.matrix.shear_modulus
         deviator = math.hypot(*(t - mean for t in stress))

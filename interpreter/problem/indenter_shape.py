@@ -1,4 +1,4 @@
-"""What rigid bodies press with, as theories of contact ask for it."""
+"""Indenter shapes of rigid bodies for theories of contact."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ALONG = "use `cylinder(..., axis = +z)`"
 
 @dataclass(frozen=True)
 class Indenter:
-    """What meets a face first: a round body, by a point of its surface and its size (see `Pressed`)."""
+    """Part of a rigid body that touches first: a round surface, given by a point and its size (see `Pressed`)."""
 
     kind: Kind
     size: float  # m, or rad of a cone
@@ -29,8 +29,8 @@ class Indenter:
     reach: float = math.inf  # m, the depth up to which it is that
 
 
-def indenter(name: str, shape: Any, normal: Vector, planar: str) -> Indenter:
-    """What a rigid body presses a face with, whose unit normal looks out. Raises Refused."""
+def indenter_of(name: str, shape: Any, normal: Vector, planar: str) -> Indenter:
+    """Return the indenter of a rigid body on a face with outward unit normal. Raises Refused."""
     if isinstance(shape, Sphere):
         if shape.part != "whole":
             raise Refused(f"`{name}` is a part of a sphere", "use all of it: a rigid body may reach beyond symmetry")
@@ -45,12 +45,12 @@ def indenter(name: str, shape: Any, normal: Vector, planar: str) -> Indenter:
     if isinstance(shape, Cylinder | Cone | Punch | Tip):
         if planar == "plane_strain":
             raise Refused(f"in plane strain `{name}` is cut along its axis", ALONG)
-        return _upright(name, shape, normal)
+        return _revolved_indenter(name, shape, normal)
     raise Refused(f"`{name}` is no sphere, cylinder, cone or punch", "use one of these")
 
 
-def _upright(name: str, shape: Any, normal: Vector) -> Indenter:
-    """The end of a body of revolution. Raises Refused where its axis is not normal to the face."""
+def _revolved_indenter(name: str, shape: Any, normal: Vector) -> Indenter:
+    """Return the end of a body of revolution. Raises Refused if its axis is not normal to the face."""
     if math.hypot(*cross(shape.axis, normal)) > ALIGNED:
         raise Refused(f"the axis of `{name}` is not normal to the face", "turn it so that it is")
     first = dot(shape.axis, normal) > 0.0  # whether the end at `origin` comes first

@@ -1,9 +1,9 @@
-"""From a scene to the ball of rubber that a pressure blows up."""
+"""Setup of the theory of an inflated rubber ball."""
 
 from __future__ import annotations
 
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.inclusion_theory import ball, even, held, holds
+from softmark.interpreter.problem.inclusion_theory import inclusion_in_ball, depends_on_radius, check_symmetry_supports, holds_at_radius
 from softmark.interpreter.problem.rubber_constants import rubber_of
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import PressureLoad
@@ -14,18 +14,18 @@ PRESSED = "one `pressure(...)` on all of the hollow, and nothing else"
 
 
 def ball_of(case: Case) -> BlownBall:
-    """The ball of a case. Raises Refused where an assumption of the theory is broken."""
+    """Return the ball of a case. Raises Refused if an assumption of the theory is violated."""
     if isinstance(case.analysis, Dynamic):
         raise Refused("the analysis is dynamic", "the closed form is one of rest")
     if case.parts:
         raise Refused(f"`{case.body.name}` is not of one material", "use one for all of it")
-    inner, outer, centre = ball(case)
-    held(case, (0, 1, 2) if not case.planar else (1,), centre, outer)
+    inner, outer, centre = inclusion_in_ball(case)
+    check_symmetry_supports(case, (0, 1, 2) if not case.planar else (1,), centre, outer)
     if len(case.loads) != 1 or not isinstance(case.loads[0].thing.action, PressureLoad):
         raise Refused("it is not loaded by one pressure", f"it takes {PRESSED}")
     load = case.loads[0]
     action, extent = load.thing.action, case.shape.diagonal
-    around = even(action.where, centre, outer, bool(case.planar))
-    if not around or not holds(action.where, centre, inner, extent) or holds(action.where, centre, outer, extent):
+    around = depends_on_radius(action.where, centre, outer, bool(case.planar))
+    if not around or not holds_at_radius(action.where, centre, inner, extent) or holds_at_radius(action.where, centre, outer, extent):
         raise Refused(f"the load `{load.name}` does not act on all of the hollow alone", f"it takes {PRESSED}")
     return BlownBall(inner, outer, rubber_of(case), case.material.poisson, action.pressure, centre)

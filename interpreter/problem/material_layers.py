@@ -1,4 +1,4 @@
-"""Parts of a body that have materials of their own: which condition each is left with, where some lie over others."""
+"""Regions with their own material: the remaining condition of each if some overlie others."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from softmark.interpreter.problem.body_case import Case, Fault, fault
 MOST = 3000  # boxes in which an overlap is looked for when a scene is checked
 
 
-def remaining(case: Case) -> tuple[Condition, ...]:
-    """Where each part has its material: what it selects, without the parts that lie over it.
+def remaining_conditions(case: Case) -> tuple[Condition, ...]:
+    """Return the condition under which each region has its material: its selection without the regions above it.
 
-    What parts of one material share counts for the first of them.
+    Where regions of one material overlap, the first of them counts.
     """
     found = []
     for i, part in enumerate(case.parts):
@@ -31,18 +31,18 @@ def remaining(case: Case) -> tuple[Condition, ...]:
 
 
 def number(case: Case, X: Any, members: Callable[[str], Any]) -> Any:
-    """Which of the case's materials each point X (n, 3), m, is of (n,): 0 that of the body.
+    """Return the material number of each point X (n, 3), m: (n,), 0 for that of the body.
 
-    `members` tells which of them are of a named group.
+    `members` returns which points are in a named group.
     """
     import numpy as np
 
-    from softmark.interpreter.problem.group_conditions import apart
+    from softmark.interpreter.problem.group_conditions import split_by_groups
 
     found = np.zeros(len(X), dtype=np.int64)
     bounds = case.shape.bounds or (X.min(axis=0), X.max(axis=0))
-    for i, where in enumerate(remaining(case), start=1):
-        for own, which in apart(where, members):
+    for i, where in enumerate(remaining_conditions(case), start=1):
+        for own, which in split_by_groups(where, members):
             x, y, z = X[which].T
             held = np.broadcast_to(own.holds(x, y, z, math.dist(*bounds)), len(x))
             found[which] = np.where(held, i, found[which])
@@ -50,7 +50,7 @@ def number(case: Case, X: Any, members: Callable[[str], Any]) -> Any:
 
 
 def unordered(case: Case) -> list[tuple[Declared, Declared]]:
-    """Pairs of parts of different materials of which none is said to lie over the other."""
+    """Return pairs of regions of different materials without an order between them."""
     return [
         (a, b) for a, b in combinations(case.parts, 2)
         if a.thing.material != b.thing.material and a.name not in b.thing.over and b.name not in a.thing.over
@@ -58,7 +58,7 @@ def unordered(case: Case) -> list[tuple[Declared, Declared]]:
 
 
 def overlap(a: Declared, b: Declared, label: str) -> Fault:
-    """A Fault of two parts that overlap."""
+    """Return the Fault of two overlapping regions."""
     return fault(
         "E592", b.at("where" if b.thing.group is None else "name"),
         f"`{a.name}` and `{b.name}` overlap and are of different materials", label,
@@ -68,9 +68,9 @@ def overlap(a: Declared, b: Declared, label: str) -> Fault:
 
 
 def common(a: Condition, b: Condition, low: Point, high: Point) -> Point | None:
-    """The middle of a box in which two conditions hold everywhere; None where none was found.
+    """Return the middle of a box in which two conditions hold everywhere; None if none was found.
 
-    The box from `low` to `high` (m) is halved again and again across its longest side, the largest first.
+    The box from `low` to `high` (m) is halved repeatedly across its longest side, the largest first.
     """
     extent, boxes = math.dist(low, high), [(low, high)]
     for low, high in boxes:  # which grows
@@ -86,7 +86,7 @@ def common(a: Condition, b: Condition, low: Point, high: Point) -> Point | None:
 
 
 def _halves(low: Sequence[float], high: Sequence[float]) -> list[tuple[Point, Point]]:
-    """A box cut across its longest side."""
+    """Return the two halves of a box, cut across its longest side."""
     i = max(range(3), key=lambda k: high[k] - low[k])
     middle = 0.5 * (low[i] + high[i])
     upper, lower = list(high), list(low)

@@ -1,4 +1,4 @@
-"""From a scene to the stack of blocks that the patch test of contact is about, and what it says of it."""
+"""Setup of the contact patch test: the stack of blocks of a case, and the results that the theory gives."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.body_faces import Rectangular, rectangle
-from softmark.interpreter.results.reaction_results import AtRest, Reaction
-from softmark.interpreter.results.reaction_results import Touch as Touched
+from softmark.interpreter.results.reaction_results import ContactNumbers as Touched
+from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import PressureLoad, RemoteStress, SurfaceTraction
@@ -25,7 +25,7 @@ from softmark.references.straight_cantilever import Refused, Vector
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.mesh.disjoint_shapes import Apart
 from softmark.solvers.mesh.shape import add_multiples, cross, dot, replace_coordinate
-from softmark.solvers.stress_recovery.analytic_stress_field import WithoutCells
+from softmark.solvers.stress_recovery.analytic_stress_field import AnalyticField
 
 if TYPE_CHECKING:
     import numpy as np
@@ -48,7 +48,7 @@ NONE = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class Piled:
-    """The blocks of a case along an axis, in their order there; `first` is the number of what the scene says first."""
+    """Blocks of a case along an axis, in order; `first` is the number of the block that the scene names first."""
 
     case: Case
     blocks: tuple[Rectangular, ...]
@@ -57,36 +57,36 @@ class Piled:
 
     @property
     def whole(self) -> Rectangular:
-        """What they span."""
+        """Bounding box of all blocks."""
         return replace(self.blocks[0], high=self.blocks[-1].high)
 
     @property
     def extent(self) -> float:
-        """Its diagonal, m."""
+        """Diagonal of the stack, m."""
         return self.case.shape.diagonal
 
     @property
     def across(self) -> tuple[int, ...]:
-        """Directions of x, y and z in which they may narrow."""
+        """Directions x, y and z (0 to 2) of lateral contraction."""
         return tuple(c for c in range(3) if c != self.way and not (c == 2 and self.whole.flat))
 
     def normal(self, end: int) -> Vector:
-        """Unit vector, out of the low (0) or the high end."""
+        """Return the outward unit normal of the low (0) or the high end."""
         return self.whole.outward(self.way, end)
 
     def faces(self, number: int) -> tuple[tuple[Vector, Vector], tuple[Vector, Vector]]:
-        """Corners of the two faces of the joint above a block, m."""
+        """Return the corners of the two faces of the joint above a block, m."""
         below, above = self.blocks[number], self.blocks[number + 1]
         return ((replace_coordinate(below.low, self.way, below.high[self.way]), below.high),
                 (above.low, replace_coordinate(above.high, self.way, above.low[self.way])))  # fmt: skip
 
     def ends(self, where: Any) -> set[int]:
-        """Which ends of the stack a condition selects, whole and nothing else."""
+        """Return which ends of the stack a condition selects exactly."""
         return self.whole.taken(where, self.way)
 
 
 def stack_of(case: Case) -> Stack:
-    """The stack of a case. Raises Refused where an assumption is broken."""
+    """Return the stack of a case. Raises Refused if an assumption is violated."""
     if isinstance(case.analysis, Dynamic):
         raise Refused("the analysis is dynamic", "the closed form is one of rest")
     if case.planar == "plane_stress":
@@ -94,8 +94,8 @@ def stack_of(case: Case) -> Stack:
     piled = piled_of(case)
     solids = tuple(_solid(piled, i) for i in range(len(piled.blocks)))
     joints = tuple(_joint(piled, i) for i in range(len(piled.blocks) - 1))
-    ends, mirrors = _held(piled, solids)
-    loaded, traction, pressure = _loaded(piled, ends)
+    ends, mirrors = _held_ends_and_sides(piled, solids)
+    loaded, traction, pressure = _end_load(piled, ends)
     if None in ends and not loaded:
         raise Refused("nothing moves or loads its other end", ENDS)
     roots = _roots(piled, joints, mirrors, solids)
@@ -112,7 +112,7 @@ def stack_of(case: Case) -> Stack:
 
 
 def _must_meet(stack: Stack) -> None:
-    """Raises Refused where it is not told how blocks lie, or where nothing of them would be left."""
+    """Check that the positions of all blocks are determined and none vanishes. Raises Refused."""
     if None in stack.ends:
         if stack.touching and stack.traction - stack.pressure >= 0.0:
             raise Refused("its load does not press the blocks together", "load it inward, or glue them: `tied(...)`")
@@ -130,7 +130,7 @@ def _must_meet(stack: Stack) -> None:
 
 
 def piled_of(case: Case) -> Piled:
-    """The blocks of a case, in their order along the axis. Raises Refused where they are none of one section."""
+    """Return the blocks of a case, in order along the axis. Raises Refused if their sections differ."""
     name = case.body.name
     if not isinstance(case.shape, Apart):
         raise Refused(f"`{name}` is in one piece", PIECES)
@@ -157,14 +157,14 @@ def piled_of(case: Case) -> Piled:
 
 
 def _pieces(shape: Any) -> tuple[Any, ...]:
-    """Its shapes, in the order of the scene."""
+    """Return the shapes of a combined body, in the order of the scene."""
     if not isinstance(shape, Apart):
         return (shape,)
     return tuple(piece for half in shape.pair for piece in _pieces(half))
 
 
 def _sides(piled: Piled, number: int) -> Rectangular:
-    """A block without its ends, which other blocks may touch."""
+    """Return a block without its ends, which other blocks may touch."""
     block, way = piled.blocks[number], piled.way
     a, b = block.low[way], block.high[way]
     off = WITHIN * (b - a)
@@ -174,7 +174,7 @@ def _sides(piled: Piled, number: int) -> Rectangular:
 
 
 def _solid(piled: Piled, number: int) -> Solid:
-    """What a block is made of. Raises Refused."""
+    """Return the material of a block. Raises Refused."""
     case, inner = piled.case, _sides(piled, number)
     material = case.material
     for part, own in zip(case.parts, case.materials[1:], strict=True):
@@ -193,10 +193,10 @@ def _solid(piled: Piled, number: int) -> Solid:
 
 
 def _joint(piled: Piled, number: int) -> Joint:
-    """What is between a block and the next. Raises Refused unless one contact meets all of it."""
+    """Return the joint between a block and the next. Raises Refused unless one contact covers all of it."""
     low, high = piled.blocks[number], piled.blocks[number + 1]
     gap = max(high.low[piled.way] - low.high[piled.way], 0.0)
-    met = _meeting(piled, number)
+    met = _joint_contacts(piled, number)
     if len(met) != 1:
         between = f"the joint at {'xyz'[piled.way]} = {units.format_value(low.high[piled.way], units.LENGTH)}"
         count = f"{len(met)} contacts meet" if met else "no contact meets"
@@ -211,8 +211,8 @@ def _joint(piled: Piled, number: int) -> Joint:
     return Joint(gap, glued=True)
 
 
-def _meeting(piled: Piled, number: int) -> list[Declared]:
-    """The contacts that take the joint above a block. Raises Refused where one takes a part of it."""
+def _joint_contacts(piled: Piled, number: int) -> list[Declared]:
+    """Return the contacts that select the joint above a block. Raises Refused if one selects a part of it."""
     found = []
     for pair in piled.case.pairs:
         each = {pair.thing.where.over(*face, piled.extent) for face in piled.faces(number)}
@@ -226,10 +226,10 @@ def _meeting(piled: Piled, number: int) -> list[Declared]:
 # ------------------------------------------------------------------ what holds and loads it
 
 
-def _held(
+def _held_ends_and_sides(
     piled: Piled, solids: tuple[Solid, ...]
 ) -> tuple[tuple[float | None, float | None], set[tuple[int, int, int]]]:
-    """By how much its ends are moved along the axis, m, and sides that are held: block, way, end. Raises Refused."""
+    """Return the axial displacements of both ends, m, and the held sides: block, way, end. Raises Refused."""
     ends, mirrors = dict[int, float](), set[tuple[int, int, int]]()
     for support in piled.case.named_supports:
         thing, by = at_full_size(support.thing), support.thing.imposed
@@ -256,7 +256,7 @@ def _held(
 
 
 def _mirrors(piled: Piled, support: Declared, thing: Any) -> set[tuple[int, int, int]]:
-    """Sides that a support holds along their normal, of all the blocks that it takes. Raises Refused."""
+    """Return the sides that a support holds along their normal, for all blocks it selects. Raises Refused."""
     found = set()
     for i in range(len(piled.blocks)):
         side = _sides(piled, i)
@@ -275,12 +275,12 @@ def _mirrors(piled: Piled, support: Declared, thing: Any) -> set[tuple[int, int,
 
 def _roots(piled: Piled, joints: tuple[Joint, ...], mirrors: set[tuple[int, int, int]],
            solids: tuple[Solid, ...]) -> tuple[Vector, ...]:  # fmt: skip
-    """What of each block stays where it is across: planes of symmetry, those of glued ones too, or its middle, m."""
+    """Return the lateral fixed point of each block, m: symmetry planes, also of tied blocks, or its middle."""
     found = []
     for i, block in enumerate(piled.blocks):
         root = replace_coordinate(block.middle, 0, 0.0) if block.turns else block.middle
         for c in piled.across:
-            held = {end for j, way, end in mirrors if way == c and _one(joints, i, j)}
+            held = {end for j, way, end in mirrors if way == c and _is_tied(joints, i, j)}
             if len(held) > 1 and solids[i].poisson:
                 raise Refused(f"it cannot grow along {'xyz'[c]}", SIDES)
             if held and not block.turns:
@@ -289,16 +289,16 @@ def _roots(piled: Piled, joints: tuple[Joint, ...], mirrors: set[tuple[int, int,
     return tuple(found)
 
 
-def _one(joints: tuple[Joint, ...], a: int, b: int) -> bool:
-    """Whether all is glued between two blocks."""
+def _is_tied(joints: tuple[Joint, ...], a: int, b: int) -> bool:
+    """Return whether all joints between two blocks are tied."""
     return all(joint.glued for joint in joints[min(a, b) : max(a, b)])
 
 
 def _must_narrow_alike(piled: Piled, joints: tuple[Joint, ...], solids: tuple[Solid, ...],
                        roots: tuple[Vector, ...]) -> None:  # fmt: skip
-    """Raises Refused where a joint keeps faces together that would narrow by different amounts."""
+    """Check that tied faces contract equally. Raises Refused."""
     for i, joint in enumerate(joints):
-        pair = _meeting(piled, i)[0]
+        pair = _joint_contacts(piled, i)[0]
         friction = getattr(pair.thing, "friction", 0.0)
         if not (joint.glued or friction) or not (solids[i].poisson or solids[i + 1].poisson):
             continue
@@ -309,8 +309,8 @@ def _must_narrow_alike(piled: Piled, joints: tuple[Joint, ...], solids: tuple[So
             raise Refused(f"`{pair.name}` {how} between blocks that narrow by different amounts", remedy)
 
 
-def _loaded(piled: Piled, ends: tuple[float | None, float | None]) -> tuple[bool, float, float]:
-    """Whether an end is loaded, its traction outward and the pressure on it, Pa. Raises Refused."""
+def _end_load(piled: Piled, ends: tuple[float | None, float | None]) -> tuple[bool, float, float]:
+    """Return whether an end is loaded, its outward traction and the pressure on it, Pa. Raises Refused."""
     traction, pressure = 0.0, 0.0
     for load in piled.case.loads:
         action = load.thing.action
@@ -321,7 +321,7 @@ def _loaded(piled: Piled, ends: tuple[float | None, float | None]) -> tuple[bool
             pressure += action.pressure
             continue
         n = piled.normal(end)
-        vector = action.traction if isinstance(action, SurfaceTraction) else _across(action, n)
+        vector = action.traction if isinstance(action, SurfaceTraction) else _traction_on_face(action, n)
         along = dot(vector, n)
         if math.hypot(*add_multiples(vector, (-along, n))) > SAME * math.hypot(*vector):
             raise Refused(f"the load `{load.name}` does not act along the axis", LOADS)
@@ -329,8 +329,8 @@ def _loaded(piled: Piled, ends: tuple[float | None, float | None]) -> tuple[bool
     return bool(piled.case.loads), traction, pressure
 
 
-def _across(action: RemoteStress, n: Vector) -> Vector:
-    """What a tension exerts on a face with that normal, Pa."""
+def _traction_on_face(action: RemoteStress, n: Vector) -> Vector:
+    """Return the traction of a tension on a face with that normal, Pa."""
     return add_multiples(NONE, (action.stress * dot(action.direction, n), action.direction))
 
 
@@ -339,13 +339,13 @@ def _across(action: RemoteStress, n: Vector) -> Vector:
 
 @dataclass(frozen=True)
 class Pressing:
-    """The pressure on the faces that a contact keeps apart."""
+    """Pressure on the faces in contact."""
 
     piled: Piled
     joints: Mapping[int, float]  # of the joint above each of these blocks, Pa
 
     def pressures(self, X: Any) -> Any:
-        """At material points X (n, 3), m: Pa (n,). Not a number where one is on no such face."""
+        """Return the pressures (n,), Pa, at material points X (n, 3), m; nan off these faces."""
         found, near = np.full(len(X), math.nan), WITHIN * self.piled.extent
         for number, pressure in self.joints.items():
             for low, high in self.piled.faces(number):
@@ -355,12 +355,12 @@ class Pressing:
 
     @property
     def at_nodes(self) -> Mapping[str, Any]:
-        """Nothing: there is no mesh."""
+        """Return nothing: there is no mesh."""
         return {}
 
 
-def at_rest(case: Case, found: PressedStack) -> AtRest:
-    """What it says of forces; of energies it says nothing."""
+def at_rest(case: Case, found: PressedStack) -> EquilibriumForces:
+    """Return the forces of the theory; it gives no energies."""
     piled, stack = piled_of(case), found.stack
     reactions, touches = {}, {}
     unknown = math.nan, math.nan, math.nan
@@ -375,24 +375,24 @@ def at_rest(case: Case, found: PressedStack) -> AtRest:
             force = add_multiples(NONE, (found.pull, piled.normal(end)))
             total, moment = (
                 add_multiples(total, (1.0, force)),
-                add_multiples(moment, (1.0, cross(_end(piled, found, end), force))),
+                add_multiples(moment, (1.0, cross(_end_centre(piled, found, end), force))),
             )
-        at = _end(piled, found, holds[0]) if holds else piled.whole.middle
+        at = _end_centre(piled, found, holds[0]) if holds else piled.whole.middle
         own = add_multiples(moment, (-1.0, cross(at, total)))
         reactions[support.name] = Reaction(total, moment, at, own)
     for pair in case.pairs:
-        numbers = [i for i in range(len(stack.joints)) if pair in _meeting(piled, i)]
-        reactions[pair.name] = _carried(piled, found, numbers)
+        numbers = [i for i in range(len(stack.joints)) if pair in _joint_contacts(piled, i)]
+        reactions[pair.name] = _contact_force(piled, found, numbers)
         if isinstance(pair.thing, Itself):
             pressures = {i: found.push / found.touched(i) if found.push else 0.0 for i in numbers}
             touches[pair.name] = Touched(sum(map(found.touched, numbers)), max(pressures.values(), default=0.0),
                                          found.left, field=Pressing(piled, pressures))  # fmt: skip
     work = {load.name: None for load in case.loads}
-    return AtRest(reactions, work, math.nan, touches=touches, off=sum(map(abs, found.off.values())))
+    return EquilibriumForces(reactions, work, math.nan, touches=touches, off=sum(map(abs, found.off.values())))
 
 
-def _carried(piled: Piled, found: PressedStack, numbers: list[int]) -> Reaction:
-    """What a contact does to all blocks but the first of the scene, through the joints above some blocks."""
+def _contact_force(piled: Piled, found: PressedStack, numbers: list[int]) -> Reaction:
+    """Return the force of a contact on all blocks but the first of the scene, through the joints above some blocks."""
     total, moment, at = NONE, NONE, piled.whole.middle
     for number in numbers:
         if piled.first not in (number, number + 1):
@@ -403,17 +403,17 @@ def _carried(piled: Piled, found: PressedStack, numbers: list[int]) -> Reaction:
     return Reaction(total, moment, at, add_multiples(moment, (-1.0, cross(at, total))))
 
 
-def _end(piled: Piled, found: PressedStack, end: int) -> Vector:
-    """The middle of an end, m: as it is deformed of neo-Hookean blocks, at rest of Hooke's."""
-    return _placed(found, piled.whole.centre(piled.way, end), -end)
+def _end_centre(piled: Piled, found: PressedStack, end: int) -> Vector:
+    """Return the centre of an end, m: deformed for neo-Hookean blocks, undeformed for Hooke's."""
+    return _deformed_position(found, piled.whole.centre(piled.way, end), -end)
 
 
 def _joint_middle(piled: Piled, found: PressedStack, number: int) -> Vector:
-    """The middle of the upper face of a block, m, as for ends."""
-    return _placed(found, piled.blocks[number].centre(piled.way, 1), number)
+    """Return the centre of the upper face of a block, m, as for ends."""
+    return _deformed_position(found, piled.blocks[number].centre(piled.way, 1), number)
 
 
-def _placed(found: PressedStack, at: Vector, number: int) -> Vector:
+def _deformed_position(found: PressedStack, at: Vector, number: int) -> Vector:
     if not found.stack.blocks[number].solid.large:
         return at
     x, y, z = found.displacement(np.array([at]))[0].tolist()
@@ -421,13 +421,13 @@ def _placed(found: PressedStack, at: Vector, number: int) -> Vector:
 
 
 @dataclass(frozen=True)
-class Told(WithoutCells):
-    """Its stress, as metrics ask it of a model."""
+class Told(AnalyticField):
+    """Stress of the theory for metrics; without cells."""
 
     theory: PressedStack
 
     def at(self, X: Floats) -> Tensors:
-        """At points X (n, 3) of the undeformed body."""
+        """Return the stress at points X (n, 3) of the undeformed body."""
         from softmark.solvers.stress_recovery.sampling_point_stress import SYMMETRIC
         from softmark.solvers.stress_recovery.stress_measures import Tensors
 
@@ -437,7 +437,7 @@ class Told(WithoutCells):
 
     @property
     def usual(self) -> tuple[float, float, float]:
-        """The norms of stress, Pa, of strain and of the stress deviator, Pa, in the mean square over the body."""
+        """Return root mean squares over the body of stress, Pa, strain and stress deviator, Pa."""
         blocks, way = self.theory.stack.blocks, self.theory.stack.way
         middles = np.array([replace_coordinate(block.root, way, 0.5 * (block.low + block.high)) for block in blocks])
         H, sigma = self.theory.fields(middles)

@@ -1,4 +1,4 @@
-"""Where a rigid body and the plane of a body that it is to touch have nothing in common."""
+"""Check that a rigid body meets the plane of a plane body."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 
 
 def beside_plane(rigid: Declared, body: Declared, low: float, high: float) -> Diagnostic | None:
-    """That the plane of a plane body misses a rigid one, which is at z from `low` to `high`, m; None where it does not.
+    """Return an error if the plane of a plane body misses a rigid one, at z from `low` to `high`, m, else None.
 
-    What presses is the section at z = 0: there is none of what lies beside it, or ends in it.
+    The indenter is the section at z = 0: bodies next to the plane, or that end in it, have none.
     """
     if not body.thing.planar or low < 0.0 < high:
         return None

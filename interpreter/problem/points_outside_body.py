@@ -1,4 +1,4 @@
-"""Points that somebody measured, or that another mesh has, beside the body that they are said to be of."""
+"""Measured points, or points of another mesh, that lie outside their body."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case, fault
-from softmark.interpreter.problem.data_sets import located
+from softmark.interpreter.problem.data_sets import download_shape
 from softmark.solvers.mesh.shape import Swept
 from softmark.solvers.mesh.shapes import MeshFile
 
@@ -20,10 +20,11 @@ BESIDE = 0.01  # of the body's diagonal: what marks on a surface, and meshes of 
 
 
 def kept(probe: Declared, case: Case, X: Floats) -> tuple[NDArray[np.bool_], tuple[Diagnostic, ...]]:
-    """Which points X (n, 3), m, lie in the body or next to it, and a warning about those that do not.
+    """Return which points X (n, 3), m, lie in the body or next to it, and a warning about the others.
 
-    A displacement outside the body is extrapolated: next to its surface that is a matter of its curvature and of
-    where the marks are drawn; farther out it is a number about nothing. Raises Fault where none is left.
+    A displacement outside the body is extrapolated. Next to the surface that depends on curvature and on where marks
+    are
+    drawn; farther out it is meaningless. Raises Fault if no point is left.
     """
     far, extent = distances(case, X)
     inside = far <= BESIDE * extent
@@ -41,30 +42,30 @@ def kept(probe: Declared, case: Case, X: Floats) -> tuple[NDArray[np.bool_], tup
 
 
 def distances(case: Case, X: Floats) -> tuple[Floats, float]:
-    """How far each point X (n, 3) lies outside a body (n,), and the body's diagonal, both in m."""
+    """Return the distance of each point X (n, 3) outside a body (n,), and the body's diagonal, both in m."""
     shape = case.shape
     if isinstance(shape, MeshFile):
         from softmark.solvers.mesh.element_interpolation import locate_points
         from softmark.solvers.mesh.files.mesh_reader import read_cells
 
-        known = located(shape, case.shaped)
+        known = download_shape(shape, case.shaped)
         mesh = read_cells(known.path, known.unit, known.coincident, pieces=known.pieces)
         return locate_points(mesh, X).outside, mesh.extent
-    bounds = located(shape, case.shaped).bounds
+    bounds = download_shape(shape, case.shaped).bounds
     assert bounds is not None  # but of a file of cells
     low, high = (np.array(end) for end in bounds)
     extent = float(np.linalg.norm(high - low))
-    return (_of_swept(shape, X) if isinstance(shape, Swept) else _of_box(low, high, X)), extent
+    return (_of_swept(shape, X) if isinstance(shape, Swept) else _box_distances(low, high, X)), extent
 
 
-def _of_box(low: Floats, high: Floats, X: Floats) -> Floats:
-    """Of the bounds of a shape of which nothing else is known: at most what is right."""
+def _box_distances(low: Floats, high: Floats, X: Floats) -> Floats:
+    """Return distances from the bounding box of a shape: lower bounds."""
     found: Floats = np.linalg.norm(np.maximum(np.maximum(low - X, X - high), 0.0), axis=1)
     return found
 
 
 def _of_swept(shape: Swept, X: Floats) -> Floats:
-    """Of a body along an axis: exactly of a straight one, and of a bent one beside its ends as if it went on."""
+    """Return distances from a body along an axis: exact if straight; a curved one is continued beyond its ends."""
     s, u, v = shape.coordinates(X)
     along = np.maximum(np.maximum(-s, s - shape.length), 0.0)
     found: Floats = np.hypot(along, shape.section.outside(u, v))

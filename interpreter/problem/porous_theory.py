@@ -1,4 +1,4 @@
-"""From a scene to the porous column, slab or disc that theories are about, and what these say of forces and fluid."""
+"""Setup of poroelastic theories: the porous column, slab or disc of a case, and the forces and fluid they give."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.body_faces import Rectangular, Round, solid_body
 from softmark.interpreter.problem.relaxation_theory import driven_by
-from softmark.interpreter.results.reaction_results import AtRest, Reaction
+from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
 from softmark.interpreter.vocabulary.load_words import SurfaceTraction
@@ -37,7 +37,7 @@ Body = Rectangular | Round
 
 @dataclass(frozen=True)
 class Ends:
-    """The two ends of a body across its axis (0 to 2; of a cylinder its own): what holds one and drives the other."""
+    """Two ends of a body normal to its axis (0 to 2; for a cylinder its own): one is held, the other is driven."""
 
     body: Body
     way: int  # of x, y and z
@@ -48,36 +48,36 @@ class Ends:
 
     @property
     def axis(self) -> Vector:
-        """From the held end to the driven one."""
+        """Unit vector from the held end to the driven one."""
         return self.body.outward(self.way, 1 - self.held)
 
     @property
     def root(self) -> Vector:
-        """The centre of the held end, m; of a body of revolution on its axis."""
+        """Centre of the held end, m; for a body of revolution on its axis."""
         return self.body.centre(self.way, self.held)
 
     @property
     def length(self) -> float:
-        """Between them, m."""
+        """Distance between the ends, m."""
         return self.body.size(self.way)
 
     @property
     def area(self) -> float:
-        """Of one of them, m^2; all around of a body of revolution."""
+        """Area of one end, m^2; for a body of revolution all around."""
         return self.body.area(self.way)
 
     @property
     def far(self) -> set[int]:
-        """The driven end."""
+        """Driven end."""
         return {1 - self.held}
 
     def taken(self, where: Any) -> set[int]:
-        """Which ends a condition selects, whole and nothing else."""
+        """Return which ends a condition selects exactly."""
         return self.body.taken(where, self.way)
 
 
-def _analysed(case: Case) -> Quasistatic:
-    """Its analysis. Raises Refused."""
+def _analysis(case: Case) -> Quasistatic:
+    """Return the quasistatic analysis. Raises Refused."""
     if not isinstance(case.analysis, Quasistatic):
         raise Refused("the analysis follows no time course without inertia", "declare `quasistatic(...)`")
     if case.parts:
@@ -86,7 +86,7 @@ def _analysed(case: Case) -> Quasistatic:
 
 
 def _ends(case: Case, remedy: str) -> Ends:
-    """What holds and drives the body along one direction. Raises Refused."""
+    """Return the held and the driven end. Raises Refused."""
     body = solid_body(case)
     drivers = [s for s in case.supports if at_full_size(s.thing).moves]
     drivers += [load for load in case.loads if any(_vector(load))]
@@ -105,11 +105,11 @@ def _ends(case: Case, remedy: str) -> Ends:
         ways = [c for c in range(3) if abs(axis[c]) > ALIGNED]
     if len(ways) != 1:
         raise Refused(f"`{driving.name}` does not act along x, y or z", "turn the scene so that it does")
-    return _found(case, body, ways[0], driving, vector, remedy)
+    return _ends_along(case, body, ways[0], driving, vector, remedy)
 
 
-def _found(case: Case, body: Body, way: int, driving: Declared, vector: Vector, remedy: str) -> Ends:
-    """The ends across a direction. Raises Refused."""
+def _ends_along(case: Case, body: Body, way: int, driving: Declared, vector: Vector, remedy: str) -> Ends:
+    """Return the ends along a direction. Raises Refused."""
     force = driving.kind == "load"
     where = at_full_size(driving.thing).action.where if force else at_full_size(driving.thing).where
     ends = Ends(body, way, 0, driving, force, 0.0)  # of which one is held and by how much is found below
@@ -120,7 +120,7 @@ def _found(case: Case, body: Body, way: int, driving: Declared, vector: Vector, 
     for support in case.supports:
         if way not in support.thing.components:
             continue
-        if support.thing.components != (way,) and not _sides_held(case, ends):
+        if support.thing.components != (way,) and not _are_sides_held(case, ends):
             raise Refused(f"the support `{support.name}` keeps its end from growing wider", remedy)
         if len(own := ends.taken(support.thing.where)) != 1:
             raise Refused(f"the support `{support.name}` does not take one end face whole and alone", remedy)
@@ -132,7 +132,7 @@ def _found(case: Case, body: Body, way: int, driving: Declared, vector: Vector, 
 
 
 def _vector(declared: Declared) -> Vector:
-    """What a support or a load does: displacement, m, of what it moves, or traction, Pa. Raises Refused."""
+    """Return the displacement, m, of a support or the traction, Pa, of a load. Raises Refused."""
     thing = at_full_size(declared.thing)
     if declared.kind == "support":
         shift: Vector = thing.imposed
@@ -142,8 +142,8 @@ def _vector(declared: Declared) -> Vector:
     return thing.action.traction
 
 
-def _sides_held(case: Case, ends: Ends) -> bool:
-    """Whether its sides cannot move across: all of them are held, or all of it is."""
+def _are_sides_held(case: Case, ends: Ends) -> bool:
+    """Return whether lateral motion is prevented: on all sides, or everywhere."""
     body = ends.body
     across = [c for c in range(3) if c != ends.way]
     if isinstance(body, Round):
@@ -151,11 +151,11 @@ def _sides_held(case: Case, ends: Ends) -> bool:
             set(across) <= set(s.thing.components) and body.around(s.thing.where) and not at_full_size(s.thing).moves
             for s in case.supports
         )
-    return all(_side_held(case, body, c) == {0, 1} for c in across)
+    return all(_held_sides(case, body, c) == {0, 1} for c in across)
 
 
-def _side_held(case: Case, body: Rectangular, across: int) -> set[int]:
-    """Which faces across a direction are held there, 0 the low one."""
+def _held_sides(case: Case, body: Rectangular, across: int) -> set[int]:
+    """Return which faces along a lateral direction are held, 0 the low one."""
     if body.flat and across == 2:
         return {0, 1}
     found = {0} if body.turns and body.low[0] == 0.0 and across == 0 else set()
@@ -170,8 +170,8 @@ def _side_held(case: Case, body: Rectangular, across: int) -> set[int]:
 # ------------------------------------------------------------------ where fluid leaves
 
 
-def _free(case: Case) -> None:
-    """Raises Refused where fluid is pressed: only what is open to a pressure of 0 is known."""
+def _check_no_fluid_pressure(case: Case) -> None:
+    """Check that no fluid pressure is applied: open faces have pressure 0. Raises Refused."""
     for drain in case.drains:
         if not isinstance(drain.thing, Drained):
             raise Refused(f"`{drain.name}` presses the fluid", "use `drained(...)`")
@@ -180,8 +180,8 @@ def _free(case: Case) -> None:
 
 
 def _open_ends(case: Case, ends: Ends) -> Drains:
-    """Which ends are open. Raises Refused where anything else is."""
-    _free(case)
+    """Return the open ends. Raises Refused if anything else is open."""
+    _check_no_fluid_pressure(case)
     found: set[int] = set()
     for drain in case.drains:
         if not (own := ends.taken(drain.thing.where)):
@@ -196,21 +196,21 @@ def _open_ends(case: Case, ends: Ends) -> Drains:
 
 
 def _column(case: Case) -> tuple[Quasistatic, Ends, Drains]:
-    """Its analysis, its ends, and which are open. Raises Refused where its sides can move."""
-    analysis, ends = _analysed(case), _ends(case, DRIVE)
-    if not _sides_held(case, ends):
+    """Return the analysis, the ends, and which are open. Raises Refused if the sides can move."""
+    analysis, ends = _analysis(case), _ends(case, DRIVE)
+    if not _are_sides_held(case, ends):
         raise Refused(f"the sides of `{case.body.name}` can move", SIDES)
     return analysis, ends, _open_ends(case, ends)
 
 
 def _moduli(case: Case) -> tuple[float, float]:
-    """Of the drained skeleton at rest: of shear, and of confined compression, Pa."""
+    """Return shear modulus and confined compression modulus of the drained skeleton at rest, Pa."""
     law = case.material.law
     return law.shear_modulus, law.lame_lambda + 2.0 * law.shear_modulus
 
 
 def column_of(case: Case) -> Column:
-    """The column of a case, at its time, in small strain. Raises Refused where an assumption is broken."""
+    """Return the small strain column of a case, at its time. Raises Refused if an assumption is violated."""
     analysis, ends, drains = _column(case)
     driven = driven_by(at_full_size(ends.driving.thing).course, analysis.duration)
     amount = ends.amount * ends.area if ends.force else ends.amount
@@ -219,7 +219,7 @@ def column_of(case: Case) -> Column:
 
 
 def pressed_column_of(case: Case) -> PressedColumn:
-    """The same in finite strain. Raises Refused."""
+    """Return the finite strain column of a case. Raises Refused."""
     analysis, ends, drains = _column(case)
     material = case.material
     driven = driven_by(at_full_size(ends.driving.thing).course, analysis.duration)
@@ -230,7 +230,7 @@ def pressed_column_of(case: Case) -> PressedColumn:
 
 
 def skeleton_of(case: Case) -> Skeleton:
-    """The drained law of a case. Raises Refused where confined compression of it is not known."""
+    """Return the drained law of a case. Raises Refused if its confined compression is not known."""
     from softmark.interpreter.problem.rubber_constants import rubber_of, word_of
 
     law = case.material.law
@@ -245,11 +245,11 @@ def skeleton_of(case: Case) -> Skeleton:
 
 
 def squeezed_of(reference: Declared, case: Case) -> Squeezed:
-    """The slab or the disc of a case between its plates, at its time. Raises Refused where an assumption is broken."""
-    analysis, ends = _analysed(case), _ends(case, PLATES)
+    """Return the slab or disc of a case between plates, at its time. Raises Refused if an assumption is violated."""
+    analysis, ends = _analysis(case), _ends(case, PLATES)
     if ends.force and not any(isinstance(b.thing, Level) and ends.taken(b.thing.where) == ends.far for b in case.beds):
         raise Refused(f"the load `{ends.driving.name}` does not keep its plate level", PLATES)
-    _free(case)
+    _check_no_fluid_pressure(case)
     dimension, half, root, across = _disc(case, ends) if reference.thing.about == "disc" else _slab(case, ends)
     driven = driven_by(at_full_size(ends.driving.thing).course, analysis.duration)
     shear, modulus = _moduli(case)
@@ -259,19 +259,19 @@ def squeezed_of(reference: Declared, case: Case) -> Squeezed:
 
 
 def _slab(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
-    """Of a slab: dimension, half-width, a point of its plane of symmetry, a vector across. Raises Refused."""
+    """Return dimension, half-width, a point of the symmetry plane, and a lateral vector of a slab. Raises Refused."""
     body = ends.body
     if not isinstance(body, Rectangular) or body.turns:
         raise Refused(f"`{case.body.name}` is no slab", "use a box, or a rectangle in `plane_strain(...)`")
     sides = [c for c in range(3) if c != ends.way]
-    open_ = {c: _open(case, body, c) for c in sides}
+    open_ = {c: _open_faces(case, body, c) for c in sides}
     ways = [c for c in sides if open_[c]]
     if len(ways) != 1 or not all(body.taken(d.thing.where, ways[0]) for d in case.drains):
         raise Refused("its fluid does not leave across one direction alone", "`drained(...)` whole sides across one")
     way, other = ways[0], next(c for c in sides if c != ways[0])
-    if _side_held(case, body, other) != {0, 1}:
+    if _held_sides(case, body, other) != {0, 1}:
         raise Refused(f"it can grow along {'xyz'[other]}", "hold both faces there, or use `plane_strain(...)`")
-    held = _side_held(case, body, way)
+    held = _held_sides(case, body, way)
     if len(held) != 1 or open_[way] != {0, 1} - held:
         raise Refused(f"across {'xyz'[way]} not one side is held as a plane of symmetry, and the other free and open",
                       "model one half: hold its middle plane, sealed, and open the other side")  # fmt: skip
@@ -279,13 +279,13 @@ def _slab(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
     return 1, body.size(way), root, replace_coordinate((0.0, 0.0, 0.0), way, 1.0)
 
 
-def _open(case: Case, body: Rectangular, axis: int) -> set[int]:
-    """Which faces across a direction are open."""
+def _open_faces(case: Case, body: Rectangular, axis: int) -> set[int]:
+    """Return which faces along a lateral direction are open."""
     return set[int]().union(*(body.taken(d.thing.where, axis) for d in case.drains))
 
 
 def _disc(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
-    """Of a disc: dimension, radius, centre of the held plate, no vector. Raises Refused."""
+    """Return dimension, radius, centre of the held plate, and no vector, of a disc. Raises Refused."""
     body, none = ends.body, (0.0, 0.0, 0.0)
     remedy = "use a `cylinder(...)`, or a rectangle beside x = 0 in `axisymmetric(...)`"
     if isinstance(body, Rectangular):
@@ -293,7 +293,7 @@ def _disc(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
             raise Refused(f"`{case.body.name}` is no disc", remedy)
         if any(body.taken(d.thing.where, 0) != {1} for d in case.drains):
             raise Refused("its side is not open all around, and it alone", "`drained(...)` all of its side")
-        if 1 in _side_held(case, body, 0):
+        if 1 in _held_sides(case, body, 0):
             raise Refused("its side is held", "leave it free")
         return 2, body.high[0], ends.root, none
     if not all(body.around(d.thing.where) for d in case.drains):
@@ -312,25 +312,25 @@ def _disc(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
 
 @dataclass(frozen=True)
 class Fluid:
-    """The fluid of a theory, with what has left through each support."""
+    """Fluid results of a theory, with the outflow through each support."""
 
     theory: Any
     outflows: Mapping[str, float]  # m^3, by support
 
     @property
     def pressures(self) -> tuple[float, float]:
-        """The least and the largest in the body are not looked for."""
+        """Least and largest pressure in the body, which are not computed (nan)."""
         return math.nan, math.nan
 
     def pressure(self, point: Vector) -> float:
-        """At a material point, m: Pa."""
+        """Return the pressure at a material point, Pa; point in m."""
         import numpy as np
 
         return float(self.theory.pressure(np.array([point]))[0])
 
 
-def at_rest(case: Case, theory: Any) -> AtRest:
-    """What a theory says of forces along the axis, and of fluid. Across it, it says nothing of forces."""
+def at_rest(case: Case, theory: Any) -> EquilibriumForces:
+    """Return the axial forces and the fluid of a theory; it gives no lateral forces."""
     ends = _ends(case, DRIVE)
     none, found = (0.0, 0.0, 0.0), {}
     unknown = (math.nan, math.nan, math.nan)
@@ -345,11 +345,13 @@ def at_rest(case: Case, theory: Any) -> AtRest:
     nothing = Reaction(none, none, theory.root, none)  # of what holds no point
     found |= {own.name: nothing for own in (*case.beds, *case.drains)}
     work = {} if not ends.force else {ends.driving.name: None}
-    return AtRest(found, work, math.nan, dissipated=math.nan, fluid=Fluid(theory, _outflows(case, ends, theory)))
+    return EquilibriumForces(
+        found, work, math.nan, dissipated=math.nan, fluid=Fluid(theory, _outflows(case, ends, theory))
+    )
 
 
 def _outflows(case: Case, ends: Ends, theory: Any) -> dict[str, float]:
-    """What has left through each support, m^3: of two open ends half through each; what two share is the first's."""
+    """Return the outflow through each support, m^3: half through each of two open ends; shared parts count once."""
     both, taken, found = getattr(theory, "drains", "") == "both", set[int](), {}
     for drain in case.drains:
         own = ends.taken(drain.thing.where) if both else {0}
@@ -359,6 +361,6 @@ def _outflows(case: Case, ends: Ends, theory: Any) -> dict[str, float]:
 
 
 def doubt_of(theory: Any) -> str | None:
-    """Why it is not the truth of the body: strains that are not small."""
+    """Return why the theory is not exact for the body (strains are not small), or None."""
     large = getattr(theory, "strained", 0.0)
     return LARGE.format(100.0 * large) if large > SMALL else None

@@ -1,4 +1,4 @@
-"""Where answers are looked at: the material points of a probe, and the surface of a body that a report draws."""
+"""Material points of probes, and the surface of a body that a report draws."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case, Fault, fault
 from softmark.interpreter.problem.conforming_mesh import cuts_for
-from softmark.interpreter.problem.data_sets import located
+from softmark.interpreter.problem.data_sets import download_shape
 from softmark.interpreter.problem.points_outside_body import kept
 from softmark.interpreter.problem.probe_domains import ProbeDomain
 from softmark.interpreter.problem.solution import View
-from softmark.interpreter.results.even_thinning import picked
-from softmark.interpreter.results.run_report import ProbeResult, SeenSurface
+from softmark.interpreter.results.even_thinning import pick_evenly
+from softmark.interpreter.results.run_report import DrawnSurface, ProbeResult
 from softmark.interpreter.vocabulary.probe_words import Markers, Nodes, Surface, Volume
 from softmark.interpreter.vocabulary.support_words import Holding
 from softmark.records import dataclass
@@ -52,10 +52,11 @@ DRAWN = 1500  # points of a surface that is drawn only: enough for a smooth pict
 
 @dataclass(frozen=True)
 class ProbePoints:
-    """Material points X (n, 3) in m, with triangles (k, 3) over them or the volume (n,) that each stands for.
+    """Material points X (n, 3), m, with triangles (k, 3) over them or the volume (n,) of each.
 
     `border` (b, 3), m, are the corners of the cells of a volume, on its surface and where it is cut. `notes` are
-    warnings about them.
+    warnings
+    about them.
     """
 
     X: Floats
@@ -66,7 +67,7 @@ class ProbePoints:
 
 
 def place_of(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> ProbePoints:
-    """The points of a probe; `tracked` gives those of a measurement by its name. Raises Fault."""
+    """Return the points of a probe; `tracked` returns those of a named measurement. Raises Fault."""
     own = probe.thing.cells is not None
     if not own and not (case.shape.file or case.shape.enclosed):
         return _place(probe, case, tracked)
@@ -86,31 +87,31 @@ def _place(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Pro
         case Surface():
             return _surface(probe, case)
         case Volume(size=size):
-            return _volume(probe, case, located(case.shape, case.shaped), size or _inner(case.shape))
+            return _volume(probe, case, download_shape(case.shape, case.shaped), size or _volume_size(case.shape))
         case Nodes(mesh=mesh):
-            return _of_body(probe, case, located(mesh, probe.at("mesh")).points())
+            return _of_body(probe, case, download_shape(mesh, probe.at("mesh")).points())
         case Markers(of=of):
             return _of_body(probe, case, tracked(of))
     return ProbePoints(np.array(probe.thing.stations))
 
 
 def _of_body(probe: Declared, case: Case, X: Floats) -> ProbePoints:
-    """The points that the probe's condition selects, but for those far outside the body. Raises Fault."""
+    """Return the points that the probe's condition selects, without those far outside the body. Raises Fault."""
     chosen = _part(probe, X)
     inside, notes = kept(probe, case, chosen)
     return ProbePoints(chosen[inside], notes=notes)
 
 
 def _size(shape: geometry.Shape) -> float:
-    """An edge length that resolves a shape; of a mesh from a file, which has its own, any."""
+    """Return an edge length that resolves a shape; any for a mesh from a file, which has its own."""
     if shape.bounds is None:
         return 1.0
     low, high = shape.bounds
     return float(max(b - a for a, b in zip(low, high, strict=True)) / FINENESS)
 
 
-def _inner(shape: geometry.Shape) -> float:
-    """An edge length of tetrahedra throughout a shape, six in a cube of it, that are no more than MANY."""
+def _volume_size(shape: geometry.Shape) -> float:
+    """Return an edge length for at most MANY tetrahedra throughout a shape, six in each cube."""
     size = COARSER * _size(shape)
     volume = shape.closed(size).volume if isinstance(shape, SurfaceBody) else shape.volume
     return size if volume is None else max(size, (6.0 * volume / MANY) ** (1 / 3))
@@ -118,7 +119,7 @@ def _inner(shape: geometry.Shape) -> float:
 
 def _surface(probe: Declared, case: Case) -> ProbePoints:
     own = probe.thing.mesh is not None
-    shape = located(probe.thing.mesh if own else case.shape, probe.at("mesh") if own else case.shaped)
+    shape = download_shape(probe.thing.mesh if own else case.shape, probe.at("mesh") if own else case.shaped)
     X, triangles = shape.surface(probe.thing.size or _size(shape))
     if probe.thing.where is None:
         return ProbePoints(X, triangles)
@@ -129,13 +130,13 @@ def _surface(probe: Declared, case: Case) -> ProbePoints:
         members = _on_surface(case, shape, where)
     points, part, share = clipped(where, X, triangles, members)
     if not len(points):
-        raise _nothing(probe)
-    return ProbePoints(points, part, notes=_missed(probe, share))
+        raise _empty_selection(probe)
+    return ProbePoints(points, part, notes=_curved_border_warning(probe, share))
 
 
 def _surface_within(probe: Declared, case: Case) -> Floats | None:
-    """Points (n, 3), m, of the part of the body's surface that the condition of a volume probe selects."""
-    shape = located(case.shape, case.shaped)
+    """Return points (n, 3), m, of the body's surface that the condition of a volume probe selects."""
+    shape = download_shape(case.shape, case.shaped)
     X, triangles = shape.surface(_size(shape))
     if probe.thing.where is None:
         return X
@@ -146,7 +147,7 @@ def _surface_within(probe: Declared, case: Case) -> Floats | None:
 
 
 def domain_of(probe: Declared, case: Case, place: ProbePoints) -> ProbeDomain:
-    """The domain of a probe whose points have been found."""
+    """Return the domain of a probe whose points are known."""
     thing = probe.thing
     if thing.ends is not None:
         first, last = (np.array(end, dtype=np.float64) for end in thing.ends)
@@ -171,13 +172,13 @@ def domain_of(probe: Declared, case: Case, place: ProbePoints) -> ProbeDomain:
 
 
 def _extent(case: Case, place: ProbePoints) -> float:
-    """The diagonal of the body, m."""
-    shape = located(case.shape, case.shaped)
+    """Return the diagonal of the body, m."""
+    shape = download_shape(case.shape, case.shaped)
     return float(shape.diagonal) if shape.bounds is not None else float(np.linalg.norm(np.ptp(place.X, axis=0)))
 
 
 def _split(case: Case, place: ProbePoints, extent: float) -> Floats:
-    """Triangles (t, 3, 3), m, of a surface, cut along the borders of the materials of its body."""
+    """Return triangles (t, 3, 3), m, of a surface, cut along the borders of the materials of its body."""
     from softmark.interpreter.problem.surface_selection.triangle_parts import cut_along
     from softmark.solvers.mesh.simplex_clipping import Pieces
 
@@ -189,17 +190,17 @@ def _split(case: Case, place: ProbePoints, extent: float) -> Floats:
 
 
 def _on_surface(case: Case, shape: geometry.Shape, where: Condition) -> Members:
-    """Which triangles of the surface of a file are of a named group. Raises Fault."""
+    """Return the membership of surface triangles of a file in a named group, as a function. Raises Fault."""
     from softmark.interpreter.problem import group_conditions
 
     mesh = shape.named()
     group_conditions.check((r for r in case.groups if r.thing.name in where.groups), mesh)
-    facets, each = group_conditions.of_facets(mesh), len(mesh.element.facet.triangles)
+    facets, each = group_conditions.facet_membership(mesh), len(mesh.element.facet.triangles)
     return lambda name: np.repeat(facets(name), each)
 
 
-def _missed(probe: Declared, share: float) -> tuple[Diagnostic, ...]:
-    """A warning where triangles that a curved border crosses are a part of what a probe selects."""
+def _curved_border_warning(probe: Declared, share: float) -> tuple[Diagnostic, ...]:
+    """Return a warning if triangles crossed by a curved border are a significant part of the selection."""
     if 1.0 - share <= MISSED:
         return ()
     return (
@@ -214,25 +215,25 @@ def _missed(probe: Declared, share: float) -> tuple[Diagnostic, ...]:
 
 
 def _part(probe: Declared, X: Floats) -> Floats:
-    """The points that the probe's condition selects, all where it has none. Raises Fault."""
-    return X if probe.thing.where is None else X[_chosen(probe, X)]
+    """Return the points that the probe's condition selects, all without one. Raises Fault."""
+    return X if probe.thing.where is None else X[_selected_mask(probe, X)]
 
 
-def _chosen(probe: Declared, X: Floats) -> NDArray[np.bool_]:
-    """Which points a probe's condition selects. Raises Fault if none."""
+def _selected_mask(probe: Declared, X: Floats) -> NDArray[np.bool_]:
+    """Return whether the probe's condition selects each point (n,). Raises Fault if it selects none."""
     if probe.thing.where.groups:
-        from softmark.interpreter.problem.group_conditions import unplaced
+        from softmark.interpreter.problem.group_conditions import group_of_points_fault
 
-        raise unplaced(probe)
+        raise group_of_points_fault(probe)
     extent = float(np.linalg.norm(np.ptp(X, axis=0)))
     held = np.broadcast_to(probe.thing.where.holds(*X.T, extent), len(X))
     if not held.any():
-        raise _nothing(probe)
+        raise _empty_selection(probe)
     return held
 
 
-def _nothing(probe: Declared, faces: Sequence[str] = ()) -> Fault:
-    """`faces` are the regions of its condition that are faces, of which a volume has nothing."""
+def _empty_selection(probe: Declared, faces: Sequence[str] = ()) -> Fault:
+    """Return the Fault of an empty selection; `faces` are regions of facets, which have no volume."""
     help = "the condition is on coordinates before deformation"
     if faces:
         named = " and ".join(f"`{name}`" for name in faces)
@@ -241,10 +242,11 @@ def _nothing(probe: Declared, faces: Sequence[str] = ()) -> Fault:
 
 
 def _volume(probe: Declared, case: Case, shape: geometry.Shape, size: float) -> ProbePoints:
-    """Four points in every tetrahedron, by which integrals of squares of linear fields are exact: at its centroid alone
-    the strains of linear elements are better than anywhere else, and their error seems less than it is. Tetrahedra that
-    a border of the condition, or of a part of another material, passes are cut there. Raises Fault if nothing is
-    selected."""
+    """Return four points in every tetrahedron of a volume, which integrate squares of linear fields exactly.
+
+    At the centroid alone, strains of linear elements are superconvergent, so their error would be underestimated.
+    Tetrahedra are cut along borders of the condition and of other materials. Raises Fault for an empty selection.
+    """
     each, named = _each(probe, case), case.groups and shape.prebuilt
     cuts = tuple(dict.fromkeys(cut for where in each for cut in cuts_for(where, shape)))
     mesh = shape.named(Tet4.name) if named else shape.mesh(Tet4.name, size, cuts)
@@ -258,22 +260,22 @@ def _volume(probe: Declared, case: Case, shape: geometry.Shape, size: float) -> 
 
 
 def _each(probe: Declared, case: Case) -> tuple[Condition, ...]:
-    """What a probe selects, that of each material apart: stress and strain jump between them. None where it is all."""
+    """Return the probe's selection in each material, since stress and strain jump between them; None if it is all."""
     where = probe.thing.where
     if not case.parts:
         return () if where is None else (where,)
-    from softmark.interpreter.problem.material_layers import remaining
+    from softmark.interpreter.problem.material_layers import remaining_conditions
 
     both = partial(Condition.junction, "and")
     rest = reduce(both, (Condition.negation(part.thing.where) for part in case.parts))
-    each = (rest, *remaining(case))
+    each = (rest, *remaining_conditions(case))
     return each if where is None else tuple(both(where, own) for own in each)
 
 
 def _selected(probe: Declared, case: Case, mesh: Mesh, each: Sequence[Condition]) -> tuple[Floats, Floats]:
-    """Tetrahedra (t, 4, 3), m, of what a probe selects of a mesh, and their volumes (t,), m^3. Raises Fault.
+    """Return selected tetrahedra (t, 4, 3), m, of a mesh, and their volumes (t,), m^3. Raises Fault.
 
-    `each` are the conditions that select it, each in tetrahedra of its own.
+    `each` are the conditions of the selection, each with its own tetrahedra.
     """
     from softmark.interpreter.problem import group_conditions
     from softmark.interpreter.problem.surface_selection.selected_pieces import within
@@ -284,23 +286,23 @@ def _selected(probe: Declared, case: Case, mesh: Mesh, each: Sequence[Condition]
     found = [
         within(own, whole.chosen(np.arange(len(mesh.cells))[which]), mesh.extent)
         for where in each
-        for own, which in group_conditions.apart(where, group_conditions.of_cells(mesh))
+        for own, which in group_conditions.split_by_groups(where, group_conditions.cell_membership(mesh))
     ]
     corners, sizes = (np.concatenate([getattr(part, name) for part in found]) for name in ("corners", "sizes"))
     if not sizes.sum() > 0.0:
         asked = {r.name: r.thing.name for r in case.groups if r.thing.name in probe.thing.where.groups}
         faces = [region for region, name in asked.items() if (mesh.groups or {})[name].kind == "faces"]
-        raise _nothing(probe, faces)
+        raise _empty_selection(probe, faces)
     return corners, sizes
 
 
 def drawn(case: Case) -> ProbePoints:
-    """A surface of the body for pictures."""
-    return ProbePoints(*pictured(located(case.shape, case.shaped)))
+    """Return a surface of the body for pictures."""
+    return ProbePoints(*pictured(download_shape(case.shape, case.shaped)))
 
 
 def pictured(shape: geometry.Shape) -> tuple[Floats, Ints]:
-    """Points (n, 3), m, and triangles (t, 3) of the surface of a shape, for pictures."""
+    """Return points (n, 3), m, and triangles (t, 3) of the surface of a shape, for pictures."""
     if isinstance(shape, geometry.Swept):
         return triangulate_swept(shape)
     size = _size(shape)
@@ -311,33 +313,32 @@ def pictured(shape: geometry.Shape) -> tuple[Floats, Ints]:
 
 
 def throughout(case: Case, place: ProbePoints) -> Floats:
-    """Points (n, 3), m, all over a body and on the surface that is drawn: the nodes of its file, or of a mesh that
-    costs next to nothing."""
-    shape = located(case.shape, case.shaped)
+    """Return points (n, 3), m, throughout a body and on its drawn surface: nodes of its file, or of a cheap mesh."""
+    shape = download_shape(case.shape, case.shaped)
     if case.planar or shape.enclosed or place.triangles is None:
         return place.X
-    inner = shape.points() if isinstance(shape, MeshFile) else shape.mesh(Tet4.name, _inner(shape)).points
+    inner = shape.points() if isinstance(shape, MeshFile) else shape.mesh(Tet4.name, _volume_size(shape)).points
     return np.concatenate([place.X, inner])
 
 
 def surface_points(case: Case, place: ProbePoints, where: Condition) -> Floats:
-    """Points (n, 3), m, that a condition selects of the surface that is drawn, on its borders too; of rods none."""
+    """Return the points (n, 3), m, of the drawn surface that a condition selects, with its borders; none for rods."""
     if place.triangles is None:
         return np.zeros((0, 3))
     from softmark.interpreter.problem.surface_selection.triangle_parts import clipped
 
-    members = _on_surface(case, located(case.shape, case.shaped), where) if where.groups else None
+    members = _on_surface(case, download_shape(case.shape, case.shaped), where) if where.groups else None
     return clipped(where, place.X, place.triangles, members)[0]
 
 
 def scanned(case: Case) -> ProbePoints:
-    """A surface of the body fine enough to be put through a scanner."""
-    shape = located(case.shape, case.shaped)
+    """Return a surface of the body that is fine enough for a simulated scan."""
+    shape = download_shape(case.shape, case.shaped)
     return ProbePoints(*triangulate_swept(shape, *SCANNED)) if isinstance(shape, geometry.Swept) else drawn(case)
 
 
 def held_face(case: Case) -> tuple[Floats, Ints] | None:
-    """The part of the undeformed surface that supports hold in place, None where they hold none."""
+    """Return the part of the undeformed surface that supports fix; None if there is none."""
     place = drawn(case)
     if place.triangles is None:
         return None
@@ -349,43 +350,43 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
 
     where, members = reduce(partial(Condition.junction, "or"), wheres), None
     if where.groups:
-        members = _on_surface(case, located(case.shape, case.shaped), where)
+        members = _on_surface(case, download_shape(case.shape, case.shaped), where)
     points, triangles, _ = clipped(where, place.X, place.triangles, members)
     return (points, triangles) if len(triangles) else None
 
 
 def surface_of(
     view: View, place: ProbePoints, u: Floats, error: Floats | None, measured_from: str | None
-) -> SeenSurface | None:
-    """The surface with its displacements u (n, 3) in m, and some frames of it where there is a history."""
+) -> DrawnSurface | None:
+    """Return the surface with its displacements u (n, 3), m, and some frames of its history."""
     if place.triangles is None:
         return None
     times = frames = None
     if view.history is not None:
-        chosen = picked(len(view.history.times), FRAMES)
+        chosen = pick_evenly(len(view.history.times), FRAMES)
         times, frames = view.history.times[chosen], place.X + view.history.displacement(place.X)[chosen]
     position = place.X + u
     if not (np.all(np.isfinite(position)) and (frames is None or np.all(np.isfinite(frames)))):
         return None
     if error is not None and not np.all(np.isfinite(error)):
         error = measured_from = None
-    return SeenSurface(position, place.triangles, times, frames, error, measured_from)
+    return DrawnSurface(position, place.triangles, times, frames, error, measured_from)
 
 
 def seen_finite(probe: ProbeResult) -> bool:
-    """Whether a probe has seen numbers only."""
+    """Return whether all numbers of a probe are finite."""
     course = probe.displacement if probe.course is None else probe.course
     return bool(np.all(np.isfinite(probe.displacement)) and np.all(np.isfinite(course)))
 
 
 def above(u: Floats, error: float) -> Floats:
-    """Displacements (n, 3), zero where they are below the reference's own error: such numbers say nothing."""
+    """Return displacements (n, 3), set to zero where they are below the reference's own error."""
     small: Floats = np.where(np.linalg.norm(u, axis=1, keepdims=True) <= error, 0.0, u)  # what is no number stays none
     return small
 
 
 def facts_of(data: Measured) -> dict[str, Any]:
-    """What a report says of a measurement."""
+    """Return the facts of a measurement for the report."""
     found: dict[str, Any] = {"uncertainty": data.uncertainty, "notes": list(data.notes)}
     residual = data.residual
     if residual is not None:

@@ -1,4 +1,4 @@
-"""From a scene to the bar that relaxes, and what its theory says of forces."""
+"""Setup of the theory of a viscoelastic bar, and the forces that it gives."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from itertools import pairwise
 from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.problem.axial_selection import end_of, seen_from
+from softmark.interpreter.problem.axial_selection import end_frame, end_of
 from softmark.interpreter.problem.bar_theory import ALIGNED
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.results.reaction_results import AtRest, Reaction
+from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import Pulse, Ramp, Sine, Smooth, Table, at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
 from softmark.interpreter.vocabulary.load_words import SurfaceTraction
@@ -24,7 +24,7 @@ REMEDY = "hold one end face along the axis and move or pull the other: `displace
 
 
 def bar_of(case: Case) -> RelaxingBar:
-    """The bar of a case, at its time. Raises Refused where an assumption of the theory is broken."""
+    """Return the bar of a case, at its time. Raises Refused if an assumption of the theory is violated."""
     shape, name, material, analysis = case.shape, case.body.name, case.material, case.analysis
     if not isinstance(shape, Prism):
         raise Refused(f"`{name}` is no straight body of one section", "it takes a box, a cylinder or a tube")
@@ -37,7 +37,7 @@ def bar_of(case: Case) -> RelaxingBar:
     if not isinstance(analysis, Quasistatic):
         raise Refused("the analysis follows no time course without inertia", "declare `quasistatic(...)`")
     held, driving, amount = _ends(case)
-    root, axis = seen_from(shape, held)
+    root, axis = end_frame(shape, held)
     force = driving.kind == "load"
     g, tau = zip(*material.branches, strict=True)
     now = analysis.now
@@ -46,12 +46,12 @@ def bar_of(case: Case) -> RelaxingBar:
         raise Refused(f"`{driving.name}` does not act along the axis", REMEDY)
     course = at_full_size(driving.thing).course
     area = shape.section.area
-    return RelaxingBar(shape.length, area, root, axis, _still(case, root), material.young, material.poisson, g, tau,
+    return RelaxingBar(shape.length, area, root, axis, _fixed_point(case, root), material.young, material.poisson, g, tau,
                        force, sign * (area if force else 1.0), driven_by(course, now), now)  # fmt: skip
 
 
 def _ends(case: Case) -> tuple[int, Declared, Any]:
-    """Which end is held, 0 the root, what drives the other and by how much. Raises Refused."""
+    """Return the held end, 0 the root, and the driver of the other with its amount. Raises Refused."""
     shape = case.prism
     ends: dict[int, Declared] = {}
     for support in case.supports:
@@ -81,8 +81,8 @@ def _ends(case: Case) -> tuple[int, Declared, Any]:
     return held[0], load, action.traction
 
 
-def _still(case: Case, root: Any) -> Any:
-    """A point that does not move across the axis: on the faces that supports hold, else on the axis. Raises Refused."""
+def _fixed_point(case: Case, root: Any) -> Any:
+    """Return a point without lateral motion: on faces that supports hold, else on the axis. Raises Refused."""
     low, high = case.shape.bounds or (root, root)
     found = list(root)
     for support in case.supports:
@@ -100,7 +100,7 @@ def _still(case: Case, root: Any) -> Any:
 
 
 def driven_by(course: Any, now: float) -> Driven:
-    """Jumps and slopes of a course up to a time."""
+    """Return jumps and slopes of an amplitude up to a time."""
     match course:
         case None:
             return Driven([(0.0, 1.0)], [])
@@ -122,8 +122,8 @@ def driven_by(course: Any, now: float) -> Driven:
     raise Refused("its course is not known to the theory", "use `ramp`, `smooth`, `sine`, `pulse` or `table`")
 
 
-def at_rest(case: Case, bar: RelaxingBar) -> AtRest:
-    """What the theory says of forces."""
+def at_rest(case: Case, bar: RelaxingBar) -> EquilibriumForces:
+    """Return the forces of the theory."""
     held, driving, _ = _ends(case)
     none, found = (0.0, 0.0, 0.0), {}
     for support in case.supports:
@@ -134,4 +134,4 @@ def at_rest(case: Case, bar: RelaxingBar) -> AtRest:
         force = add_multiples(none, (size, bar.axis))
         found[support.name] = Reaction(force, cross(at, force), at, none)
     work = {} if driving.kind != "load" else {driving.name: None}
-    return AtRest(found, work, bar.stored, dissipated=bar.dissipated)
+    return EquilibriumForces(found, work, bar.stored, dissipated=bar.dissipated)

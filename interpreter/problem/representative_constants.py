@@ -1,4 +1,4 @@
-"""Materials whose constants vary in space, with one number in place of each: for what is said before they are built."""
+"""Materials with a representative number for each varying constant, for checks before they are built."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ UNKNOWN = {
 
 
 def profiles(material: Any) -> dict[str, Profile]:
-    """The constants of a material that vary in space, by their names."""
+    """Return the varying constants of a material by name."""
     return {name: value for name, value in constants(material).items() if isinstance(value, Profile)}
 
 
 def typical(material: Any, shape: Any) -> Any:
-    """A material with numbers in place of what varies: means over the body, of Poisson's ratio the largest.
+    """Return a material with numbers for varying constants: means over the body, for Poisson's ratio the largest.
 
-    For what is said of it before anything is built, and for orders of magnitude. One of constant numbers is itself.
+    Used for orders of magnitude before anything is built. A uniform material is returned as it is.
     """
     new: dict[str, float] = {}
     for name, profile in _of_all_laws(material).items():
@@ -56,7 +56,7 @@ def _of_all_laws(material: Any) -> dict[str, Profile]:
 
 
 def looked(profile: Profile, shape: Any) -> Iterator[tuple[tuple[float, ...], float]]:
-    """Places of a body, and the constant there; none where only a file tells."""
+    """Yield sample places of a body and the constant there; none if only a file has it."""
     if shape.bounds is None or profile.fields:
         return
     yield from _values(profile, shape, file_stamp(shape))

@@ -1,6 +1,6 @@
-"""Surfaces of rigid bodies: in space, their section by z = 0, and where they are sharp.
+"""Surfaces of rigid bodies: in space, in section at z = 0, and their sharp edges.
 
-A half-space is a plate beneath the body and somewhat wider.
+A half-space is drawn as a plate below the body, slightly wider than it.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ SHARP = 0.978  # cosine of 12 degrees: facets around a corner that lean more fro
 
 
 def surface_in_space(shape: Shape, position: Floats) -> tuple[Floats, Ints]:
-    """Of a rigid body where it is declared, beside a body at points (n, 3), m."""
+    """Return the surface of a rigid body at its declared position, near a body at points (n, 3), m."""
     if isinstance(shape, HalfSpace):
         return _plate(shape, position)
     return triangulate_swept(shape, *ROUND) if isinstance(shape, Swept) else pictured(shape)
 
 
 def _plate(shape: HalfSpace, position: Floats) -> tuple[Floats, Ints]:
-    """A plate with one face on the plane, beneath or above a body at points (n, 3), m."""
+    """Return a plate with one face on the plane, below or above a body at points (n, 3), m."""
     normal = np.array(shape.normal)
     low, high = position.min(axis=0), position.max(axis=0)
     middle = 0.5 * (low + high)
@@ -48,12 +48,12 @@ def _plate(shape: HalfSpace, position: Floats) -> tuple[Floats, Ints]:
 
 
 def section(X: Floats, triangles: Ints, shape: Shape, span: tuple[float, float], half: bool) -> tuple[Floats, Ints]:
-    """What z = 0 cuts out of the surface of a shape, over a span of z, m; all of it, or the half with x >= 0."""
+    """Return the section z = 0 of a shape's surface, extruded over a span of z, m: all of it, or the half x >= 0."""
     lines = _lines(X, triangles)
-    P, ends = _joined(_beside_axis(lines) if half else lines, X)
+    P, ends = _join_lines(_half_of_lines(lines) if half else lines, X)
     if len(P) < 3:
         return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
-    flat, n = _filled(P, shape), len(P)
+    flat, n = _triangulate(P, shape), len(P)
     points = np.concatenate([np.column_stack([P, np.full(n, z)]) for z in span])
     a, b = ends.T
     walls = [np.stack([a, b, b + n], axis=1), np.stack([a, b + n, a + n], axis=1)]
@@ -61,36 +61,36 @@ def section(X: Floats, triangles: Ints, shape: Shape, span: tuple[float, float],
 
 
 def _lines(X: Floats, triangles: Ints) -> Floats:
-    """Where triangles pass z = 0 (k, 2, 2), m: the one line of each that does, with the body to its left."""
+    """Return the lines (k, 2, 2), m, in which triangles cross z = 0, with the body on their left."""
     corners = X[triangles]
     above = corners[..., 2] >= 0.0
     own = above.any(axis=1) & ~above.all(axis=1)
     corners, above = corners[own], above[own]
     alone = np.where(above.sum(axis=1) == 1, above.argmax(axis=1), (~above).argmax(axis=1))
     first, second, third = (np.take_along_axis(corners, ((alone + k) % 3)[:, None, None], 1)[:, 0] for k in range(3))
-    lines = np.stack([_passing(first, second), _passing(first, third)], axis=1)
+    lines = np.stack([_crossings_of_plane(first, second), _crossings_of_plane(first, third)], axis=1)
     turned = ~above[np.arange(len(alone)), alone]
     lines[turned] = lines[turned][:, ::-1]
     return lines
 
 
-def _joined(lines: Floats, X: Floats) -> tuple[Floats, Ints]:
-    """Points (n, 2), m, and the ends (k, 2) among them of lines (k, 2, 2) that a surface with points X leaves."""
+def _join_lines(lines: Floats, X: Floats) -> tuple[Floats, Ints]:
+    """Return points (n, 2), m, and line ends (k, 2) among them, from lines (k, 2, 2) of a surface with points X."""
     small = SHORT * float(np.ptp(X, axis=0).max())
     P, ends = np.unique((lines.reshape(-1, 2) / small).round(), axis=0, return_inverse=True)
     ends = ends.reshape(-1, 2)
     return P * small, ends[ends[:, 0] != ends[:, 1]]
 
 
-def _passing(a: Floats, b: Floats) -> Floats:
-    """Where lines from a to b (k, 3) pass z = 0 (k, 2), m."""
+def _crossings_of_plane(a: Floats, b: Floats) -> Floats:
+    """Return where lines from a to b (k, 3) cross z = 0 (k, 2), m."""
     share = (a[:, 2] / (a[:, 2] - b[:, 2]))[:, None]
     found: Floats = ((1.0 - share) * a + share * b)[:, :2]
     return found
 
 
-def _beside_axis(lines: Floats) -> Floats:
-    """What of lines (k, 2, 2) has x >= 0, m."""
+def _half_of_lines(lines: Floats) -> Floats:
+    """Return the parts of lines (k, 2, 2) with x >= 0, m."""
     lines = lines[(lines[..., 0] > 0.0).any(axis=1)]
     a, b = lines[:, 0], lines[:, 1]
     for end, other in ((a, b), (b, a)):
@@ -100,8 +100,8 @@ def _beside_axis(lines: Floats) -> Floats:
     return lines
 
 
-def _filled(P: Floats, shape: Shape) -> Ints:
-    """Triangles (t, 3), counter-clockwise, of the section of a shape with points P (n, 2), m, on its border."""
+def _triangulate(P: Floats, shape: Shape) -> Ints:
+    """Return triangles (t, 3), counter-clockwise, of a shape's section with points P (n, 2), m, on its border."""
     from scipy.spatial import Delaunay
 
     flat: Ints = Delaunay(P).simplices.astype(np.int64)
@@ -117,28 +117,28 @@ def _filled(P: Floats, shape: Shape) -> Ints:
 
 
 def sharp(X: Floats, triangles: Ints) -> Floats:
-    """Points (n, 3) of a closed surface in space at edges, tips and corners that point outward, m."""
+    """Return points (n, 3), m, of a closed surface at convex edges, tips and corners."""
     corners = X[triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
     away = np.repeat(corners.mean(axis=1), 3, axis=0) - corners.reshape(-1, 3)
-    return _leaning(X, triangles.ravel(), np.repeat(normals, 3, axis=0), away)
+    return _sharp_items(X, triangles.ravel(), np.repeat(normals, 3, axis=0), away)
 
 
 def sharp_in_section(X: Floats, triangles: Ints) -> Floats:
-    """Points (n, 3), z = 0, of the section of a closed surface where its border has corners that point outward, m."""
-    P, ends = _joined(_lines(X, triangles), X)
+    """Return points (n, 3), m, with z = 0 at convex corners of the section of a closed surface."""
+    P, ends = _join_lines(_lines(X, triangles), X)
     if not len(ends):
         return np.zeros((0, 3))
     way = P[ends[:, 1]] - P[ends[:, 0]]
     normals = np.stack([way[:, 1], -way[:, 0], 0.0 * way[:, 0]], axis=1) / np.linalg.norm(way, axis=1, keepdims=True)
     points = np.column_stack([P, np.zeros(len(P))])
     away = (points[ends].mean(axis=1)[:, None] - points[ends]).reshape(-1, 3)
-    return _leaning(points, ends.ravel(), np.repeat(normals, 2, axis=0), away)
+    return _sharp_items(points, ends.ravel(), np.repeat(normals, 2, axis=0), away)
 
 
-def _leaning(X: Floats, at: Ints, normals: Floats, away: Floats) -> Floats:
-    """Those of X (n, 3) around which normals (k, 3) of what is there, `at` (k,), lean, and all goes `away` (k, 3)."""
+def _sharp_items(X: Floats, at: Ints, normals: Floats, away: Floats) -> Floats:
+    """Return points of X (n, 3) around which normals (k, 3) of items `at` (k,) differ and all go `away` (k, 3)."""
     mean = np.stack([np.bincount(at, column, len(X)) for column in normals.T], axis=1)
     mean = mean / np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
     least, behind = np.ones(len(X)), np.bincount(at, np.einsum("ki,ki->k", away, mean[at]), len(X))

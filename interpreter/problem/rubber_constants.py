@@ -1,4 +1,4 @@
-"""What closed forms of rubber know of a material."""
+"""Rubber laws for closed-form theories."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ OTHER = ("density", "poisson", "bulk", "young", "volumetric")  # fields that a s
 
 
 def word_of(material: Any) -> str:
-    """What scenes call a material; the name of its class where they have no word for it."""
+    """Return the word of a material in scenes; the name of its class if there is none."""
     return next((name for name, cls in MATERIALS.items() if type(material) is cls), type(material).__name__)
 
 
 def rubber_of(case: Case) -> Rubber:
-    """The law of the body of a case. Raises Refused where there is no closed form of it."""
+    """Return the law of the body of a case. Raises Refused if there is no closed form for it."""
     material: Any = case.material
     if isinstance(material, NeoHookean | NeoHookeanIsochoric):
         return Rubber.neo_hookean(material.shear_modulus)

@@ -1,4 +1,4 @@
-"""From a scene to the bar that a rigid plane stops."""
+"""Setup of the Signorini problem: a bar that a rigid plane stops."""
 
 from __future__ import annotations
 
@@ -7,7 +7,14 @@ from typing import Any
 
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.body_faces import Rectangular
-from softmark.interpreter.problem.contact_theory import FAR, SAME, Face, face_of, far_held, travel
+from softmark.interpreter.problem.contact_theory import (
+    FAR,
+    SAME,
+    Face,
+    bonding_and_mirrors,
+    face_of,
+    rigid_displacement,
+)
 from softmark.interpreter.vocabulary.load_words import SurfaceTraction
 from softmark.references.signorini import StoppedBar
 from softmark.references.straight_cantilever import Refused, Vector
@@ -19,14 +26,14 @@ LOADS = "at most one `traction(...)` along the bar, on all of the end that meets
 
 
 def bar_of(case: Case) -> StoppedBar:
-    """The bar of a case. Raises Refused where an assumption is broken."""
+    """Return the bar of a case. Raises Refused if an assumption is violated."""
     touch, face = face_of(case)
     material, nu = case.material, float(case.material.poisson)
     if touch.thing.friction and nu:
         raise Refused(f"the contact has friction of {touch.thing.friction:g}", "leave `friction` out")
     n = face.normal
-    gap = _height(touch.rigid.name, touch.rigid.thing.shape, face) + dot(travel(touch), n)
-    bonded, mirrors = far_held(case, face)
+    gap = _height(touch.rigid.name, touch.rigid.thing.shape, face) + dot(rigid_displacement(touch), n)
+    bonded, mirrors = bonding_and_mirrors(case, face)
     if bonded and nu:
         raise Refused("its far face cannot grow narrower or wider", "hold it along its normal alone, so that it slides")
     if not touch.thing.where.holds(*face.middle, case.shape.diagonal):
@@ -40,7 +47,7 @@ def bar_of(case: Case) -> StoppedBar:
 
 
 def _height(name: str, shape: Any, face: Face) -> float:
-    """How far a flat rigid body is above a face, m. Raises Refused."""
+    """Return the distance of a flat rigid body above a face, m. Raises Refused."""
     n = face.normal
     if isinstance(shape, HalfSpace):
         return float(dot(add_multiples(shape.origin, (-1.0, face.middle)), n))
@@ -61,7 +68,7 @@ def _height(name: str, shape: Any, face: Face) -> float:
 
 
 def _load(case: Case, face: Face) -> float:
-    """What pulls its end out, N. Raises Refused."""
+    """Return the outward force on the bar's end, N. Raises Refused."""
     if not case.loads:
         return 0.0
     load = case.loads[0]
@@ -75,7 +82,7 @@ def _load(case: Case, face: Face) -> float:
 
 
 def _root(face: Face, mirrors: set[tuple[int, int]]) -> Vector:
-    """What stays where it is: the middle of the far face, or in its planes of symmetry, m. Raises Refused."""
+    """Return the fixed point, m: the centre of the opposite face, or in its symmetry planes. Raises Refused."""
     found = add_multiples(face.middle, (-face.thickness, face.normal))
     for way, end in mirrors:
         assert isinstance(face.body, Rectangular)

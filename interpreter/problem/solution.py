@@ -1,4 +1,4 @@
-"""What is known of a model or a reference once it has answered: what metrics measure and reports draw."""
+"""Results of a solved model or reference, used by metrics and reports."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.probe_domains import ProbeDomain
 from softmark.interpreter.results.motion_history import History
-from softmark.interpreter.results.reaction_results import AtRest
+from softmark.interpreter.results.reaction_results import EquilibriumForces
 from softmark.interpreter.results.run_report import ProbeResult, Timing
 from softmark.records import dataclass
 
@@ -21,9 +21,9 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class View:
-    """What is known of a model or a reference once it is solved or read.
+    """Results of a solved model, or of a solved or read reference.
 
-    `displacement` is None where there is no field of displacements: nothing was found, or a surface was measured.
+    `displacement` is None without a displacement field: nothing was found, or only a surface was measured.
     """
 
     name: str
@@ -43,7 +43,7 @@ class View:
     history: History | None = None
     solve: Mapping[str, Any] = field(default_factory=dict)
     stress: Callable[[], Any] | None = None  # of a model on a mesh: its stresses, made when they are asked for
-    at_rest: AtRest | None = None  # of a model: what supports carry, and energies
+    at_rest: EquilibriumForces | None = None  # of a model: what supports carry, and energies
     step_errors: Callable[[], Any] | None = (
         None  # of a motion: the error of its time step by modes, made when asked for
     )

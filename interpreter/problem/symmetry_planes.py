@@ -1,4 +1,4 @@
-"""Planes of symmetry: what `symmetric(...)` asks of the body that it holds."""
+"""Checks of symmetry planes: requirements of `symmetric(...)` on its body, loads and rigid bodies."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ IN_PLANE = 1e-6  # of the body's extent: how far from a plane of symmetry its po
 
 
 def plane_fault(support: Declared, body: str, bounds: Bounds | None) -> Diagnostic | None:
-    """What is wrong with a support of symmetry: no plane across x, y or z, or a body on both sides of it."""
+    """Return the error of a symmetry support without a plane normal to x, y or z, or with a body on both sides."""
     thing, at = support.thing, support.at("where")
     if thing.normal is None:
         return diagnostic("E582", at, f"`{support.name}` names no plane of symmetry", "no plane normal to x, y or z",
@@ -46,9 +46,9 @@ def plane_fault(support: Declared, body: str, bounds: Bounds | None) -> Diagnost
 
 
 def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
-    """What is wrong with a load beside a plane of symmetry: what the mirror image has turned.
+    """Return the error of a load that is not symmetric about a symmetry plane, or None.
 
-    Gravity across it, and tension neither across it nor along it.
+    These are gravity normal to it, and tension neither normal nor parallel to it.
     """
     normal, action = support.thing.normal, load.thing.action
     if normal is not None and isinstance(action, RemoteStress) and 0.0 < abs(action.direction[normal[0]]) < 1.0:
@@ -65,9 +65,9 @@ def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
 
 
 def led_fault(support: Declared, rigid: Declared, way: Declared) -> Diagnostic | None:
-    """What is wrong with how a rigid body that a plane of symmetry cuts is led: across it, or turned past it.
+    """Return the error of a rigid body that moves out of a symmetry plane that cuts it, or None.
 
-    Of bodies of files, and of those that are filled, nothing is said.
+    Bodies from files and filled surfaces are not checked.
     """
     shape = rigid.thing.shape
     if support.thing.normal is None or not isinstance(way.thing, Displaced | Turned) or shape.fault:
@@ -94,7 +94,7 @@ def led_fault(support: Declared, rigid: Declared, way: Declared) -> Diagnostic |
 
 
 def start_fault(support: Declared, analysis: Declared) -> Diagnostic | None:
-    """What is wrong with how a motion starts beside a plane of symmetry: across it, or turning about an axis in it."""
+    """Return the error of an initial velocity normal to a symmetry plane, or of a spin about an axis in it."""
     if support.thing.normal is None or not isinstance(analysis.thing, Dynamic):
         return None
     across, way = support.thing.normal[0], "xyz"[support.thing.normal[0]]
@@ -112,7 +112,7 @@ def start_fault(support: Declared, analysis: Declared) -> Diagnostic | None:
 
 
 def point_doubt(support: Declared, load: Declared, bounds: Bounds | None) -> Diagnostic | None:
-    """What is to be said of a force at a point of a plane of symmetry: across it there is none, along it a half."""
+    """Return a diagnostic for a point force on a symmetry plane: its normal part vanishes, the rest counts half."""
     normal, action = support.thing.normal, load.thing.action
     if normal is None or bounds is None or not isinstance(action, PointLoad | LineForce):
         return None
@@ -131,8 +131,8 @@ def point_doubt(support: Declared, load: Declared, bounds: Bounds | None) -> Dia
                       "give half of the force that acts on the whole body, if it is not that already")  # fmt: skip
 
 
-def _near(points: Floats) -> float:
-    """How far from a plane of symmetry points of a body with these (m, 3) may lie to count as in it, m."""
+def _tolerance(points: Floats) -> float:
+    """Return the tolerance for points in a symmetry plane, m, of a body with these points (m, 3)."""
     return IN_PLANE * float((points.max(axis=0) - points.min(axis=0)).max())
 
 
@@ -146,7 +146,7 @@ def must_not_act_on_plane(case: Case, acting: Declared, X: Floats, points: Float
         if not isinstance(support.thing, Symmetric) or support.thing.normal is None or not len(X):
             continue
         axis, place = support.thing.normal
-        if bool((abs(X[..., axis] - place).max(axis=1) <= _near(points)).any()):
+        if bool((abs(X[..., axis] - place).max(axis=1) <= _tolerance(points)).any()):
             raise Fault(diagnostic("E582", acting.at("where"),
                                    f"`{acting.name}` acts on the plane of symmetry `{support.name}`",
                                    "within the whole body, where there is no surface",
@@ -162,7 +162,7 @@ def must_not_act_on_axis(case: Case, acting: Declared, X: Floats, points: Floats
     """
     if not case.depth or not len(X):
         return
-    axial = abs(X[..., 0]).max(axis=1) <= _near(points)
+    axial = abs(X[..., 0]).max(axis=1) <= _tolerance(points)
     if bool(axial.any() if partly else axial.all()):
         raise Fault(diagnostic("E430", acting.at("where"),
                                f"`{acting.name}` acts on the axis of revolution of `{case.body.name}`",
@@ -171,15 +171,15 @@ def must_not_act_on_axis(case: Case, acting: Declared, X: Floats, points: Floats
 
 
 def must_not_turn_half(case: Case, load: Declared, X: Floats, points: Floats) -> None:
-    """No facet with nodes X (f, k, 3) that a moment acts on meets a plane of symmetry of a body with points (m, 3).
+    """Refuse a moment on facets with nodes X (f, k, 3) that meet a symmetry plane of a body with points (m, 3).
 
-    The half of a face that goes on beyond the plane has a force, and no moment about its own middle. Raises Fault.
+    The half of a face that continues beyond the plane has a force, and no moment about its own centre. Raises Fault.
     """
     for support in case.supports:
         if not isinstance(support.thing, Symmetric) or support.thing.normal is None:
             continue
         axis, place = support.thing.normal
-        if bool((abs(X[..., axis] - place) <= _near(points)).any()):
+        if bool((abs(X[..., axis] - place) <= _tolerance(points)).any()):
             raise Fault(diagnostic("E582", load.at("where"),
                                    f"`{load.name}` turns a face that the plane of symmetry `{support.name}` halves",
                                    "half of a face has another moment",
@@ -187,7 +187,7 @@ def must_not_turn_half(case: Case, load: Declared, X: Floats, points: Floats) ->
 
 
 def must_lie_in_plane(case: Case, support: Declared, mesh: Mesh, nodes: Ints) -> None:
-    """Nodes (n,) that a support of symmetry selects lie in its plane, all of the mesh on one side, and facets in it.
+    """Check that nodes (n,) of a symmetry support lie in its plane, with facets, and the mesh on one side of it.
 
     Raises Fault.
     """
@@ -195,7 +195,7 @@ def must_lie_in_plane(case: Case, support: Declared, mesh: Mesh, nodes: Ints) ->
         return
     points, X = mesh.points, mesh.points[nodes]
     axis, place = support.thing.normal
-    near, beyond = _near(points), points[:, axis] - place
+    near, beyond = _tolerance(points), points[:, axis] - place
     both = float(beyond.min()) < -near and float(beyond.max()) > near
     if both or float(abs(X[:, axis] - place).max()) > near:
         X = points[:, axis] if both else X[:, axis]

@@ -1,4 +1,4 @@
-"""From a scene to the rod that the theory of tendon-driven beams is about."""
+"""Setup of the theory of a tendon-driven rod."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NEAR = 1e-9  # of the length: how far from the centre of the free end its force 
 
 
 def driven_rod_of(case: Case) -> DrivenRod:
-    """The rod of a case. Raises Refused where an assumption of the theory is broken."""
+    """Return the rod of a case. Raises Refused if an assumption of the theory is violated."""
     shape, name = case.shape, case.body.name
     if not isinstance(shape, Cylinder | Tube | Box):
         raise Refused(f"`{name}` is not a straight body with a constant section", "use a cylinder, a tube or a box")
@@ -47,14 +47,14 @@ def driven_rod_of(case: Case) -> DrivenRod:
                               "it takes tendons, gravity and a force at the centre of the free end")  # fmt: skip
     if not routes:
         raise Refused("no tendon drives the beam", "declare one: `load pull = tendon(...)`")
-    line = case.material.density * _first(shape, frame).area
+    line = case.material.density * _declared_section(shape, frame).area
     weight = add_multiples((0.0, 0.0, 0.0), (line, case.gravity))
     stiffness = _stiffness(case, frame)
     return DrivenRod(shape.length, stiffness, root, frame, weight, (force[0], force[1], force[2]), tuple(routes))
 
 
 def _frame(axis: Vector3) -> tuple[Vector3, Vector3, Vector3]:
-    """A right-handed frame along an axis; coordinate axes where it is one of them."""
+    """Return a right-handed frame along an axis; coordinate axes if it is one of them."""
     i = max(range(3), key=lambda k: abs(axis[k]))
     seed = [0.0, 0.0, 0.0]
     seed[(i + 1) % 3] = 1.0
@@ -66,7 +66,7 @@ def _frame(axis: Vector3) -> tuple[Vector3, Vector3, Vector3]:
 
 
 def _route(tendon: TendonLoad, root: Vector3, frame: tuple[Vector3, Vector3, Vector3]) -> Route:
-    """A tendon in coordinates of the rod, from its end that is nearer to the clamp."""
+    """Return a tendon in coordinates of the rod, from its end nearer to the clamp."""
     ends = []
     for point in (tendon.begin, tendon.end):
         away = [p - r for p, r in zip(point, root, strict=True)]
@@ -75,8 +75,8 @@ def _route(tendon: TendonLoad, root: Vector3, frame: tuple[Vector3, Vector3, Vec
     return Route(max(begin, 0.0), end, (first[0], first[1]), (last[0], last[1]), tendon.winding, tendon.tension)
 
 
-def _first(shape: Any, frame: tuple[Vector3, Vector3, Vector3]) -> Disc | Ring | Rectangle:
-    """The section as it was declared; of a box, its height lies along the third vector of the frame."""
+def _declared_section(shape: Any, frame: tuple[Vector3, Vector3, Vector3]) -> Disc | Ring | Rectangle:
+    """Return the declared section; for a box, with its height along the third vector of the frame."""
     if isinstance(shape, Cylinder):
         return Disc(shape.radius)
     if isinstance(shape, Tube):
@@ -86,12 +86,12 @@ def _first(shape: Any, frame: tuple[Vector3, Vector3, Vector3]) -> Disc | Ring |
 
 
 def _stiffness(case: Case, frame: Any) -> tuple[float, float, float, float, float, float]:
-    """EA, GA2, GA3, GJ, EI2 and EI3; nothing is taken from the section that models compute with."""
-    return resists(_first(case.shape, frame), case.material.young, case.material.poisson)
+    """Return EA, GA2, GA3, GJ, EI2 and EI3, independent of the section that models compute with."""
+    return resists(_declared_section(case.shape, frame), case.material.young, case.material.poisson)
 
 
 def resists(section: Disc | Ring | Rectangle, E: float, nu: float) -> tuple[float, float, float, float, float, float]:
-    """EA, GA2, GA3, GJ, EI2 and EI3 of a section, whose height lies along its second axis."""
+    """Return EA, GA2, GA3, GJ, EI2 and EI3 of a section, whose height lies along its second axis."""
     G = E / (2.0 * (1.0 + nu))
     shear = section.shear_factor(nu) * G * section.area
     about_2, about_3, J = section.second_moment, section.second_moment, 2.0 * section.second_moment
@@ -102,7 +102,7 @@ def resists(section: Disc | Ring | Rectangle, E: float, nu: float) -> tuple[floa
 
 
 def _torsion(height: float, width: float) -> float:
-    """J of a rectangle, m^4: Saint-Venant's series (Timoshenko and Goodier 1970, section 109)."""
+    """Return J of a rectangle, m^4: Saint-Venant's series (Timoshenko and Goodier 1970, section 109)."""
     a, b = max(height, width), min(height, width)
     odd = range(1, 200, 2)
     series = sum(math.tanh(n * math.pi * a / (2.0 * b)) / n**5 for n in odd)

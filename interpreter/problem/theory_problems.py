@@ -1,4 +1,4 @@
-"""What references that are solved are solved for, and what they say of it."""
+"""Dispatch of theories: the problem that each reference solves, and its results."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.interpreter.results.reaction_results import AtRest
+    from softmark.interpreter.results.reaction_results import EquilibriumForces
 
 
 CONTACT = ("pressed", "stopped")  # what references of contact are about
@@ -29,19 +29,19 @@ DRY = "no fluid seeps through its body", "make it of `biphasic(LAW, permeability
 
 
 class Theory(Protocol):
-    """What a reference that was solved says."""
+    """Solution of a reference."""
 
     @property
     def estimated_error(self) -> float:
-        """Of the displacement of any point, m."""
+        """Estimated displacement error of any point, m."""
 
     @property
     def displacement(self) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
-        """Of points (n, 3) of the undeformed body (n, 3), m."""
+        """Displacement field: maps undeformed points (n, 3) to (n, 3), m."""
 
 
 def problem_of(reference: Declared, case: Case) -> Any:
-    """The numbers that a reference is solved for. Raises Fault where an assumption of it is broken."""
+    """Return the problem that a reference solves. Raises Fault if an assumption of it is violated."""
     if any(getattr(material, "directed", False) for material in case.materials):
         from softmark.interpreter.problem.anisotropy_limits import must_be_isotropic
 
@@ -50,7 +50,7 @@ def problem_of(reference: Declared, case: Case) -> Any:
         if isinstance(bed.thing, Level) and reference.thing.about in POROUS:
             continue
         why = f"`{bed.name}` puts `{case.body.name}` on springs"
-        raise _broken(reference, Refused(why, "use `self_converged(...)`, which refines solids"))
+        raise _assumption_fault(reference, Refused(why, "use `self_converged(...)`, which refines solids"))
     if not case.uniform:
         from softmark.interpreter.problem.heterogeneity_limits import must_be_uniform
 
@@ -64,11 +64,11 @@ def problem_of(reference: Declared, case: Case) -> Any:
             raise Refused("the stress of its body relaxes", "compare with the elastic law, or with `prony(...)`")
         return _problem(reference, case)
     except Refused as refused:
-        raise _broken(reference, refused) from refused
+        raise _assumption_fault(reference, refused) from refused
 
 
 def _problem(reference: Declared, case: Case) -> Any:
-    """The same. Raises Refused."""
+    """Return the problem that a reference solves. Raises Refused."""
     match reference.thing.about:
         case "torsion":
             from softmark.interpreter.problem.torsion_theory import cylinder_of
@@ -120,22 +120,22 @@ def _problem(reference: Declared, case: Case) -> Any:
 
 
 def solved(reference: Declared, case: Case) -> Theory:
-    """What it says. Raises Fault, and whatever solving it may."""
+    """Solve a reference. Raises Fault, and any error of the solution."""
     problem = problem_of(reference, case)
     try:
         found: Theory = reference.thing.solve(problem)
     except Refused as refused:
-        raise _broken(reference, refused) from refused
+        raise _assumption_fault(reference, refused) from refused
     return found
 
 
-def _broken(reference: Declared, refused: Refused) -> Fault:
+def _assumption_fault(reference: Declared, refused: Refused) -> Fault:
     problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
     return fault("E503", reference.at(), problem, help=refused.remedy)
 
 
-def at_rest_of(reference: Declared, case: Case, found: Theory) -> AtRest | None:
-    """What it says of forces; None of one that does not."""
+def at_rest_of(reference: Declared, case: Case, found: Theory) -> EquilibriumForces | None:
+    """Return the forces of a theory; None if it has none."""
     if not reference.thing.with_forces:
         return None
     own: Any = found
@@ -161,7 +161,7 @@ def at_rest_of(reference: Declared, case: Case, found: Theory) -> AtRest | None:
 
 
 def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:
-    """What it says of stress, as a model does; None of one that does not."""
+    """Return the stress field of a theory, as for a model; None if it has none."""
     if not reference.thing.with_stress:
         return None
     own: Any = found
@@ -173,12 +173,12 @@ def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:
     else:
         from softmark.interpreter.problem import inclusion_theory
 
-        told = inclusion_theory.Told(own)
+        told = inclusion_theory.InclusionStress(own)
     return lambda: told
 
 
 def doubt_of_theory(reference: Declared, found: Theory) -> str | None:
-    """Why it is not the truth of the body as it is loaded; None where nothing speaks against it."""
+    """Return why the theory is not exact for the loaded body, or None."""
     if reference.thing.about in POROUS:
         from softmark.interpreter.problem import porous_theory
 
@@ -195,7 +195,7 @@ def doubt_of_theory(reference: Declared, found: Theory) -> str | None:
 
 
 def facts_of_theory(reference: Declared, found: Theory) -> Mapping[str, Any]:
-    """What a report has of it beside its error."""
+    """Return the facts of a theory for the report, besides its error."""
     own: Any = found
     if reference.thing.about == "inflation":
         limit = own.limit
@@ -208,6 +208,6 @@ def facts_of_theory(reference: Declared, found: Theory) -> Mapping[str, Any]:
         return {"force_error_N": own.pull_error}
     if not reference.thing.with_stress:
         return {}
-    from softmark.interpreter.problem.inclusion_theory import said
+    from softmark.interpreter.problem.inclusion_theory import size_effect_note
 
-    return {"size_matters": own.size_matters, "said": said(own)}
+    return {"size_matters": own.size_matters, "said": size_effect_note(own)}

@@ -1,13 +1,13 @@
-"""From a scene to the twisted cylinder that the theory of torsion is about, and what it says of forces."""
+"""Setup of the theory of torsion of a cylinder, and the forces that it gives."""
 
 from __future__ import annotations
 
 import math
 
-from softmark.interpreter.problem.axial_selection import end_of, seen_from
+from softmark.interpreter.problem.axial_selection import end_frame, end_of
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.rubber_constants import rubber_of
-from softmark.interpreter.results.reaction_results import AtRest, Reaction
+from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.support_words import Fixed, Turned
 from softmark.references.rubber_torsion import TwistedCylinder
@@ -20,7 +20,7 @@ REMEDY = "hold one end by `fixed(...)`, turn the other by `turned(...)`, and not
 
 
 def cylinder_of(case: Case) -> TwistedCylinder:
-    """The twisted cylinder of a case. Raises Refused where an assumption of the theory is broken."""
+    """Return the twisted cylinder of a case. Raises Refused if an assumption of the theory is violated."""
     shape, name = case.shape, case.body.name
     if not isinstance(shape, Cylinder):
         raise Refused(f"`{name}` is no solid cylinder", "the section of any other body warps, or its wall gives way")
@@ -32,7 +32,7 @@ def cylinder_of(case: Case) -> TwistedCylinder:
     for load in case.loads:
         raise Refused(f"the load `{load.name}` acts as well", "leave loads out")
     held, turned = _ends(case)
-    root, axis = seen_from(shape, held)
+    root, axis = end_frame(shape, held)
     away = add_multiples(turned.through, (-1.0, root))
     if math.hypot(*cross(turned.axis, axis)) > ALIGNED or math.hypot(*cross(away, axis)) > ALIGNED * shape.radius:
         raise Refused("it is not turned about its own axis", "the axis and `through` are those of the cylinder")
@@ -41,7 +41,7 @@ def cylinder_of(case: Case) -> TwistedCylinder:
 
 
 def _ends(case: Case) -> tuple[int, Turned]:
-    """Which end is held, 0 the root, and how the other is turned. Raises Refused."""
+    """Return the held end, 0 the root, and the rotation of the other. Raises Refused."""
     found: dict[int, object] = {}
     for support in case.supports:
         thing = support.thing
@@ -58,8 +58,8 @@ def _ends(case: Case) -> tuple[int, Turned]:
     raise Refused("no end is fixed while the other is turned", REMEDY)
 
 
-def at_rest(case: Case, cylinder: TwistedCylinder) -> AtRest:
-    """What the theory says of forces."""
+def at_rest(case: Case, cylinder: TwistedCylinder) -> EquilibriumForces:
+    """Return the forces of the theory."""
     found, none = {}, (0.0, 0.0, 0.0)
     for support in case.supports:
         turned = isinstance(support.thing, Turned)
@@ -68,4 +68,4 @@ def at_rest(case: Case, cylinder: TwistedCylinder) -> AtRest:
         force = add_multiples(none, (-sign * cylinder.thrust, cylinder.axis))
         moment = add_multiples(none, (sign * cylinder.torque, cylinder.axis))
         found[support.name] = Reaction(force, add_multiples(moment, (1.0, cross(at, force))), at, moment)
-    return AtRest(found, {}, cylinder.energy)
+    return EquilibriumForces(found, {}, cylinder.energy)

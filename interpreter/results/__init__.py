@@ -1,5 +1,5 @@
-"""What a run leaves, as plain values: `report` and its parts, and the files that are made of them.
+"""Results of a run as plain values: the `Report` with its parts, and the files written from it.
 
-Imports no other room. To add a part of the report: a dataclass in a file here, a field of `report.Report`, and the
-contract's entry in its `to_json`.
+This package imports no other package. To add a part of the report: write a dataclass in a file here, add a field to
+`run_report.Report`, and the entry in its `to_json`.
 """

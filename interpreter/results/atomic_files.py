@@ -1,7 +1,7 @@
 """Atomic writing of files, never through a symbolic link.
 
-Every file that a command leaves is written under another name in its folder and renamed: nobody reads half a file, and
-a link in a folder of somebody else's is replaced, while the file that it leads to stays as it is.
+Each file is written under a temporary name in its folder and then renamed: nobody reads half a file, and a link in a
+foreign folder is replaced, while the file that it leads to stays unchanged.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-parts: set[str] = set()  # files that are being written under another name: an end by a signal takes them away
+parts: set[str] = set()  # temporary files in use, removed if a signal ends the process
 
 
 def replace(path: Path, content: str | bytes) -> Path:
-    """Write a file in place of whatever has its name: a file, a link or a pipe. Raises OSError."""
+    """Write a file in place of an existing file, link or pipe of that name. Raises OSError."""
     with replacing(path) as part:
         part.write_bytes(_encoded(content))
     return path
 
 
 def write_named(path: Path, content: str | bytes) -> Path:
-    """Write to a path of the command line; a device or a pipe, such as /dev/stdout, is written to. Raises OSError."""
+    """Write to a path of the command line, also to a device or a pipe such as /dev/stdout. Raises OSError."""
     if path.exists() and not path.is_file():
         path.write_bytes(_encoded(content))
         return path
@@ -58,7 +58,7 @@ def folder_within(folder: Path, *inner: str) -> Path:
 
 
 def refuse_link(path: Path) -> None:
-    """Raises OSError if a path is a symbolic link, since writing would change another file."""
+    """Refuse a path that is a symbolic link, since writing would change another file. Raises OSError."""
     if path.is_symlink():
         raise OSError(None, f"{path} is a symbolic link")
 
@@ -68,7 +68,7 @@ def _encoded(content: str | bytes) -> bytes:
 
 
 def _umask() -> int:
-    """The permissions that new files do not get; mkstemp gives none but the owner's."""
+    """Return the permissions that new files do not get; mkstemp gives only the owner's."""
     mask = os.umask(0)
     os.umask(mask)
     return mask

@@ -1,4 +1,4 @@
-"""What a report says of the names that its scene declares, and of what the scene is for."""
+"""Declared names of a scene in its report, with the metrics that the scene is about."""
 
 from __future__ import annotations
 
@@ -9,32 +9,32 @@ from softmark.records import dataclass
 
 
 @dataclass(frozen=True)
-class Named:
-    """A declaration: `word` is its constructor, `line` where the scene's text has it."""
+class DeclaredName:
+    """Declaration: `word` is its constructor, `line` its line in the scene's text."""
 
     kind: str  # model, probe, body ...
     word: str = ""
     line: int | None = None
-    summary: str = ""  # of its constructor
-    body: str | None = None  # that it is given for
-    probe: str | None = None  # that it looks at
-    against: str | None = None  # what it measures from
+    summary: str = ""  # name of its constructor
+    body: str | None = None  # body that it is declared for
+    probe: str | None = None  # probe that it uses
+    against: str | None = None  # reference that it compares with
     poisson: float | None = None  # Poisson's ratio, of the material of a body
-    part: str = ""  # of a force, an area or an energy of a body that is cut by planes of symmetry: of what of it
+    part: str = ""  # part of a symmetric body that a force, an area or an energy refers to
 
 
 @dataclass(frozen=True)
-class Names:
-    """The names of a scene in the order of its text.
+class DeclaredNames:
+    """Declared names of a scene in the order of its text.
 
-    `expected` are metrics in the order in which expectations ask for them of models: whoever wrote an expectation says
-    by it what the scene is for. `down` is where gravity pulls.
+    `expected` are the metrics of models in the order in which expectations name them; reports show these first, as the
+    purpose of the scene. `down` is the direction of gravity.
     """
 
-    declared: Mapping[str, Named] = field(default_factory=dict)
+    declared: Mapping[str, DeclaredName] = field(default_factory=dict)
     expected: tuple[str, ...] = ()
     down: tuple[float, float, float] = (0.0, 0.0, -1.0)
 
     def of_kind(self, kind: str) -> list[str]:
-        """Names of a kind."""
+        """Return the names of a kind."""
         return [name for name, known in self.declared.items() if known.kind == kind]

@@ -1,4 +1,4 @@
-"""What a model states of its own answer."""
+"""Statements of models about the error of their own results."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import ClassVar
 
-from softmark.interpreter.results.json_records import Plain
+from softmark.interpreter.results.json_records import JsonRecord
 from softmark.records import dataclass
 
 
 @dataclass(frozen=True)
-class StatedError(Plain):
-    """The error that a model states of one thing: the sum of its parts, or None with the reason why there is none.
+class StatedError(JsonRecord):
+    """Error that a model states for one quantity: the sum of its parts, or None with the reason.
 
-    `doubts` are codes of warnings by which it says that its answer may be off.
+    `doubts` are codes of warnings that the result may be inaccurate.
     """
 
     SELDOM: ClassVar[tuple[str, ...]] = ("unit",)

@@ -1,4 +1,4 @@
-"""Fewer of many: numbers of evenly spaced items of a row, its first and its last among them."""
+"""Evenly spaced selection of a limited number of items, including the first and the last."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-def picked(count: int, most: int) -> NDArray[np.int64]:
-    """At most `most` of the numbers 0 ... count - 1, in order; all where they are not more."""
+def pick_evenly(count: int, most: int) -> NDArray[np.int64]:
+    """Return at most `most` of the indices 0 ... count - 1, evenly spaced and in order."""
     if count <= most:
         return np.arange(count)
     return np.unique(np.linspace(0, count - 1, most).round().astype(np.int64))

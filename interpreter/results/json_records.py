@@ -1,4 +1,4 @@
-"""Records as JSON: the one way in and the one way out, so that what lies between has its fields by name."""
+"""Records as JSON: conversion of dataclasses to plain JSON values and back."""
 
 from __future__ import annotations
 
@@ -7,38 +7,38 @@ from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields
 from typing import Any, ClassVar, Self
 
-Json = Mapping[str, Any]  # an object as it stands in a file
+Json = Mapping[str, Any]  # JSON object as read from a file
 
 
-def clean(value: Any) -> Any:
-    """Plain JSON of records, of numpy's values, and of whatever holds some; None for a number that is not finite."""
+def to_plain_json(value: Any) -> Any:
+    """Convert records, numpy values and their containers to plain JSON; a number that is not finite becomes None."""
     if isinstance(value, Mapping):
-        return {str(k): clean(v) for k, v in value.items()}
+        return {str(k): to_plain_json(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
-        return [clean(v) for v in value]
-    if isinstance(value, Plain):
+        return [to_plain_json(v) for v in value]
+    if isinstance(value, JsonRecord):
         return value.to_json()
     if hasattr(value, "tolist"):  # of numpy, which is not imported for it
-        return clean(value.tolist())
+        return to_plain_json(value.tolist())
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def several(read: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """Reads a list of what one reader reads."""
+def list_reader(read: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Return a reader of a list, from the reader of its items."""
     return lambda values: tuple(map(read, values))
 
 
-def by_name(read: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """Reads an object of what one reader reads."""
+def mapping_reader(read: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Return a reader of an object, from the reader of its values."""
     return lambda values: {name: read(value) for name, value in values.items()}
 
 
-class Plain:
-    """A dataclass whose fields are the entries of a JSON object, in their order.
+class JsonRecord:
+    """Dataclass whose fields are the entries of a JSON object, in their order.
 
-    `READ` has what makes more of an entry than JSON has, `NAMED` the entries that are called otherwise than their
-    field, and `SELDOM` the fields that are left out where they are None, False or (). What is written otherwise has
-    `entries` of its own.
+    `READ` has readers for entries that need conversion, `NAMED` the JSON names that differ from field names, and
+    `SELDOM`
+    the fields that are left out if they are None, False or (). A class with another form overrides `entries`.
     """
 
     READ: ClassVar[Mapping[str, Callable[[Any], Any]]] = {}
@@ -46,18 +46,18 @@ class Plain:
     SELDOM: ClassVar[tuple[str, ...]] = ()
 
     def entries(self) -> Mapping[str, object]:
-        """What is written, by name."""
+        """Return the values to write, by name."""
         own = {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]
         said = {n: v for n, v in own.items() if n not in self.SELDOM or not (v is None or v is False or v == ())}
         return {self.NAMED.get(n, n): v for n, v in said.items()}
 
     def to_json(self) -> dict[str, Any]:
-        """Its entries as plain values."""
-        return {name: clean(value) for name, value in self.entries().items()}
+        """Return the entries as plain values."""
+        return {name: to_plain_json(value) for name, value in self.entries().items()}
 
     @classmethod
     def from_json(cls, values: Json) -> Self:
-        """From its entries: one that is missing or null is as usual, one that is not known is passed over."""
+        """Read a record from its entries: a missing or null entry gets its default, an unknown one is ignored."""
         found = {}
         for f in fields(cls):  # type: ignore[arg-type]
             value = values.get(cls.NAMED.get(f.name, f.name))

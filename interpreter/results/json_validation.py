@@ -1,7 +1,7 @@
-"""Whether JSON that comes from a file has the form that its readers count on: the first part that has not, in words.
+"""Validation of JSON from a file against the form that its readers expect, with the first misfit in words.
 
-A form is a type or several; a list of one form for its items; or a dictionary of forms by key, `*` for any other key
-and a `!` behind keys that must be there. Null stands for anything that need not be there.
+A form is one or several types, a list with the form of its items, or a dictionary of forms by key, with `*` for any
+other key and `!` after required keys. Null is accepted for everything optional.
 """
 
 from __future__ import annotations
@@ -47,19 +47,19 @@ ENTRIES: Mapping[str, Form] = {
 }  # fmt: skip
 
 
-def misfit(value: Any, form: Any, place: str = "") -> str | None:
-    """What does not fit a form: `models.a.metrics is a list`; None where everything fits."""
+def find_misfit(value: Any, form: Any, place: str = "") -> str | None:
+    """Return the first part that does not fit a form, `models.a.metrics is a list`; None if everything fits."""
     if isinstance(form, list):
         return _of_list(value, form[0], place)
     if isinstance(form, Mapping):
         return _of_object(value, form, place)
     if form == NUMBER:
-        return None if _is_number(value) else f"`{place}` is {said(value)}, not a number"
-    return None if isinstance(value, form) else f"`{place}` is {said(value)}"
+        return None if _is_number(value) else f"`{place}` is {describe_type(value)}, not a number"
+    return None if isinstance(value, form) else f"`{place}` is {describe_type(value)}"
 
 
 def _is_number(value: Any) -> bool:
-    """Whether it is a number that can be counted with: neither a truth value, nor endless, nor beyond numbers."""
+    """Return whether a value is a finite number that a float can hold, and not a boolean."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
     return math.isfinite(value) if isinstance(value, float) else abs(value) < 2**63
@@ -67,14 +67,14 @@ def _is_number(value: Any) -> bool:
 
 def _of_list(value: Any, form: Any, place: str) -> str | None:
     if not isinstance(value, list):
-        return f"`{place}` is {said(value)}, not a list"
-    parts = (misfit(item, form, f"{place}[{i}]") for i, item in enumerate(value))
+        return f"`{place}` is {describe_type(value)}, not a list"
+    parts = (find_misfit(item, form, f"{place}[{i}]") for i, item in enumerate(value))
     return next((part for part in parts if part), None)
 
 
 def _of_object(value: Any, form: Mapping[str, Any], place: str) -> str | None:
     if not isinstance(value, dict):
-        return f"`{place}` is {said(value)}, not an object"
+        return f"`{place}` is {describe_type(value)}, not an object"
     asked = {key.removesuffix("!"): (part, key.endswith("!")) for key, part in form.items()}
     for key, (_, needed) in asked.items():
         if needed and key != "*" and value.get(key) is None:
@@ -83,18 +83,18 @@ def _of_object(value: Any, form: Mapping[str, Any], place: str) -> str | None:
         part, needed = asked.get(key) or asked.get("*") or (None, False)
         if part is None or (item is None and not needed):
             continue
-        if problem := misfit(item, part, _under(place, key)):
+        if problem := find_misfit(item, part, _under(place, key)):
             return problem
     return None
 
 
 def _under(place: str, key: str) -> str:
-    """The place of a part; keys come from the file and may be of any length."""
+    """Return the path of a part, with long keys shortened, since keys come from the file."""
     short = key if len(key) <= 40 else f"{key[:40]}…"
     return f"{place}.{short}" if place else short
 
 
-def said(value: Any) -> str:
-    """What a JSON value is: `a list`."""
+def describe_type(value: Any) -> str:
+    """Return the type of a JSON value in words: `a list`."""
     words = {bool: "true or false", int: "a number", float: "a number", str: "a text", list: "a list"}
     return words.get(type(value), "null" if value is None else "an object")

@@ -1,10 +1,10 @@
-"""What a report says of a load: what it comes to on the mesh, beside what the scene asks for."""
+"""Results of a load in the report: its resultant on the mesh, and the one that the scene asks for."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from softmark.interpreter.results.json_records import Plain
+from softmark.interpreter.results.json_records import JsonRecord
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -13,20 +13,23 @@ if TYPE_CHECKING:
 Vector = tuple[float, float, float]
 
 
-def vector(v: Iterable[float]) -> Vector:
-    """Three numbers of an array, as those of Python."""
+def to_vector(v: Iterable[float]) -> Vector:
+    """Return three numbers of an array as Python floats."""
     x, y, z = (float(c) for c in v)
     return x, y, z
 
 
 @dataclass(frozen=True)
-class Resultant(Plain):
-    """Force in N and moment about the origin in N m of one load at full size, undeformed, and the area in m^2.
+class Resultant(JsonRecord):
+    """Force, N, and moment about the origin, N m, of one load at full size, undeformed, and its area, m^2.
 
-    `exact_force` is that on the body itself, None where the body is a mesh of a file, `exact_moment` of a load that
-    says where all of it acts; what acts along a line has its `length`, m. `share` is what was taken of what was asked.
-    Of the area, `remainder` may belong to the selection or not, and `leaning` is selected because a facet stands for a
-    curved surface that no file holds (see `deviation`).
+    `exact_force` is the force on the exact body, None for a mesh from a file; `exact_moment` the moment, for loads
+    whose
+    place is fully known. A line load has its `length`, m. `share` is the selected part of the requested area.
+    `remainder`
+    is the area that may or may not belong to the selection; `leaning` the area selected because a flat facet represents
+    a
+    curved surface that no file contains (see `deviation`).
     """
 
     SELDOM: ClassVar[tuple[str, ...]] = ("exact_moment", "length")
@@ -43,5 +46,5 @@ class Resultant(Plain):
 
     @property
     def missing(self) -> float:
-        """How much of the load may be wrong, relative to it."""
+        """Possible relative error of the load."""
         return abs(1.0 - self.share) + (self.remainder / self.area if self.area else 0.0)

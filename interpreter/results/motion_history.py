@@ -1,4 +1,4 @@
-"""What a motion went through."""
+"""Time history of a dynamic analysis."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-KEPT = 2000  # states of a motion; of more steps, every second, third ... is kept
+KEPT = 2000  # maximum number of stored states; of more steps only every second, third ... is kept
 
 
 @dataclass(frozen=True)
 class History:
-    """What a dynamic analysis went through, at t accepted times; the first is the start."""
+    """Time history of a dynamic analysis at t accepted times, the first being the start."""
 
     times: NDArray[np.float64]  # (t,) s
     displacement: Callable[[NDArray[np.float64]], NDArray[np.float64]]  # (n, 3) -> (t, n, 3), m

@@ -1,6 +1,6 @@
-"""How a report and its parts read at a prompt, in a debugger and in a log: one line each, never their arrays.
+"""One-line representations of a report and its parts for a prompt, a debugger and a log, without arrays.
 
-They are taken as they are, without their classes, which are made from this.
+The functions take objects of any class: the classes import this module.
 """
 
 from __future__ import annotations
@@ -12,23 +12,27 @@ SHOWN = 60  # characters of a title or of a message, and
 NAMED = 8  # names that a line has
 
 
-def told(report: Any) -> str:
-    """`<Report of 'A beam': models tets, rod converged; reference theory converged; 2 of 2 expectations met>`."""
+def represent_report(report: Any) -> str:
+    """Return `<Report of 'A beam': models tets, rod converged; reference theory converged; 2 of 2 expectations met>`."""
     title = str(report.scene.get("title") or report.scene.get("file") or "a scene without a title")
-    said = [*_ends("model", report.models), *_ends("reference", report.references), _expected(report.expectations)]
+    said = [
+        *_group_by_status("model", report.models),
+        *_group_by_status("reference", report.references),
+        _expected(report.expectations),
+    ]
     unfinished = ", unfinished" if report.partial else ""
-    return f"<{_name(report)} of {cut(title)!r}{unfinished}: {'; '.join(said)}>"
+    return f"<{_name(report)} of {shorten(title)!r}{unfinished}: {'; '.join(said)}>"
 
 
-def _ends(noun: str, results: Mapping[str, Any]) -> list[str]:
-    """How many ended in each way, and who."""
+def _group_by_status(noun: str, results: Mapping[str, Any]) -> list[str]:
+    """Return for each status its results by name."""
     ends: dict[str, list[str]] = {}
     for name, result in results.items():
-        ends.setdefault(_ended(result), []).append(name)
-    return [f"{noun}{'s' * (len(own) > 1)} {listed(own)} {status}" for status, own in ends.items()]
+        ends.setdefault(_status_text(result), []).append(name)
+    return [f"{noun}{'s' * (len(own) > 1)} {join_names(own)} {status}" for status, own in ends.items()]
 
 
-def _ended(result: Any) -> str:
+def _status_text(result: Any) -> str:
     """Return the status of a result, as text, and whether cells are inverted."""
     return f"{result.status} with cells inside out" if getattr(result, "inverted", 0) else str(result.status)
 
@@ -40,43 +44,43 @@ def _expected(expectations: Sequence[Any]) -> str:
     return f"{sum(e.passed is True for e in expectations)} of {count} expectation{'s' * (count != 1)} met"
 
 
-def outcome(result: Any) -> str:
-    """`<ModelResult 'rod' converged; probes axis; metrics eta, tip>`."""
-    said = f"{_ended(result)}: {cut(result.message)}" if result.message else _ended(result)
+def represent_outcome(result: Any) -> str:
+    """Return `<ModelResult 'rod' converged; probes axis; metrics eta, tip>`."""
+    said = f"{_status_text(result)}: {shorten(result.message)}" if result.message else _status_text(result)
     known = {"probes": result.probes, "metrics": result.metrics}
-    parts = [said, *(f"{what} {listed(list(own))}" for what, own in known.items() if own)]
+    parts = [said, *(f"{what} {join_names(list(own))}" for what, own in known.items() if own)]
     parts += [f"{len(result.states)} states"] if result.states else []
     return f"<{_name(result)} {result.name!r} {'; '.join(parts)}>"
 
 
-def probed(seen: Any) -> str:
-    """`<ProbeResult: 41 points; points, displacement, position in m>`."""
+def represent_probe(seen: Any) -> str:
+    """Return `<ProbeResult: 41 points; points, displacement, position in m>`."""
     count, times = len(seen.points), "" if seen.times is None else f" at {len(seen.times)} times"
     return f"<{_name(seen)}: {count} point{'s' * (count != 1)}{times}; points, displacement, position in m>"
 
 
-def measured(metric: Any) -> str:
-    """`<MetricResult: 0.0012 m>`, or why there is no value."""
+def represent_metric(metric: Any) -> str:
+    """Return `<MetricResult: 0.0012 m>`, or the reason why there is no value."""
     if metric.value is None:
-        return f"<{_name(metric)}: no value, {cut(metric.reason or 'and no reason was given')}>"
+        return f"<{_name(metric)}: no value, {shorten(metric.reason or 'and no reason was given')}>"
     unit = "" if metric.unit in ("1", "") else f" {metric.unit}"
     return f"<{_name(metric)}: {metric.value:.6g}{unit}>"
 
 
-def drawn(curve: Any) -> str:
-    """`<SeenCurve: 30 points, y in N over x in m>`."""
+def represent_curve(curve: Any) -> str:
+    """Return `<PlottedCurve: 30 points, y in N over x in m>`."""
     across, up = curve.units
     return f"<{_name(curve)}: {len(curve.x)} points, y in {up} over x in {across}>"
 
 
-def cut(words: str) -> str:
-    """On one line, and not a long one."""
+def shorten(words: str) -> str:
+    """Put words on one line and shorten it."""
     words = " ".join(words.split())
     return words if len(words) <= SHOWN else f"{words[: SHOWN - 1]}…"
 
 
-def listed(names: Sequence[str]) -> str:
-    """The first names, and how many follow."""
+def join_names(names: Sequence[str]) -> str:
+    """Return the first names and the number of the others."""
     more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
     return ", ".join(names[:NAMED]) + more
 

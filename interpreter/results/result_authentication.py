@@ -1,8 +1,8 @@
-"""Authentication of results that a later run takes over: HMAC-SHA-256 with a key that only this user can read.
+"""Authentication of saved results that a later run reuses: HMAC-SHA-256 with a key that only this user can read.
 
-A folder of somebody else's may hold results that look like those of this user, and decide what the next run reports.
-Results without the user's own code are computed again. The key lies in the user's cache folder and nowhere else;
-without such a folder a process trusts only what it wrote itself. Source: RFC 2104.
+A foreign folder may contain forged results, which would decide what the next run reports. Results without the user's
+own code are computed again. The key is stored only in the user's cache folder; without such a folder a process trusts
+only its own results. Source: RFC 2104.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def _code(key: bytes, purpose: str, data: bytes) -> str:
 
 
 def key_file() -> Path | None:
-    """Return where the key is kept; None where there is no absolute home or cache folder."""
+    """Return the path of the key; None if there is no absolute home or cache folder."""
     root = os.environ.get("XDG_CACHE_HOME", "")
     if not os.path.isabs(root):
         root = os.path.join(os.path.expanduser("~"), ".cache")
@@ -74,11 +74,11 @@ def _make_key() -> bytes | None:
         try:
             with os.fdopen(handle, "wb") as opened:
                 opened.write(secrets.token_bytes(SIZE))
-            if file.is_symlink() or file.exists():  # what is there is no key of this user's
+            if file.is_symlink() or file.exists():  # an existing file is not this user's key
                 os.replace(part, file)
             else:
                 with suppress(FileExistsError):
-                    os.link(part, file)  # unlike a rename, it takes nothing away
+                    os.link(part, file)  # unlike a rename, it overwrites nothing
         finally:
             Path(part).unlink(missing_ok=True)
     return _key()
@@ -86,5 +86,5 @@ def _make_key() -> bytes | None:
 
 @cache
 def _unkept_key() -> bytes:
-    """Return a key of this process."""
+    """Return a key that lasts only for this process."""
     return secrets.token_bytes(SIZE)

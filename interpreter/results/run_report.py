@@ -1,7 +1,7 @@
-"""What a run gives: one report, whose parts are plain values and numpy arrays.
+"""Report of a run; its parts are plain values and numpy arrays.
 
-`Report.to_json` is the form of the contract `softmark-report/1`: SI numbers, and null with a reason beside it where
-there is no value. Not-a-number never gets in: whoever makes a part refuses it, and the last door makes null of it.
+`Report.to_json` has the form of the contract `softmark-report/1`: SI numbers, and null with a reason where there is no
+value. NaN is refused when a part is made, and is finally replaced by null.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.results import prompt_representation
-from softmark.interpreter.results.declarations import Names
-from softmark.interpreter.results.json_records import clean as clean
+from softmark.interpreter.results.declarations import DeclaredNames
+from softmark.interpreter.results.json_records import to_plain_json as to_plain_json
 from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT, Curve, curve_of
 from softmark.records import dataclass
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from softmark.interpreter.results.error_statements import StatedError
     from softmark.interpreter.results.load_results import Resultant
-    from softmark.interpreter.results.reaction_results import HeldSupport, Touched
+    from softmark.interpreter.results.reaction_results import ContactResult, SupportResult
 
 SCHEMA = "softmark-report/1"
 
@@ -32,7 +32,7 @@ SCHEMA = "softmark-report/1"
 class Timing:
     """Seconds of several runs of the same work, compilation excluded.
 
-    Of work that another program did, `basis` says by which clock, and `most` whether that is no more than a bound.
+    For work of an external program, `basis` names the clock, and `most` is true if the time is only an upper bound.
     """
 
     seconds: tuple[float, ...]
@@ -41,17 +41,17 @@ class Timing:
 
     @property
     def median(self) -> float:
-        """Of all runs."""
+        """Median of all runs, s."""
         ordered, middle = sorted(self.seconds), len(self.seconds) // 2
         return ordered[middle] if len(ordered) % 2 else 0.5 * (ordered[middle - 1] + ordered[middle])
 
     @property
     def runs(self) -> int:
-        """How many there were."""
+        """Number of runs."""
         return len(self.seconds)
 
     def to_json(self) -> dict[str, float | int | str]:
-        """Median, least and largest, and how many; by whose clock, where it is not ours."""
+        """Return median, minimum, maximum and number of runs, and the clock if it is not ours."""
         own: dict[str, float | int | str] = {
             "median": self.median,
             "min": min(self.seconds),
@@ -78,7 +78,7 @@ class ProbeResult:
     triangles: NDArray[np.int64] | None = None
 
     def __repr__(self) -> str:
-        return prompt_representation.probed(self)
+        return prompt_representation.represent_probe(self)
 
     @property
     def position(self) -> NDArray[np.float64]:
@@ -87,7 +87,7 @@ class ProbeResult:
         return result
 
     def to_json(self) -> dict[str, Any]:
-        """As nested lists; the displacements of all times where there are several."""
+        """Return nested lists, with the displacements of all times if there are several."""
         own: dict[str, Any] = {"points": self.points.tolist()}
         if self.course is not None and self.times is not None:
             return {**own, "displacement": self.course.tolist(), "times": self.times.tolist()}
@@ -96,12 +96,14 @@ class ProbeResult:
 
 
 @dataclass(frozen=True)
-class CarriedNumber:
-    """A number of the stress, strain or contact of a model that metrics of a scene ask for, at points of its surface.
+class SurfaceField:
+    """Scalar of stress, strain or contact that a metric asks for, at the points of a model's drawn surface.
 
-    `values` (n,) in `unit`, of the last moment; None with the `reason` where the model has none. `size` is what tensors
-    of the body come to, `apart` the share of the points around which cells do not agree (W387), `limitless` what of the
-    surface has no limit (W388). It is known `partly` where it is nothing on all of the surface but a part.
+    `values` (n,) in `unit` are those of the last time, or None with the `reason`. `size` is the typical magnitude of
+    the
+    tensor in the body, `apart` the share of points around which cells disagree (W387), `limitless` the share of the
+    surface
+    without a limit (W388). `partly` is true if it is nonzero only on a part of the surface.
     """
 
     words: str  # `stress xx, cauchy`
@@ -116,10 +118,10 @@ class CarriedNumber:
 
 
 @dataclass(frozen=True)
-class SeenInstrument:
-    """The surface of a rigid body beside one that deforms, where it is declared: X (n, 3) m, `triangles` (k, 3).
+class DrawnRigidBody:
+    """Surface of a rigid body next to a deformable one, as declared: X (n, 3) m, `triangles` (k, 3).
 
-    At each moment or state it is at turns[i] X + shifts[i]: `turns` (t, 3, 3) and `shifts` (t, 3), m; one of each where
+    Its position at each time or state i is turns[i] X + shifts[i]: `turns` (t, 3, 3) and `shifts` (t, 3), m; t is 1 if
     nothing moves.
     """
 
@@ -130,23 +132,26 @@ class SeenInstrument:
     shifts: NDArray[np.float64]
 
     def at(self, i: int) -> NDArray[np.float64]:
-        """Where its points are (n, 3) at a moment, m; -1 is the last."""
+        """Return the positions of its points (n, 3) at a time, m; -1 is the last."""
         found: NDArray[np.float64] = self.X @ self.turns[i].T + self.shifts[i]
         return found
 
-    def sampled(self, chosen: NDArray[np.int64]) -> SeenInstrument:
-        """At some of its moments."""
+    def sampled(self, chosen: NDArray[np.int64]) -> DrawnRigidBody:
+        """Return the body at some of its times."""
         return replace(self, turns=self.turns[chosen], shifts=self.shifts[chosen])
 
 
 @dataclass(frozen=True)
-class SeenSurface:
-    """The surface of a body as a model or a reference sees it: what the report draws.
+class DrawnSurface:
+    """Surface of a body in a model or a reference, as the report draws it.
 
-    `position` (n, 3) in m, after deformation; `triangles` (k, 3), outward. `frames` (t, n, 3) and `times` (t,) where
-    there is a history, or several states. `error` (n,) is the distance to what is `measured_from`, in m; `carried` what
-    else is known there, of models of a scene that asks for stress. `instruments` are the rigid bodies beside it, each
-    at the same moments or states, or at rest.
+    `position` (n, 3) in m, after deformation; `triangles` (k, 3), outward. `frames` (t, n, 3) and `times` (t,) if there
+    is
+    a history or several states. `error` (n,) is the distance to what is `measured_from`, in m; `carried` are the
+    stress,
+    strain and contact fields that the scene asks for. `instruments` are the rigid bodies next to it, at the same times
+    or
+    states, or at rest.
     """
 
     position: NDArray[np.float64]
@@ -155,17 +160,18 @@ class SeenSurface:
     frames: NDArray[np.float64] | None = None
     error: NDArray[np.float64] | None = None
     measured_from: str | None = None
-    carried: tuple[CarriedNumber, ...] = ()
-    labels: tuple[str, ...] = ()  # of frames that are states and no moments; `times` then counts them
-    instruments: tuple[SeenInstrument, ...] = ()
+    carried: tuple[SurfaceField, ...] = ()
+    labels: tuple[str, ...] = ()  # true if frames are states, not times; `times` then numbers them
+    instruments: tuple[DrawnRigidBody, ...] = ()
 
 
 @dataclass(frozen=True)
-class SeenCurve:
-    """A curve that the report draws: y (n,) at x (n,), SI, in these units; of a reference with its uncertainty (n,).
+class PlottedCurve:
+    """Curve that the report plots: y (n,) over x (n,), SI, in these units; for a reference with its uncertainty (n,).
 
-    `band` (n,) each, of one that is not as uncertain on both sides: from where to where it goes. `known` (n,) is what
-    it is held against at the same x, where that is no curve by itself.
+    `band` has lower and upper limits (n,) if the uncertainty is not symmetric. `known` (n,) is the reference at the
+    same x,
+    if that is no curve itself.
     """
 
     x: NDArray[np.float64]
@@ -176,10 +182,10 @@ class SeenCurve:
     known: NDArray[np.float64] | None = None
 
     def __repr__(self) -> str:
-        return prompt_representation.drawn(self)
+        return prompt_representation.represent_curve(self)
 
     def to_json(self) -> dict[str, Any]:
-        """As lists."""
+        """Return nested lists."""
         own = {"x": self.x.tolist(), "y": self.y.tolist(), "units": list(self.units)}
         own |= {} if self.uncertainty is None else {"uncertainty": self.uncertainty.tolist()}
         own |= {} if self.known is None else {"known": self.known.tolist()}
@@ -188,11 +194,12 @@ class SeenCurve:
 
 @dataclass(frozen=True)
 class MetricResult:
-    """A number in SI, or None with the reason why there is none.
+    """Number in SI, or None with the reason why there is none.
 
-    `details` are further numbers and words that belong to it (SI); `samples` the values whose mean it is, for a
-    histogram; `uncertainty` that of the reference, in the metric's own unit: a value below it says no more than that
-    the two agree. `published` is what the scene says that others found.
+    `details` are further numbers and words (SI); `samples` the values that it is the mean of, for a histogram;
+    `uncertainty` that of the reference, in the metric's unit: a value below it only shows agreement. `published` are
+    the
+    values of others that the scene states.
     """
 
     value: float | None
@@ -202,20 +209,20 @@ class MetricResult:
     samples: tuple[float, ...] = ()
     uncertainty: float | None = None
     published: float | None = None
-    curve: SeenCurve | None = None
-    doubt: str | None = None  # why what it is of, or measured from, may be no truth here
-    states: tuple[float | None, ...] = ()  # its values in all states of the analysis; `value` is that of the last
+    curve: PlottedCurve | None = None
+    doubt: str | None = None  # why its reference may be invalid here
+    states: tuple[float | None, ...] = ()  # its results in all states; `value` is that of the last
 
     def __repr__(self) -> str:
-        return prompt_representation.measured(self)
+        return prompt_representation.represent_metric(self)
 
     @property
     def meaningful(self) -> bool:
-        """Whether the value is above the uncertainty of what it is measured from."""
+        """True if the value exceeds the uncertainty of its reference."""
         return self.value is None or self.uncertainty is None or abs(self.value) > self.uncertainty
 
     def to_json(self) -> dict[str, Any]:
-        """value and unit, and the reason where there is no value."""
+        """Return value and unit, and the reason if there is no value."""
         own: dict[str, Any] = {"value": self.value, "unit": self.unit}
         if self.reason is not None:
             own["reason"] = self.reason
@@ -230,7 +237,7 @@ class MetricResult:
 
 @dataclass(frozen=True)
 class ModelKind:
-    """What a model is, but for how fine it is and its Poisson's ratio: those of one kind are of one family."""
+    """Model family: all properties of a model except its mesh size and Poisson's ratio."""
 
     words: str  # `tet4, corotational strain`
     size: str  # `7 mm`, or how many parts it has
@@ -239,7 +246,7 @@ class ModelKind:
 
 @dataclass(frozen=True)
 class ModelResult:
-    """A model's outcome; probes and metrics are empty of numbers unless it converged."""
+    """Result of a model; probes and metrics have numbers only if it converged."""
 
     name: str
     status: str  # converged | capped | read | not_converged | diverged | failed | skipped | unsupported
@@ -250,34 +257,34 @@ class ModelResult:
     time: Mapping[str, Timing | None] = field(default_factory=dict)
     probes: Mapping[str, ProbeResult] = field(default_factory=dict)
     metrics: Mapping[str, MetricResult] = field(default_factory=dict)
-    shape: SeenSurface | None = None
+    shape: DrawnSurface | None = None
     mesh: Any = None  # the mesh and its nodal displacements, for files that other programs read
-    stated: Mapping[str, StatedError] = field(default_factory=dict)  # errors, where it was asked
-    loads: Mapping[str, Resultant] = field(default_factory=dict)  # what acts, and what was asked
-    reactions: Mapping[str, HeldSupport] = field(default_factory=dict)  # of each support
-    contacts: Mapping[str, Touched] = field(default_factory=dict)  # what each comes to
-    kind: ModelKind | None = None  # of one that has others of its kind
-    stress: Any = None  # where a scene asks for it: what gives the stresses of the mesh, for files
-    constants: Any = None  # where they vary in space: what gives those of the cells of the mesh by name, SI, for files
-    states: tuple[float, ...] = ()  # of an analysis with several: their values, and
-    each: tuple[ModelResult, ...] = ()  # what came of it in each; the rest is that of the last (`state_results.py`)
-    kept: str = ""  # when it was computed (UTC), of one that was taken over from an earlier run
+    stated: Mapping[str, StatedError] = field(default_factory=dict)  # stated errors, if requested
+    loads: Mapping[str, Resultant] = field(default_factory=dict)  # resultants of the loads, and the requested ones
+    reactions: Mapping[str, SupportResult] = field(default_factory=dict)  # results of each support
+    contacts: Mapping[str, ContactResult] = field(default_factory=dict)  # results of each contact
+    kind: ModelKind | None = None  # family of the model, if there are others of its kind
+    stress: Any = None  # stress of the mesh for output files, if the scene asks for it
+    constants: Any = None  # constants that vary in space, by name, at the cells, SI, for output files
+    states: tuple[float, ...] = ()  # values of several states, and
+    each: tuple[ModelResult, ...] = ()  # the result in each; other fields are those of the last (`state_results.py`)
+    kept: str = ""  # time of computation (UTC), if reused from an earlier run
 
     def __repr__(self) -> str:
-        return prompt_representation.outcome(self)
+        return prompt_representation.represent_outcome(self)
 
     def curve(self, metric: str) -> Curve:
-        """A metric from state to state. Raises KeyError for one that it does not have."""
+        """Return a metric over the states. Raises KeyError if the model lacks it."""
         return curve_of(self.each, self.states, metric)
 
     @property
     def inverted(self) -> int:
-        """Number of cells that the solution inverts, in the worst of its states."""
+        """Number of inverted cells in the worst state."""
         own = int((self.solve.get("checks") or {}).get("inverted") or 0) if self.status in ANSWERED else 0
         return max((own, *(state.inverted for state in self.each)))
 
     def to_json(self) -> dict[str, Any]:
-        """The contract's entry of a model."""
+        """Return the contract's entry of a model."""
         own: dict[str, Any] = {
             "status": self.status,
             "message": self.message,
@@ -289,16 +296,16 @@ class ModelResult:
             "metrics": _measured(self.metrics, self.states),
             "loads": {n: r.to_json() for n, r in self.loads.items()},
         }
-        own |= {"reactions": clean(self.reactions)} if self.reactions else {}
-        own |= {"contacts": clean(self.contacts)} if self.contacts else {}
-        own |= {"stated": clean(self.stated)} if self.stated else {}
+        own |= {"reactions": to_plain_json(self.reactions)} if self.reactions else {}
+        own |= {"contacts": to_plain_json(self.contacts)} if self.contacts else {}
+        own |= {"stated": to_plain_json(self.stated)} if self.stated else {}
         own |= {"kept": self.kept} if self.kept else {}
         own |= {"inverted": self.inverted} if self.inverted else {}
         return own | _in_each(self.states, self.each)
 
 
 def _measured(metrics: Mapping[str, MetricResult], states: Sequence[float]) -> dict[str, Any]:
-    """The entries of metrics, each with its value in every state."""
+    """Return the entries of metrics, each with its value in every state."""
     found = {name: metric.to_json() for name, metric in metrics.items()}
     for name, metric in metrics.items():
         if metric.states:
@@ -308,7 +315,7 @@ def _measured(metrics: Mapping[str, MetricResult], states: Sequence[float]) -> d
 
 
 def _in_each(states: tuple[float, ...], each: Sequence[Any]) -> dict[str, Any]:
-    """The entries of every state, with its value; none of a result in one situation."""
+    """Return the entries of every state with its value; empty for a result without states."""
     found = [{"state": value, **own.to_json()} for value, own in zip(states, each, strict=True)]
     return {"states": found} if found else {}
 
@@ -329,7 +336,7 @@ def _timing(name: str, timing: Timing | None, status: str) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class ReferenceResult:
-    """A reference's solution, with an estimate of its own error in m."""
+    """Solution of a reference, with an estimate of its own error, m."""
 
     name: str
     status: str  # converged | failed
@@ -339,28 +346,28 @@ class ReferenceResult:
     estimated_error: float | None = None
     probes: Mapping[str, ProbeResult] = field(default_factory=dict)
     metrics: Mapping[str, MetricResult] = field(default_factory=dict)
-    shape: SeenSurface | None = None
+    shape: DrawnSurface | None = None
     facts: Mapping[str, Any] = field(default_factory=dict)  # where measured data came from, how it was registered
-    drawn: SeenCurve | None = None  # one that was measured
-    states: tuple[float, ...] = ()  # of an analysis with several: their values, and
-    each: tuple[ReferenceResult, ...] = ()  # what came of it in each; the rest is that of the last
-    means: str = ""  # of a theory: by what it was solved
-    kept: str = ""  # when it was found (UTC), of one that was taken over from an earlier run
+    drawn: PlottedCurve | None = None  # one that was measured
+    states: tuple[float, ...] = ()  # values of several states, and
+    each: tuple[ReferenceResult, ...] = ()  # the result in each; other fields are those of the last
+    means: str = ""  # solution method of a theory
+    kept: str = ""  # time of computation (UTC), if reused from an earlier run
 
     def __repr__(self) -> str:
-        return prompt_representation.outcome(self)
+        return prompt_representation.represent_outcome(self)
 
     @property
     def about(self) -> str:
-        """Its kind, and by what it was solved."""
+        """Kind of reference and its solution method."""
         return f"{self.kind}, {self.means}" if self.means else self.kind
 
     def curve(self, metric: str) -> Curve:
-        """A metric from state to state. Raises KeyError for one that it does not have."""
+        """Return a metric over the states. Raises KeyError if the reference lacks it."""
         return curve_of(self.each, self.states, metric)
 
     def to_json(self) -> dict[str, Any]:
-        """The contract's entry of a reference."""
+        """Return the contract's entry of a reference."""
         return {
             "status": self.status,
             "message": self.message,
@@ -379,7 +386,7 @@ class ReferenceResult:
 
 @dataclass(frozen=True)
 class ExpectationResult:
-    """Whether an expectation was met; None, with a reason, where it could not be judged.
+    """Verdict on an expectation; None, with a reason, if it could not be judged.
 
     `value` is that of its first operand; it is compared with each of `limits`, in the same unit, by one of `relations`.
     """
@@ -390,24 +397,24 @@ class ExpectationResult:
     value: float | None
     unit: str = ""
     reason: str | None = None
-    left_out: bool = False  # what it is about was not chosen to run
-    states: tuple[bool | None, ...] = ()  # whether it is met in each, of one that is asked of all states
+    left_out: bool = False  # its model was not selected
+    states: tuple[bool | None, ...] = ()  # verdict in each state, if it concerns all
     about: tuple[tuple[str, str], ...] = ()  # (model or reference, metric) that it names
     relations: tuple[str, ...] = ()
     limits: tuple[float, ...] = ()
 
     @property
     def metric(self) -> str:
-        """`rod.eta`, the first that it names."""
+        """First metric that it names: `rod.eta`."""
         return ".".join(self.about[0]) if self.about else ""
 
     @property
     def verdict(self) -> str:
-        """`met`, `not_met`, or `cannot_tell`."""
+        """Verdict as text: `met`, `not_met`, or `cannot_tell`."""
         return "cannot_tell" if self.passed is None else "met" if self.passed else "not_met"
 
     def to_json(self) -> dict[str, Any]:
-        """The contract's entry of an expectation."""
+        """Return the contract's entry of an expectation."""
         own = {"text": self.text, "line": self.line, "passed": self.passed, "value": self.value}
         own |= {"verdict": self.verdict, "unit": self.unit or None}
         own |= {"states": list(self.states)} if self.states else {}
@@ -415,8 +422,8 @@ class ExpectationResult:
 
 
 @dataclass(frozen=True)
-class Warned:
-    """A warning about the scene or about what a model made of it."""
+class ReportWarning:
+    """Warning about the scene or about a model's treatment of it."""
 
     code: str
     message: str
@@ -426,36 +433,35 @@ class Warned:
 
 @dataclass(frozen=True)
 class Report:
-    """Everything about one run of one scene. `partial` while models are still to come, or after an interruption."""
+    """Results of one run of one scene; `partial` while models are still running, or after an interruption."""
 
     scene: Mapping[str, Any]  # title, file, sha256, parameters, text
     environment: Mapping[str, Any]
     models: Mapping[str, ModelResult]
     references: Mapping[str, ReferenceResult]
     expectations: tuple[ExpectationResult, ...]
-    warnings: tuple[Warned, ...]
+    warnings: tuple[ReportWarning, ...]
     partial: bool = False
-    names: Names = field(default_factory=Names)
+    names: DeclaredNames = field(default_factory=DeclaredNames)
 
     def __repr__(self) -> str:
-        return prompt_representation.told(self)
+        return prompt_representation.represent_report(self)
 
     @property
     def outcomes(self) -> tuple[ModelResult | ReferenceResult, ...]:
-        """Models, then references."""
+        """Results of models, then of references."""
         return (*self.models.values(), *self.references.values())
 
     @property
     def failures(self) -> tuple[ModelResult | ReferenceResult, ...]:
-        """Those of them that were tried and gave no answer."""
+        """Results of models and references that were tried and failed."""
         return tuple(o for o in self.outcomes if o.status not in (*ANSWERED, *LEFT_OUT))
 
     @property
     def exit_status(self) -> int:
-        """3 where a model or reference failed, else 1 where an expectation was not met or not judged, else 0.
+        """Exit status: 3 if a model or reference failed, else 1 if an expectation was not met or not judged, else 0.
 
-        It is 1 also where cells of a solution are inside out. Expectations about models that were not chosen to run do
-        not count.
+        It is also 1 if cells of a solution are inverted. Expectations about models that were not selected do not count.
         """
         if self.failures:
             return 3
@@ -464,7 +470,7 @@ class Report:
         return 1 if any(not e.passed and not e.left_out for e in self.expectations) else 0
 
     def to_json(self) -> dict[str, Any]:
-        """The report as the contract has it: only JSON's own types, no NaN, no infinity."""
+        """Return the report in the form of the contract: only JSON's own types, no NaN, no infinity."""
         own = {
             "schema": SCHEMA,
             "partial": self.partial,
@@ -475,9 +481,9 @@ class Report:
             "expectations": [e.to_json() for e in self.expectations],
             "warnings": [{"code": w.code, "message": w.message, "line": w.line} for w in self.warnings],
         }
-        plain: dict[str, Any] = clean(own)
+        plain: dict[str, Any] = to_plain_json(own)
         return plain
 
     def dumps(self) -> str:
-        """The JSON text."""
+        """Return the report as JSON text."""
         return json.dumps(self.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"

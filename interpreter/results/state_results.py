@@ -1,12 +1,12 @@
-"""What is known of a model or a reference in several states: a result of each, and one of all.
+"""Results of a model or a reference in several states: one of each state, and one for all.
 
-The one of all is that of the last state, with the time of all and the status of the first state without an answer; its
-`states` are the values of the states and `each` the result in each. A number over states is a `Curve`, of every metric:
+The one for all has the last state's values, the total time, and the status of the first failed state; its `states` are
+the values of the states and `each` the result in each. A metric over the states is a `Curve`:
 
     curve = report.models["finite"].curve("pull")
     curve.states, curve.values  # (0.05, 0.125), (1.2, 3.4); None where a state has no answer
 
-`curve_of(results, states, name)` makes the same of the results of single states, while a run is under way.
+`curve_of(results, states, name)` makes the same from the results of single states, while a run is in progress.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from typing import Any
 
 from softmark.records import dataclass
 
-SOLVED = ("converged", "capped")  # here: by us, or by a program that we ran
+SOLVED = ("converged", "capped")  # solved by us, or by a program that we ran
 ANSWERED = (*SOLVED, "read")
-LEFT_OUT = ("skipped", "unsupported")  # nothing was tried: no failure, and no answer
+LEFT_OUT = ("skipped", "unsupported")  # not tried: neither failed nor solved
 
 
 class Moment(float):
-    """The value of a state that is a time, s."""
+    """Value of a state that is a time, s."""
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A metric from state to state: values in its unit (SI), None in a state of which there is no number."""
+    """Metric over the states: values in its unit (SI), None for a state without a number."""
 
     states: tuple[float, ...]
     values: tuple[float | None, ...]
@@ -36,13 +36,13 @@ class Curve:
 
     @property
     def known(self) -> tuple[tuple[float, float], ...]:
-        """(state, value) where there is one."""
+        """Pairs (state, value) of the states that have a value."""
         pairs = zip(self.states, self.values, strict=True)
         return tuple((state, value) for state, value in pairs if value is not None)
 
 
 def curve_of(each: Sequence[Any], states: Sequence[float], name: str) -> Curve:
-    """A metric of the results of a model, or of a reference, in each state. Raises KeyError where none has it."""
+    """Return a metric of a model or reference over the states. Raises KeyError if no state has it."""
     if not states:
         raise KeyError(f"there is no curve of `{name}`: the analysis has no states")
     found = [result.metrics.get(name) for result in each]
@@ -52,31 +52,31 @@ def curve_of(each: Sequence[Any], states: Sequence[float], name: str) -> Curve:
     return Curve(tuple(states), tuple(None if metric is None else metric.value for metric in found), unit)
 
 
-def joined(each: Sequence[Any], states: Sequence[float]) -> Any:
-    """One result, of a model or a reference, of those in each state (k > 0)."""
+def join_states(each: Sequence[Any], states: Sequence[float]) -> Any:
+    """Combine the results of a model or a reference in each state (k > 0) into one."""
     last, known = each[-1], {}
     for name, metric in last.metrics.items():
         known[name] = replace(metric, states=curve_of(each, states, name).values)
     more: dict[str, Any] = {"metrics": known, "states": tuple(states), "each": tuple(each)}
     if hasattr(last, "time"):
-        more["solve"] = {**last.solve, **_counted(each)}
-        more["time"] = {name: _summed(name, each) for name in last.time | each[0].time}
-    return replace(last, **more, **_ended(each, states))
+        more["solve"] = {**last.solve, **_collect_iterations(each)}
+        more["time"] = {name: _sum_timings(name, each) for name in last.time | each[0].time}
+    return replace(last, **more, **_first_failure(each, states))
 
 
-def _ended(each: Sequence[Any], states: Sequence[float]) -> dict[str, Any]:
-    """The status of the first state without an answer, and which it is."""
+def _first_failure(each: Sequence[Any], states: Sequence[float]) -> dict[str, Any]:
+    """Return the status of the first failed state, and its number."""
     wrong = next((i for i, r in enumerate(each) if r.status not in ANSWERED), None)
     if wrong is None:
         capped = any(r.status == "capped" for r in each)
         return {"status": "capped"} if capped else {}
-    if len({(r.status, r.message) for r in each}) == 1:  # as of a file that cannot be read
+    if len({(r.status, r.message) for r in each}) == 1:  # for instance if a file cannot be read
         return {}
     before = f"; the {_count(wrong)} before it have answers" if wrong > 1 else ""
     before = "; the state before it has an answer" if wrong == 1 else before
     left = len(each) - wrong - 1
     after = f"; {_count(left)} after it {'was' if left == 1 else 'were'} not tried" if left else ""
-    told = f"in the state {percent(states[wrong])}: {each[wrong].message}{before}{after}"
+    told = f"in the state {format_state(states[wrong])}: {each[wrong].message}{before}{after}"
     return {"status": each[wrong].status, "message": told}
 
 
@@ -84,19 +84,19 @@ def _count(number: int) -> str:
     return "one state" if number == 1 else f"{number} states"
 
 
-def percent(value: float) -> str:
-    """`12.5 %`, or of a time `2.5 s`: the value of a state, in words."""
+def format_state(value: float) -> str:
+    """Format the value of a state: `12.5 %`, or `2.5 s` for a time."""
     return f"{value:.6g} s" if isinstance(value, Moment) else f"{100.0 * value:.6g} %"
 
 
-def _counted(each: Sequence[Any]) -> dict[str, int]:
-    """Iterations of all states."""
+def _collect_iterations(each: Sequence[Any]) -> dict[str, int]:
+    """Return the iterations of all states."""
     known = [r.solve["iterations"] for r in each if "iterations" in r.solve]
     return {"iterations": sum(known)} if known else {}
 
 
-def _summed(name: str, each: Sequence[Any]) -> Any:
-    """Seconds over all states, of every repetition; None where one has none."""
+def _sum_timings(name: str, each: Sequence[Any]) -> Any:
+    """Return the seconds of all states for every repetition; None if a state has none."""
     times: list[Any] = [r.time.get(name) for r in each if r.status in ANSWERED]
     if not times or None in times:
         return None

@@ -1,11 +1,11 @@
-"""Meshes and surfaces as files for ParaView: undeformed points with displacements, and surfaces with errors.
+"""Writer of meshes and surfaces for ParaView: undeformed points with displacements, and surfaces with errors.
 
-Where bodies touch, meshes have the pressure on the surface and the gap of each contact at their nodes. Where a scene
-asks for stress, they have it at their nodes as well, and porous bodies the pressure of their fluid; where constants of
-materials vary in space, cells have their means of them, in SI.
+Meshes in contact have the contact pressure and the gap of each contact at their nodes. If a scene asks for stress, they
+also have stress at their nodes. Porous bodies have their fluid pressure. If material constants vary in space, cells
+have their means, in SI.
 
 A mesh is anything with `points` (n, 3) m, `cells` (m, a), `kind` (an element's word, nodes in VTK's order) and
-`displacement` (n, 3) m; `times` (t,) s and `frames` (t, n, 3) m where there is a history. ParaView's filter Warp By
+`displacement` (n, 3) m; also `times` (t,) s and `frames` (t, n, 3) m if there is a history. ParaView's filter Warp By
 Vector with `displacement` shows the deformed body.
 """
 
@@ -22,23 +22,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.results.atomic_files import folder_within, replace, replacing
-from softmark.interpreter.results.run_report import ModelResult, ReferenceResult, Report, SeenSurface
+from softmark.interpreter.results.run_report import DrawnSurface, ModelResult, ReferenceResult, Report
 from softmark.solvers.elements import element_of
 
 Floats = NDArray[np.float64]
-OWN = ("surface", "end")  # what files of a model itself end with: no rigid body's
-# which meshio 5 writes, and has left out of this table of its own
+OWN = ("surface", "end")  # endings of a model's own files, not used for rigid bodies
+# meshio 5 writes it, but its own table lacks it
 meshio._mesh.topological_dimension.setdefault("wedge15", 3)
 
 
 def write_vtu(report: Report, folder: str | Path) -> list[Path]:
-    """Write vtu/NAME.vtu for each mesh and vtu/NAME-surface.vtu for each surface, in m; their paths.
+    """Write vtu/NAME.vtu for each mesh and vtu/NAME-surface.vtu for each surface, in m; return their paths.
 
-    Rigid bodies beside it are vtu/NAME-BALL.vtu each.
-
-    What has a history gets a file for each moment and NAME.pvd, which ParaView opens as one animation; what has states
-    a file for each that has an answer, with the value of the state in place of the time.
-    Raises OSError; UnknownElement for a kind of cell that is none.
+    Each rigid body next to it is written as vtu/NAME-BALL.vtu. A result with a history gets one file for each time and
+    NAME.pvd, which ParaView opens as one animation; a result with states one file for each solved state, with the value
+    of
+    the state in place of the time. Raises OSError; UnknownElement for an unknown kind of cell.
     """
     target = folder_within(Path(folder), "vtu")
     written: list[Path] = []
@@ -46,18 +45,18 @@ def write_vtu(report: Report, folder: str | Path) -> list[Path]:
     for outcome in report.outcomes:
         name = _file_name(outcome.name, taken)
         if outcome.states:
-            written += _in_states(target, name, outcome)
+            written += _write_states(target, name, outcome)
             continue
         if isinstance(outcome, ModelResult) and outcome.mesh is not None:
             written += _mesh(target, name, outcome)
         if outcome.shape is not None:
             written += _surface(target, f"{name}-surface", outcome.shape)
-            written += _beside(target, name, outcome.shape, outcome.shape.times)
+            written += _write_rigid_bodies(target, name, outcome.shape, outcome.shape.times)
     return written
 
 
 def _file_name(name: str, taken: set[str]) -> str:
-    """The name with nothing in it that a file system minds, and not one that another has."""
+    """Return the name without characters that file systems refuse, and different from all in `taken`."""
     base = re.sub(r"[^\w.-]+", "_", name)[:80].strip(".") or "unnamed"
     own, n = base, 1
     while own.lower() in taken:
@@ -67,12 +66,12 @@ def _file_name(name: str, taken: set[str]) -> str:
 
 
 def _mesh(target: Path, name: str, outcome: ModelResult) -> list[Path]:
-    """Undeformed points with the displacement at the end or, with a history, at each moment; stress at the end."""
+    """Write undeformed points with the final displacement or, with a history, that of each time; stress at the end."""
     mesh: Any = outcome.mesh
     stress, constants = outcome.stress, _constants(outcome)
     X, cells = np.asarray(mesh.points), [(element_of(mesh.kind).meshio, np.asarray(mesh.cells))]
     times, frames, last = mesh.times, mesh.frames, {"displacement": np.asarray(mesh.displacement)}
-    known = ({} if stress is None else _stress(stress)) | _fluid(mesh) | _pressed(outcome)
+    known = ({} if stress is None else _stress(stress)) | _fluid(mesh) | _contact_fields(outcome)
     if times is None or frames is None:
         return [_write(target / f"{name}.vtu", X, cells, last | known, constants)]
     states = ((X, {"displacement": np.asarray(u)}) for u in frames)
@@ -80,8 +79,8 @@ def _mesh(target: Path, name: str, outcome: ModelResult) -> list[Path]:
     return [*files, *([_write(target / f"{name}-end.vtu", X, cells, last | known, constants)] if known else [])]
 
 
-def _in_states(target: Path, name: str, outcome: ModelResult | ReferenceResult) -> list[Path]:
-    """A mesh and a surface for each state that has an answer."""
+def _write_states(target: Path, name: str, outcome: ModelResult | ReferenceResult) -> list[Path]:
+    """Write a mesh and a surface for each solved state."""
     each: Sequence[Any] = outcome.each
     pairs, written = list(zip(outcome.states, each, strict=True)), list[Path]()
     solved = [(s, r) for s, r in pairs if isinstance(r, ModelResult) and r.mesh is not None]
@@ -95,52 +94,54 @@ def _in_states(target: Path, name: str, outcome: ModelResult | ReferenceResult) 
         errors = ((x.position, {} if x.error is None else {"error": x.error}) for _, x in seen)
         triangles, values = [("triangle", seen[0][1].triangles)], np.array([s for s, _ in seen])
         written += _series(target, f"{name}-surface", values, triangles, errors)
-        if outcome.shape is not None and outcome.shape.labels:  # else some state has no shape: those of the last alone
-            written += _beside(target, name, outcome.shape, values)
+        if outcome.shape is not None and outcome.shape.labels:  # some state has no shape: only the last is written
+            written += _write_rigid_bodies(target, name, outcome.shape, values)
     return written
 
 
 def _at_nodes(result: ModelResult) -> dict[str, Floats]:
-    """Displacements of a state of rest, and stress where it is asked for."""
+    """Return displacements at static equilibrium, and stress if requested."""
     known = {} if result.stress is None else _stress(result.stress)
-    return {"displacement": np.asarray(result.mesh.displacement)} | known | _fluid(result.mesh) | _pressed(result)
+    return (
+        {"displacement": np.asarray(result.mesh.displacement)} | known | _fluid(result.mesh) | _contact_fields(result)
+    )
 
 
 def _fluid(mesh: Any) -> dict[str, Floats]:
-    """The pressure of the fluid at the nodes of a porous body, Pa; nothing of another."""
+    """Return the fluid pressure at the nodes of a porous body, Pa; empty for others."""
     found = getattr(mesh, "pore_pressure", None)
     return {} if found is None else {"pore_pressure": np.asarray(found)}
 
 
-def _pressed(result: ModelResult) -> dict[str, Floats]:
-    """The pressure on the surface, Pa, and the gap, m, of each contact at the nodes; nothing where there is none."""
+def _contact_fields(result: ModelResult) -> dict[str, Floats]:
+    """Return the pressure, Pa, and the gap, m, of each contact at the nodes; empty without contact."""
     fields = {name: own.touch.field for name, own in result.contacts.items()}
     known = {name: field.at_nodes for name, field in fields.items() if field is not None}
     return {f"{name}_{word}": values for name, own in known.items() for word, values in own.items()}
 
 
 def _constants(result: ModelResult) -> dict[str, Floats]:
-    """What varies in space, of each cell."""
+    """Return the material constants that vary in space, for each cell."""
     found: dict[str, Floats] = {} if result.constants is None else result.constants()
     return found
 
 
 def _stress(stress: Any) -> dict[str, Floats]:
-    """Cauchy stress at the nodes, Pa: xx yy zz xy yz zx, as ParaView takes symmetric tensors, and von Mises.
+    """Return the Cauchy stress at the nodes, Pa, as xx yy zz xy yz zx (ParaView's order), and von Mises.
 
-    Nothing where it has none: the metrics that ask for it say why.
+    The result is empty if there is no stress; the metrics that ask for it give the reason.
     """
-    from softmark.solvers.stress_recovery.sampling_point_stress import NoStress
+    from softmark.solvers.stress_recovery.sampling_point_stress import StressUnavailable
 
     try:
         field = stress()
         return {"stress": field.at_nodes().six, "von_mises": field.von_mises(), "strain": field.strain()}
-    except NoStress:
+    except StressUnavailable:
         return {}
 
 
-def _surface(target: Path, name: str, shape: SeenSurface) -> list[Path]:
-    """The deformed surface, with its error at the end where there is one."""
+def _surface(target: Path, name: str, shape: DrawnSurface) -> list[Path]:
+    """Write the deformed surface, with its error at the end if there is one."""
     cells = [("triangle", shape.triangles)]
     error = {} if shape.error is None else {"error": shape.error}
     if shape.times is None or shape.frames is None:
@@ -153,8 +154,8 @@ def _surface(target: Path, name: str, shape: SeenSurface) -> list[Path]:
     ]
 
 
-def _beside(target: Path, name: str, shape: SeenSurface, times: Floats | None) -> list[Path]:
-    """The rigid bodies that a model may touch, NAME-BALL.vtu, or a file for each moment or state."""
+def _write_rigid_bodies(target: Path, name: str, shape: DrawnSurface, times: Floats | None) -> list[Path]:
+    """Write the rigid bodies that a model may touch, NAME-BALL.vtu, or a file for each time or state."""
     written: list[Path] = []
     taken = {f"{name}-{word}".lower() for word in OWN}
     for own in shape.instruments:
@@ -174,7 +175,7 @@ def _series(
     states: Iterator[tuple[Floats, dict[str, Floats]]],
     of_cells: Mapping[str, Floats] | None = None,
 ) -> list[Path]:
-    """A file for each moment and the collection that names them with their times."""
+    """Write a file for each time, and the collection that lists them with their times."""
     files = [_write(target / f"{name}-{i:04d}.vtu", X, cells, data, of_cells) for i, (X, data) in enumerate(states)]
     entries = "".join(
         f'    <DataSet timestep="{float(t)!r}" part="0" file={quoteattr(file.name)}/>\n'

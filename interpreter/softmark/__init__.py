@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.run_report import ReferenceResult as ReferenceResult
     from softmark.interpreter.results.run_report import Report as Report
     from softmark.interpreter.study.comparison_study import Comparison as Comparison
-    from softmark.interpreter.study.robustness.robustness_record import Stress as Stress
+    from softmark.interpreter.study.robustness.robustness_record import RobustnessRecord as RobustnessRecord
 
 __version__ = "0.1.0"
 
@@ -70,7 +70,7 @@ _PUBLIC = {
 
 
 def load_ipython_extension(shell: InteractiveShell) -> None:
-    """`%load_ext softmark`: add the magic `%%scene` to a shell of IPython or Jupyter."""
+    """Add the magic `%%scene` to a shell of IPython or Jupyter: `%load_ext softmark`."""
     from softmark.interpreter.api.cell_magic import register
 
     register(shell)

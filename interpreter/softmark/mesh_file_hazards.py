@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 XDMF, VTU = (".xdmf", ".xmf"), ".vtu"
 HDF5 = b"\x89HDF\r\n\x1a\n"
 ELSEWHERE = "its numbers lie in another file, which the scene does not name"
-MOST = 100_000  # objects of an HDF5 file that are looked at
+MOST = 100_000  # maximum number of objects of an HDF5 file that are checked
 
 
-def hazard_of(path: Path) -> str:
-    """Return why a mesh is refused: its numbers lie in other files, or it has more than it may; empty of others.
+def find_hazard(path: Path) -> str:
+    """Return why a mesh file is refused, because it refers to other files or exceeds a limit; empty if it is accepted.
 
     Raises OSError.
     """
@@ -35,11 +35,11 @@ def hazard_of(path: Path) -> str:
     with open_regular(path) as file:
         if file.read(len(HDF5)) != HDF5:
             return ""
-    return _linked(path)
+    return _find_external_links(path)
 
 
 def _is_external(data: bytes) -> bool:
-    """Return whether an item of XDMF is written as anything but XML. What is no XML is for its reader to refuse."""
+    """Return whether an XDMF item has its data outside the XML. Invalid XML is left for the reader to refuse."""
     from xml.parsers import expat
 
     found: list[str] = []
@@ -56,8 +56,8 @@ def _is_external(data: bytes) -> bool:
     return bool(found)
 
 
-def _linked(path: Path) -> str:
-    """Return why an HDF5 file is refused that has links to other files, or data kept in them."""
+def _find_external_links(path: Path) -> str:
+    """Return why an HDF5 file is refused: it has links to other files, or stores data in them."""
     try:
         h5py: Any = importlib.import_module("h5py")
     except ImportError:

@@ -1,6 +1,6 @@
-"""Python's search for unused cycles rests while a command loads its modules, whose objects it will use to its end.
+"""Pause of Python's garbage collector while a command loads its modules, whose objects live until its end.
 
-It would walk all of them again and again, a tenth of a short run's time, and find next to nothing.
+The collector would scan all of them repeatedly, a tenth of a short run's time, and find almost nothing.
 """
 
 from __future__ import annotations
@@ -12,23 +12,23 @@ from contextlib import contextmanager
 _own = False  # whether this process ends with its command
 
 
-def begin() -> None:
-    """No search from now on: of a process of our own."""
+def pause_collection() -> None:
+    """Disable garbage collection in a process of our own."""
     global _own
     _own = True
     gc.disable()
 
 
-def end() -> None:
-    """Search again, in a process of our own only among what is made from now on."""
+def resume_collection() -> None:
+    """Enable garbage collection again, in a process of our own only for objects created from now on."""
     if _own:
         gc.freeze()
         gc.enable()
 
 
 @contextmanager
-def loading() -> Iterator[None]:
-    """No search within: for imports."""
+def collection_paused() -> Iterator[None]:
+    """Disable garbage collection inside the block, for imports."""
     searched = gc.isenabled()
     gc.disable()
     try:
@@ -36,4 +36,4 @@ def loading() -> Iterator[None]:
     finally:
         if searched:
             gc.enable()
-            end()
+            resume_collection()

@@ -1,4 +1,4 @@
-"""Ranges of numbers as the annotations of fields write them: `Pa in (0, inf)`, a round bracket for an end left out."""
+"""Ranges of numbers as in annotations of fields: `Pa in (0, inf)`; a round bracket excludes its end."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _WRITTEN = re.compile(r"in ([(\[])(\S+), (\S+)([)\]])$")
 
 @dataclass(frozen=True)
 class Range:
-    """From low to high, with open or closed ends."""
+    """Range from low to high, with open or closed ends."""
 
     low: float
     high: float
@@ -24,7 +24,7 @@ class Range:
 
     @classmethod
     def read(cls, text: str) -> Self | None:
-        """The range that an annotation ends with, None where it has none."""
+        """Read the range at the end of an annotation; None if it has none."""
         found = _WRITTEN.search(text)
         if found is None:
             return None
@@ -35,8 +35,8 @@ class Range:
         return above and (value < self.high if self.high_open else value <= self.high)
 
 
-class Unfit(ValueError):
-    """Values that are each in their range and do not go together: which field to look at, and what would do."""
+class InvalidCombination(ValueError):
+    """Values are each in range, but their combination is invalid; with the field to blame and the remedy."""
 
     def __init__(self, field: str, problem: str, short: str, remedy: str) -> None:
         super().__init__(f"{problem}: {remedy}")

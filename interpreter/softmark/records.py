@@ -1,10 +1,10 @@
-"""Frozen dataclasses that cost a twentieth of the standard library's at import.
+"""Frozen dataclasses that take a twentieth of the standard library's time at import.
 
 `dataclasses.dataclass(frozen=True)` compiles six methods of every class, used or not: 0.5 ms a class, and a vocabulary
-has hundreds. Here they are closures, and `__init__` is compiled when the first object of the class is made. What they
-do is the same, and so is all else: `fields`, `replace`, `asdict`, `__match_args__`, inheritance either way, and a
-`__repr__` of the class's own. What is not plainly frozen (slots, order, mutable classes, other methods of its own under
-these names) goes to the standard library.
+has hundreds. Here the methods are closures, and `__init__` is compiled when the first object of the class is made.
+Their behaviour is the same, and so are `fields`, `replace`, `asdict`, `__match_args__`, inheritance either way, and a
+class's own `__repr__`. Classes with other options (slots, order, not frozen, own methods under these names) are made by
+the standard library.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 else:
 
     def dataclass(cls=None, /, **options):
-        """As `dataclasses.dataclass`, with its options and its errors."""
+        """Make a dataclass, with the options and errors of `dataclasses.dataclass`."""
         if cls is not None:
             return dataclasses.dataclass(cls, **options)
         if options != {"frozen": True}:
@@ -34,26 +34,26 @@ _GIVEN = object()  # stands for a value that a factory makes
 
 
 def _frozen(cls: type[Any]) -> type[Any]:
-    """The class as a frozen dataclass. Raises TypeError as the standard library does."""
+    """Make the class a frozen dataclass. Raises TypeError as the standard library does."""
     if _OWN & vars(cls).keys() or not cls.__doc__:
         return dataclasses.dataclass(frozen=True)(cls)
     derived = any(hasattr(base, "__dataclass_params__") for base in cls.__mro__[1:])
-    # of a frozen class the standard library takes only a frozen one
+    # the standard library allows only frozen bases here
     dataclasses.dataclass(init=False, repr=False, eq=False, frozen=derived)(cls)
     told: Any = cls
     told.__init__ = _Init(cls)
     if "__repr__" not in vars(cls):
         told.__repr__ = _repr(cls)
-    told.__eq__, told.__hash__ = _comparing(cls)
+    told.__eq__, told.__hash__ = _comparison_methods(cls)
     if not derived:
-        told.__setattr__, told.__delattr__ = _fixed(cls)
+        told.__setattr__, told.__delattr__ = _immutability_methods(cls)
     known = told.__dataclass_params__
     known.init = known.repr = known.eq = known.frozen = True
     return cls
 
 
 class _Init:
-    """`__init__` of a class, compiled when it is first asked for."""
+    """Descriptor that compiles the `__init__` of a class on first use."""
 
     def __init__(self, cls: type[Any]) -> None:
         self.cls = cls
@@ -65,7 +65,7 @@ class _Init:
 
 
 def _init(cls: type[Any]) -> Callable[..., None]:
-    """It sets each field, and then calls `__post_init__` where there is one."""
+    """Return an `__init__` that sets each field and then calls `__post_init__`, if there is one."""
     fields = dataclasses.fields(cls)
     known: dict[str, Any] = {"_set": object.__setattr__, "_given": _GIVEN}
     known |= {f"_make_{f.name}": f.default_factory for f in fields}
@@ -84,14 +84,14 @@ def _init(cls: type[Any]) -> Callable[..., None]:
 
 
 def _parameter(f: dataclasses.Field[Any]) -> str:
-    """How a field stands in the signature."""
+    """Return a field's text in the signature."""
     if f.default_factory is not dataclasses.MISSING:
         return f"{f.name}=_given"
     return f.name if f.default is dataclasses.MISSING else f"{f.name}=_default_{f.name}"
 
 
 def _assigned(f: dataclasses.Field[Any]) -> str:
-    """The line that sets a field, "" where its class has the value already."""
+    """Return the line that sets a field, or "" if the class attribute already has its value."""
     if f.default_factory is not dataclasses.MISSING:
         value = f"_make_{f.name}() if {f.name} is _given else {f.name}" if f.init else f"_make_{f.name}()"
     elif f.init:
@@ -102,14 +102,14 @@ def _assigned(f: dataclasses.Field[Any]) -> str:
 
 
 def _values(names: list[str]) -> Callable[[Any], tuple[Any, ...]]:
-    """What an object has under these names."""
+    """Return a function that reads these attributes of an object."""
     if len(names) > 1:
         return attrgetter(*names)
     return lambda thing: tuple(getattr(thing, n) for n in names)
 
 
-def _comparing(cls: Any) -> tuple[Callable[[Any, Any], bool], Callable[[Any], int]]:
-    """`__eq__` and `__hash__`."""
+def _comparison_methods(cls: Any) -> tuple[Callable[[Any, Any], bool], Callable[[Any], int]]:
+    """Return `__eq__` and `__hash__` of a class."""
     fields = dataclasses.fields(cls)
     compared = _values([f.name for f in fields if f.compare])
     hashed = _values([f.name for f in fields if (f.compare if f.hash is None else f.hash)])
@@ -124,7 +124,7 @@ def _comparing(cls: Any) -> tuple[Callable[[Any, Any], bool], Callable[[Any], in
 
 
 def _repr(cls: Any) -> Callable[[Any], str]:
-    """`__repr__`."""
+    """Return `__repr__` of a class."""
     names = [f.name for f in dataclasses.fields(cls) if f.repr]
 
     @recursive_repr()
@@ -134,8 +134,8 @@ def _repr(cls: Any) -> Callable[[Any], str]:
     return __repr__
 
 
-def _fixed(cls: Any) -> tuple[Callable[[Any, str, Any], None], Callable[[Any, str], None]]:
-    """`__setattr__` and `__delattr__`: fields stay as they are, in subclasses too."""
+def _immutability_methods(cls: Any) -> tuple[Callable[[Any, str, Any], None], Callable[[Any, str], None]]:
+    """Return `__setattr__` and `__delattr__` that keep fields unchanged, also in subclasses."""
     names = {f.name for f in dataclasses.fields(cls)}
 
     def __setattr__(self: Any, name: str, value: Any) -> None:  # noqa: N807

@@ -1,4 +1,4 @@
-"""Memory and time for readers of files, which grow with the file whatever it promises, and the memory that is free."""
+"""Limits of memory and time for file readers, by the size of the file, and the amount of free memory."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ TYPE_CHECKING = False  # as in `typing`, which takes longer to import than this
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-FACTOR = 200  # bytes of memory for a byte of a file: texts of numbers take up to 60 of them in Python's lists
+FACTOR = 200  # bytes of memory per byte of a file: texts of numbers take up to 60 in Python lists
 FLOOR = 1 << 30  # bytes for any file, and for the modules that its reader imports
-PATIENCE, PACE = 8.0, 2e-6  # s of the processor for any file, and for each of its bytes
-TURNS = 10_000  # of a loop: what is pending is raised at the first
-SHARE = 0.5  # of the free memory, for the largest of files
+PATIENCE, PACE = 8.0, 2e-6  # processor s for any file, and for each of its bytes
+TURNS = 10_000  # iterations of a loop, in the first of which a pending exception is raised
+SHARE = 0.5  # fraction of the free memory for one file
 GROUP = Path("/sys/fs/cgroup")
 process_lock = threading.RLock()  # held by the thread that changes limits or standard streams of the whole process
-LIMITS = (  # of a container and what it uses, by versions of the interface
+LIMITS = (  # limit and use of a container's memory, by cgroup version
     ("memory.max", "memory.current"),
     ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"),
 )
 
 
 class TooSlow(Exception):
-    """Reading a file takes longer than its size can need."""
+    """Reading a file takes longer than its size justifies."""
 
     def __init__(self) -> None:
         super().__init__("reading it takes longer than its size can need: it is damaged, or of another format")
@@ -37,13 +37,17 @@ class TooSlow(Exception):
 def limited_resources(path: Path, size: int | None = None) -> Iterator[None]:
     """Limit the memory of this process and the time of this thread while a file is read, one file at a time.
 
-    The limit is what the process has, and beyond it 1 GiB and 200 times the size of the file, though no more than
-    half of the free memory. `size` in bytes is that of all files of a series. A header that promises more than the file
-    holds, and a small file that unpacks to a large one, then end in a MemoryError instead of a machine without memory.
-    Where the system has no such limits, or sets a lower one, memory is not limited.
+    The memory limit is the current use plus 1 GiB and 200 times the size of the file, but at most half of the free
+    memory.
+    `size` in bytes is that of all files of a series. A header that promises more data than the file holds, or a small
+    file
+    that unpacks to a large one, then ends in a MemoryError instead of exhausting the machine. Where the system has no
+    such
+    limits, or sets a lower one, memory is not limited.
 
-    The time is 8 s of the processor and 2 s for each MB; what takes longer ends in TooSlow, as soon as Python code
-    runs again. Other threads wait until the file is read: who restores a limit must have been the last to change it.
+    The time limit is 8 s of processor time plus 2 s for each MB; TooSlow is raised as soon as Python code runs again.
+    Other
+    threads wait until the file is read, so that limits are restored in order.
     """
     try:
         long = path.stat().st_size if size is None else size
@@ -55,7 +59,7 @@ def limited_resources(path: Path, size: int | None = None) -> Iterator[None]:
 
 @contextmanager
 def _limited_time(seconds: float) -> Iterator[None]:
-    """Raise TooSlow in this thread after so much time of its own; a limit within another changes nothing."""
+    """Raise TooSlow in this thread after so much of its processor time; a nested limit has no effect."""
     if getattr(_timed, "within", False):
         yield
         return
@@ -81,16 +85,16 @@ def _limited_time(seconds: float) -> Iterator[None]:
     finally:
         _timed.within = False
         with lock:
-            ended.set()  # from now on nothing is raised
+            ended.set()  # from now on no exception is raised
         if raised.is_set():
             _take_pending()
 
 
 def _take_pending() -> None:
-    """Let a TooSlow that is set and not raised yet be raised here, and drop it.
+    """Raise a pending TooSlow here, and drop it.
 
-    `PyThreadState_SetAsyncExc(thread, NULL)` would take it back too, but leaves the interpreter's flag of pending work
-    set for ever (CPython 3.11), which makes every later function slower and hangs it under a profiler.
+    `PyThreadState_SetAsyncExc(thread, NULL)` would cancel it too, but leaves the interpreter's flag of pending work set
+    forever (CPython 3.11), which makes every later function slower and hangs it under a profiler.
     """
     with suppress(TooSlow):
         for _ in range(TURNS):
@@ -110,7 +114,7 @@ def _limited_memory(size: int) -> Iterator[None]:
     except (ImportError, OSError):
         yield
         return
-    limit = has + int(min(FLOOR + FACTOR * size, max(FLOOR, SHARE * available())))
+    limit = has + int(min(FLOOR + FACTOR * size, max(FLOOR, SHARE * available_memory())))
     if soft != resource.RLIM_INFINITY and soft <= limit:
         yield
         return
@@ -121,8 +125,8 @@ def _limited_memory(size: int) -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
 
 
-def reason_of(error: BaseException) -> str:
-    """Return the reason that a reader's exception gives, in words for whoever has the file."""
+def describe_read_error(error: BaseException) -> str:
+    """Return the reason in a reader's exception, in words for the owner of the file."""
     if isinstance(error, MemoryError):
         return "it asks for more memory than its size can need: it is cut off, or its header is wrong"
     if isinstance(error, RecursionError):
@@ -134,8 +138,8 @@ def reason_of(error: BaseException) -> str:
     return " ".join(str(error).split())[:200] or type(error).__name__
 
 
-def available() -> float:
-    """Return the bytes that can be had without swapping, as far as the system says; infinite where it says nothing."""
+def available_memory() -> float:
+    """Return the bytes available without swapping, as reported by the system; infinite if unknown."""
     return min(_available_in_system(), _available_in_container())
 
 

@@ -1,7 +1,7 @@
-"""Reading files that a stranger may have written: regular files only, and no file outside the folder of the one read.
+"""Safe reading of untrusted files: only regular files, and no file outside the folder of the one that is read.
 
-Every reader opens files here. A pipe or a device never blocks it, and a file that names other files leads nowhere but
-into its own folder, whatever `..`, absolute paths or symbolic links it uses. No numpy: scenes are checked without it.
+Every reader opens files here. A pipe or a device never blocks it, and a file can refer only to files in its own folder,
+whatever `..`, absolute paths or symbolic links it uses. No numpy: scenes are checked without it.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ TYPE_CHECKING = False  # as in `typing`, which takes longer to import than this
 if TYPE_CHECKING:
     from pathlib import Path
 
-LARGEST = 2 << 30  # bytes of a file that is read whole
+LARGEST = 2 << 30  # maximum bytes of a file that is read whole
 SMALL = 1 << 16  # bytes
 
 
 class UnsafeFile(OSError):
-    """A file that is not read; `strerror` says why."""
+    """A file is refused; `strerror` is the reason."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(None, reason)
@@ -28,8 +28,9 @@ class UnsafeFile(OSError):
 def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
     """Open a regular file for reading, in bytes.
 
-    The path is looked at before and after it is opened, without blocking: a pipe that nobody writes to would block for
-    ever, and opening some devices has effects. Raises UnsafeFile where it is no regular file, OSError.
+    The path is checked before and after a non-blocking open: a pipe without a writer would block for ever, and opening
+    some
+    devices has effects. Raises OSError, and UnsafeFile if it is not a regular file.
     """
     return open(path, "rb", opener=descriptor_of)
 
@@ -50,11 +51,11 @@ def descriptor_of(path: str | os.PathLike[str], _: int = 0) -> int:
 
 
 def read_regular(path: str | os.PathLike[str], largest: int = LARGEST) -> bytes:
-    """Read a regular file whole. Raises UnsafeFile where it is none or has more bytes than `largest`, OSError."""
+    """Read a regular file. Raises OSError, and UnsafeFile if it is not regular or has more bytes than `largest`."""
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         if size <= largest:
-            return file.read(max(size, SMALL))  # some files of /proc say that they have 0 bytes
+            return file.read(max(size, SMALL))  # some files of /proc report a size of 0 bytes
     shown = f"{largest >> 30} GiB" if largest >= 1 << 30 else f"{largest / 1e6:g} MB"
     raise UnsafeFile(f"it is larger than {shown}")
 
@@ -62,7 +63,7 @@ def read_regular(path: str | os.PathLike[str], largest: int = LARGEST) -> bytes:
 def path_within(folder: Path, told: str) -> Path:
     """Return the regular file at a path that another file in `folder` names, with symbolic links resolved.
 
-    Raises UnsafeFile where the path leads out of the folder or to no regular file, OSError.
+    Raises OSError, and UnsafeFile if the path leads out of the folder or to no regular file.
     """
     try:
         home = folder.resolve()

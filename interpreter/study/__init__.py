@@ -1,11 +1,13 @@
-"""Studies: what many runs of one scene tell together.
+"""Studies: many runs of one scene and their joint evaluation.
 
-    expansion/   from a study to tasks, each with a key that says when two are one
-    workers/     processes that carry tasks out, and the journal that outlives them
-    timing/      clocks that know when they were disturbed
-    analysis/    what the points of a comparison tell: orders, fronts, advice
-    stability/   walks to the edges of models
-    compare      all of it for `dsl compare`
+    configurations/    from a study to tasks, each with a key that identifies equal computations
+    workers/           processes that perform tasks, and the journal of finished tasks
+    timing/            timing that detects disturbances
+    analysis/          evaluation of a comparison: orders of convergence, Pareto fronts, advice
+    robustness/        parametric robustness studies up to the validity edges of models
+    leaderboard/       models on all cases of a suite
+    run_cache/         saved results of `dsl run`
+    comparison_study   a whole comparison for `dsl compare`
 
-Imports rooms up to the run.
+Imports packages up to the pipeline.
 """

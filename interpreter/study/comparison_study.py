@@ -1,7 +1,7 @@
-"""A comparison from scenes to `softmark-compare/1`: expand, compute, time, analyse; every finished task is on disk.
+"""Comparison of configurations, from scenes to `softmark-compare/1`: expand, compute, time, analyse.
 
-Accuracy comes first and may run in parallel; timing follows, alone on the machine. Both are journalled, so that an
-interrupted comparison goes on where it was.
+Results are computed first, possibly in parallel; timing follows, alone on the machine. Both are journalled on disk, so
+that an interrupted comparison continues where it stopped.
 """
 
 from __future__ import annotations
@@ -14,21 +14,21 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from softmark.interpreter.pipeline.run_environment import environment
+from softmark.interpreter.pipeline.run_environment import describe_environment
 from softmark.interpreter.results import json_validation
-from softmark.interpreter.results.json_records import clean
+from softmark.interpreter.results.json_records import to_plain_json
 from softmark.interpreter.results.state_results import SOLVED
 from softmark.interpreter.study.analysis.comparison_point import part_of
 from softmark.interpreter.study.configurations.configuration_expansion import (
-    Additions,
+    CommandLineAdditions,
     Configuration,
     SceneSubject,
-    TooMany,
+    TooManyConfigurations,
     expand,
     read_vary,
 )
-from softmark.interpreter.study.configurations.configuration_task import FINE, failed
-from softmark.interpreter.study.configurations.reference_changes import marked
+from softmark.interpreter.study.configurations.configuration_task import FINE, failed_outcome
+from softmark.interpreter.study.configurations.reference_changes import mark_problems
 from softmark.interpreter.study.configurations.task_outcome import PointOutcome, PointTask
 from softmark.interpreter.study.workers import worker_pool
 from softmark.interpreter.study.workers.task_journal import Interrupted, Journal, JournalRefused
@@ -36,7 +36,7 @@ from softmark.interpreter.vocabulary.study_words import Convergence, Pareto, Swe
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
-    from softmark.interpreter.study.analysis.comparison_record import Compared
+    from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
     from softmark.interpreter.study.configurations.timing_job import TimingJob
 
 __all__ = ["Comparison", "ComparisonRequest", "Interrupted", "TooMany", "compare"]
@@ -50,7 +50,7 @@ Say = Callable[[str, str], None]
 
 @dataclass(frozen=True)
 class ComparisonRequest:
-    """What is to be compared, and how. `timeout` in s for each task, None: no limit; `repeats` 0: no timing."""
+    """Settings of a comparison. `timeout` in s for each task, None: no limit; `repeats` 0: no timing."""
 
     folder: Path
     vary: tuple[str, ...] = ()
@@ -65,17 +65,17 @@ class ComparisonRequest:
     allow_contaminated: bool = False
     command: str = ""
     say: Say = field(default=lambda what, detail: None, repr=False)
-    # told, once the journal is open, whom to ask what an interrupt would leave
+    # called when the journal opens, with a function that describes the progress
     saying: Callable[[Callable[[], str]], None] = field(default=lambda words: None, repr=False)
-    # told what is known of errors before times are measured, which takes longer
-    accurate: Callable[[Compared], None] | None = field(default=None, repr=False)
-    # scenes as they are declared, without what their studies vary, and without telling where the time goes
+    # called with the errors before timing, which takes longer
+    accurate: Callable[[ComparisonRecord], None] | None = field(default=None, repr=False)
+    # scenes as declared, without variations of their studies and without times of phases
     plain: bool = False
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """What a comparison found, as JSON: `points`, one for each configuration, and the `analysis` of them.
+    """Results of a comparison as JSON: `points`, one for each configuration, and their `analysis`.
 
     `found` has both as values.
     """
@@ -84,24 +84,24 @@ class Comparison:
     references: Json
     scenes: list[Json]
     studies: Json
-    environment: Json
+    describe_environment: Json
     command: str
     created: str
-    found: Compared
+    found: ComparisonRecord
     unsound: bool = False  # a reference failed somewhere
 
     @cached_property
     def analysis(self) -> Json:
-        """What the points say."""
+        """Analysis of the points."""
         return self.found.analysis.to_json()
 
     @property
     def exit_status(self) -> int:
-        """3 where a model or a reference failed, did not converge or ran out of time, else 0."""
+        """Exit status: 3 if a model or a reference failed, did not converge or ran out of time, else 0."""
         return 3 if self.unsound or any(p["status"] not in FINE for p in self.points) else 0
 
     def to_json(self) -> Json:
-        """The comparison as `softmark-compare/1`."""
+        """Return the comparison as `softmark-compare/1`."""
         return {
             "schema": SCHEMA, "created": self.created, "environment": self.environment, "command": self.command,
             "scenes": self.scenes, "studies": self.studies, "points": self.points, "references": self.references,
@@ -109,20 +109,20 @@ class Comparison:
         }  # fmt: skip
 
     def dumps(self) -> str:
-        """The JSON text."""
+        """Return the comparison as JSON text."""
         return json.dumps(self.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def compare(subjects: Sequence[SceneSubject], request: ComparisonRequest) -> Comparison:
-    """Carry a comparison out.
+    """Run a comparison.
 
-    Raises SceneError for names or values of the request that cannot be meant, Refused for a folder that cannot be used,
-    pool.Unavailable if nobody can do the work, Interrupted, and OSError.
+    Raises SceneError for invalid names or values of the request, JournalRefused for an unusable folder, NoWorkers if no
+    worker is available, Interrupted, and OSError.
     """
     started = datetime.now(UTC)
     vary, models = read_vary(request.vary)
     chosen = (*request.models, *(m for m in models if m not in request.models))
-    asked = Additions(vary, chosen, request.study, request.plain)
+    asked = CommandLineAdditions(vary, chosen, request.study, request.plain)
     configurations = expand(subjects, asked)
     with Journal.open(request.folder, request.fresh) as journal:
         tasks = {c.key: c.task for c in configurations if c.reason is None}
@@ -145,12 +145,12 @@ def _comparison(
     subjects: Sequence[SceneSubject], configurations: Sequence[Configuration], outcomes: Mapping[str, PointOutcome],
     costs: Json, request: ComparisonRequest, started: datetime,
 ) -> Comparison:  # fmt: skip
-    """What is known by now: `costs` by key, empty before they are measured."""
-    points = marked([_point(c, outcomes, costs) for c in configurations])
+    """Return the results so far: `costs` by key, empty before they are measured."""
+    points = mark_problems([_point(c, outcomes, costs) for c in configurations])
     references, unsound = _references(points, outcomes)
     saved: Json = {
         "points": points, "references": references, "scenes": [s.described() for s in subjects],
-        "studies": {s.name: _studies(s) for s in subjects}, "environment": environment(started),
+        "studies": {s.name: _studies(s) for s in subjects}, "environment": describe_environment(started),
         "command": request.command, "created": started.isoformat(timespec="seconds"),
     }  # fmt: skip
     return Comparison(**saved, found=_analysed(saved, request), unsound=unsound)
@@ -167,18 +167,18 @@ def _refuse_mixing(journal: Journal, tasks: Mapping[str, PointTask], request: Co
 
 @dataclass
 class _Done:
-    """How far a comparison has come."""
+    """Progress of a comparison."""
 
     journal: Journal
-    keys: frozenset[str]  # of all its tasks
+    keys: frozenset[str]  # number of all tasks
 
     @property
     def count(self) -> int:
-        """Tasks in the journal."""
+        """Number of tasks in the journal."""
         return len(self.keys & self.journal.on_disk(ACCURACY))
 
     def words(self) -> str:
-        """For whoever has interrupted it."""
+        """Progress in words, shown after an interruption."""
         kept = f"{self.count} of {len(self.keys)} tasks are in {self.journal.path}"
         return f"{kept}; the same command with `--resume` goes on"
 
@@ -187,7 +187,7 @@ class _Done:
 
 
 def _accuracy(tasks: Mapping[str, PointTask], request: ComparisonRequest, done: _Done) -> dict[str, PointOutcome]:
-    """Outcomes by key: those of the journal, and what is computed now."""
+    """Return outcomes by key, from the journal or computed now."""
     journal = done.journal
     sound = ({**e["outcome"], "key": k} for k, e in journal.of_kind(ACCURACY).items() if k in tasks and _sound(e))
     outcomes = {o.key: o for o in map(PointOutcome.from_json, sound) if not o.again(request.timeout)}
@@ -201,18 +201,18 @@ def _accuracy(tasks: Mapping[str, PointTask], request: ComparisonRequest, done: 
 
 
 def _sound(entry: Json) -> bool:
-    """Whether an entry of the journal has what is read from it: one that was damaged is computed or timed anew."""
-    if json_validation.misfit(entry, json_validation.ENTRIES[entry["kind"]]) is not None:
+    """Return whether an entry of the journal is complete; a damaged one is computed or timed again."""
+    if json_validation.find_misfit(entry, json_validation.ENTRIES[entry["kind"]]) is not None:
         return False
     return entry["kind"] != TIMING or _counts(entry["record"])
 
 
 def _counts(record: Json) -> bool:
-    """Whether a record of a run alone gives a cost, or says that it has none."""
-    from softmark.interpreter.study.analysis.timing_quality import cost
+    """Return whether a timing record by itself gives a cost or the reason why there is none."""
+    from softmark.interpreter.study.analysis.timing_quality import summarize_cost
 
     try:
-        cost([record])
+        summarize_cost([record])
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
         return False
     return True
@@ -224,8 +224,8 @@ def _computed(
     if not waiting:
         return iter(())
     if request.cluster is not None:
-        return worker_pool.outcomes_of_cluster(waiting, request.cluster, request.timeout)
-    return worker_pool.outcomes(waiting, request.jobs, request.timeout, started)
+        return worker_pool.run_tasks_on_cluster(waiting, request.cluster, request.timeout)
+    return worker_pool.run_tasks(waiting, request.jobs, request.timeout, started)
 
 
 # ------------------------------------------------------------------ timing
@@ -237,18 +237,18 @@ def _timing(
     request: ComparisonRequest,
     journal: Journal,
 ) -> Json:
-    """Costs by key, of what was solved: measured alone on this machine, each process's record kept at once."""
+    """Return the costs of solved configurations by key, timed alone on this machine; each record is saved at once."""
     if request.repeats == 0:
         return {}
-    from softmark.interpreter.study.timing.timing_rounds import timings
+    from softmark.interpreter.study.timing.timing_rounds import time_jobs
 
     jobs = [_job(c, request) for c in configurations if _solved(c, outcomes)]
     done = [entry["record"] for (kind, _, _), entry in journal.entries.items() if kind == TIMING and _sound(entry)]
 
     def keep(record: Json) -> None:
-        journal.append(TIMING, str(record["key"]), record=clean(record))
+        journal.append(TIMING, str(record["key"]), record=to_plain_json(record))
 
-    return timings(jobs, request.repeats, keep, done, request.say, phases=not request.plain)
+    return time_jobs(jobs, request.repeats, keep, done, request.say, phases=not request.plain)
 
 
 def _solved(configuration: Configuration, outcomes: Mapping[str, PointOutcome]) -> bool:
@@ -272,12 +272,12 @@ def _job(configuration: Configuration, request: ComparisonRequest) -> TimingJob:
 
 def _point(configuration: Configuration, outcomes: Mapping[str, PointOutcome], costs: Mapping[str, Json]) -> Json:
     key = configuration.key
-    outcome = failed(configuration.task, configuration.reason) if configuration.reason else outcomes[key]
+    outcome = failed_outcome(configuration.task, configuration.reason) if configuration.reason else outcomes[key]
     return {**configuration.described(), **outcome.point, "cost": costs.get(key)}
 
 
 def _references(points: Sequence[Json], outcomes: Mapping[str, PointOutcome]) -> tuple[dict[str, Json], bool]:
-    """References of each problem as its first configuration has them, or one that failed; and whether one did."""
+    """Return each problem's references from its first configuration or a failed one, and whether any failed."""
     found: dict[str, Json] = {}
     unsound = False
     for p in points:
@@ -290,15 +290,15 @@ def _references(points: Sequence[Json], outcomes: Mapping[str, PointOutcome]) ->
     return found, unsound
 
 
-def _analysed(saved: Json, request: ComparisonRequest) -> Compared:
-    from softmark.interpreter.study.analysis.comparison_analysis import Terms
-    from softmark.interpreter.study.analysis.comparison_record import Compared
+def _analysed(saved: Json, request: ComparisonRequest) -> ComparisonRecord:
+    from softmark.interpreter.study.analysis.comparison_analysis import ComparisonTerms
+    from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
 
-    return Compared.from_json(saved, Terms(request.allow_contaminated))
+    return ComparisonRecord.from_json(saved, ComparisonTerms(request.allow_contaminated))
 
 
 def _studies(subject: SceneSubject) -> Json:
-    """The studies of a scene, for whoever analyses: sweeps, and what is asked of them."""
+    """Return the studies of a scene for the analysis: sweeps, and the evaluations of them."""
     found: Json = {}
     for name, declared in subject.scene.of_kind("study").items():
         match declared.thing:

@@ -11,7 +11,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared, Scene, is_rigid
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.problem.body_case import at_rest_pressed
+from softmark.interpreter.problem.body_case import is_force_driven
 from softmark.interpreter.problem.plane_of_contact import beside_plane
 from softmark.interpreter.problem.symmetry_planes import led_fault
 from softmark.interpreter.validation.initial_overlap import check_initial_overlap
@@ -186,7 +186,7 @@ def _check_actions(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
 
 def _is_load_of_rigid_body(scene: Scene, body: Declared, load: Any) -> bool:
     """Return whether a rigid body accepts a load in this analysis."""
-    at_rest = isinstance(load, PointForce) and at_rest_pressed(scene, body)
+    at_rest = isinstance(load, PointForce) and is_force_driven(scene, body)
     return at_rest or (body.thing.free and isinstance(load, PointForce | Torque))
 
 

@@ -11,7 +11,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared, Location, Scene
 from softmark.interpreter.language.coordinate_conditions import Condition, Point
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.problem.body_case import Case, Fault, case_for, reach
+from softmark.interpreter.problem.body_case import Case, Fault, case_for, describe_extent
 from softmark.interpreter.vocabulary.load_words import MomentLoad, PressureLoad, RemoteStress, SurfaceTraction
 from softmark.references.measured_curve import CurveFromFile
 from softmark.solvers.mesh.shape import Shape
@@ -147,7 +147,7 @@ def loads(scene: Scene) -> Iterator[Diagnostic]:
         if body.thing.shape.convex and not _may_meet_surface(action.where, body.thing.shape):
             at: Location = load.at("where")
             problem = f"`{load.name}` selects no part of the surface of `{body.name}`"
-            help = f"it acts on the surface, and this lies inside; the body spans {reach(*body.thing.shape.bounds)}"
+            help = f"it acts on the surface, and this lies inside; the body spans {describe_extent(*body.thing.shape.bounds)}"
             yield diagnostic("E302", at, problem, "selects nothing", help)
 
 

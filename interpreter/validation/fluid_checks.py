@@ -10,7 +10,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared, Scene, is_rigid
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.metrics.pore_pressure import Outflow, PorePressure
-from softmark.interpreter.problem.body_case import porous, reach
+from softmark.interpreter.problem.body_case import describe_extent, porous
 from softmark.interpreter.vocabulary.support_words import Drain
 
 REMEDY = "make it of `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`"
@@ -39,7 +39,7 @@ def _check_pressure(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
     if is_rigid(body) or not porous(body.thing.material):
         yield diagnostic("E228", metric.at("body"), f"there is no fluid in `{body.name}`", "no fluid", REMEDY)
     elif not body.thing.shape.fault and not body.thing.shape.contains(metric.thing.at):
-        spans = "" if body.thing.shape.bounds is None else f"the body spans {reach(*body.thing.shape.bounds)}"
+        spans = "" if body.thing.shape.bounds is None else f"the body spans {describe_extent(*body.thing.shape.bounds)}"
         yield diagnostic("E504", metric.at("at"), f"`{metric.name}` looks at"
                          f" {units.format_vector(metric.thing.at, units.LENGTH)}, outside `{body.name}`",
                          "not in the body", spans)  # fmt: skip

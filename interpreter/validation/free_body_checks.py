@@ -8,7 +8,7 @@ from typing import Any
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared, Scene, is_rigid
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.problem.body_case import at_rest_pressed, case_of, left_to_go
+from softmark.interpreter.problem.body_case import case_of, free_directions, is_force_driven
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.contact_words import Between
 from softmark.interpreter.vocabulary.load_words import BodyForce, Gravity, PointForce, Torque
@@ -36,7 +36,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 def _reasons(scene: Scene, body: Declared) -> Iterator[Reason]:
     """Yield the reasons against one rigid body."""
     thing, name = body.thing, body.name
-    if at_rest_pressed(scene, body):
+    if is_force_driven(scene, body):
         yield from _check_static(scene, body)
         return
     if not thing.free:
@@ -132,7 +132,7 @@ def _check_static(scene: Scene, body: Declared) -> Iterator[Reason]:
 
 def _check_free_direction(scene: Scene, body: Declared, other: Declared) -> Iterator[Reason]:
     """Check that one direction is free with known weight, and that no other rigid body is force-driven."""
-    name, left = body.name, left_to_go(scene, body, other)
+    name, left = body.name, free_directions(scene, body, other)
     loads = [load for load in scene.acting("load", name) if isinstance(load.thing, Gravity | PointForce)]
     if not left:
         yield (
@@ -178,7 +178,7 @@ def _check_free_direction(scene: Scene, body: Declared, other: Declared) -> Iter
             )
     for one in scene.of_kind("contact").values():
         second = scene.declared[one.thing.rigid] if isinstance(one.thing, Between) else body
-        if second.name != name and one.thing.body == other.name and is_rigid(second) and at_rest_pressed(scene, second):
+        if second.name != name and one.thing.body == other.name and is_rigid(second) and is_force_driven(scene, second):
             yield (
                 body.at(),
                 f"loads press `{name}`, and `{second.name}` as well",
@@ -220,7 +220,7 @@ def _check_contacts(scene: Scene, body: Declared) -> Iterator[Reason]:
             "not with a free body",
             "take the whole body",
         )
-    if case.planar and not at_rest_pressed(scene, body):
+    if case.planar and not is_force_driven(scene, body):
         yield (body.at(), f"`{body.name}` is free, and `{first}` is plane", "not in the plane", "take a `solid`")
     elif case.remembers:
         yield (

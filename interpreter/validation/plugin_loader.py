@@ -33,7 +33,7 @@ from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.name_suggestions import nearest
 from softmark.grammar.tree import Span
 from softmark.interpreter.language.expression_evaluation import PREDEFINED
-from softmark.interpreter.language.field_schema import Vocabulary, _fields, indefinite_article
+from softmark.interpreter.language.field_schema import Vocabulary, _fields, article
 from softmark.interpreter.language.plugin_words import FILES, Plugin, format_exception
 from softmark.records import dataclass
 from softmark.resource_limits import process_lock
@@ -418,7 +418,7 @@ def check_class(cls: type[Any], kind: str) -> None:
             () if root is None or not issubclass(cls, root) else [n for n in needed if _is_only_inherited(cls, root, n)]
         )
         if missing:
-            raise BadClass(f"`{name}` has no `{missing[0]}`", f"{indefinite_article(kind)} {kind} says it itself; "
+            raise BadClass(f"`{name}` has no `{missing[0]}`", f"{article(kind)} {kind} says it itself; "
                            f"see `{base}` of `softmark.{place}`")  # fmt: skip
     if kind == "reference":
         _check_reference(cls)
@@ -484,7 +484,7 @@ def _remove_existing_words(plugin: Plugin, ours: Vocabulary) -> Plugin:
     entries = {(e.kind, e.word): e for e in _entries(read, _tree(read), [])}
     for (kind, word), other in taken.items():
         whose = "softmark" if other is None else f"the plugin `{other.name}`"
-        lacking = BadClass(f"`{word}` is {indefinite_article(kind)} {kind} of {whose} already", "give it another word")
+        lacking = BadClass(f"`{word}` is {article(kind)} {kind} of {whose} already", "give it another word")
         broken[kind, word] = str(lacking)
         doubts.append(_left_out_diagnostic(read, entries[kind, word], lacking))
     words = {k: {w: c for w, c in own.items() if (k, w) not in taken} for k, own in plugin.words.items()}

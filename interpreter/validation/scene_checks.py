@@ -19,7 +19,7 @@ from softmark.interpreter.language.message_limit import shorten
 from softmark.interpreter.language.parameter_overrides import Override
 from softmark.interpreter.metrics.metric_base import ForceMetric
 from softmark.interpreter.models.shared.perturbed_start import doubts as disturbed
-from softmark.interpreter.problem.body_case import Case, Fault, body_of, case_for, case_of, reach
+from softmark.interpreter.problem.body_case import Case, Fault, body_of, case_for, case_of, describe_extent
 from softmark.interpreter.problem.symmetry_planes import plane_fault, point_doubt, pull_fault, start_fault
 from softmark.interpreter.problem.theory_problems import problem_of
 from softmark.interpreter.validation import file_and_selection_checks as given
@@ -82,7 +82,7 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         if not true:
             yield diagnostic("E302", declared.at("where"),
                              f"`{declared.name}` selects no part of `{body.name}`", "selects nothing",
-                             f"the body spans {reach(low, high)}")  # fmt: skip
+                             f"the body spans {describe_extent(low, high)}")  # fmt: skip
         elif not false and declared.kind == "support":
             everywhere.setdefault(body.name, []).append(declared)
     for name, supports in everywhere.items():
@@ -151,7 +151,7 @@ def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         for field, point in reversed(outside.items()) if bare is not None else ():
             does = "acts at" if declared.kind == "load" else "looks at"
             where = units.format_vector(point, units.LENGTH)
-            spans = reach(*shape.bounds) + ("" if shape.convex else f"; it is {shape.gap}")
+            spans = describe_extent(*shape.bounds) + ("" if shape.convex else f"; it is {shape.gap}")
             problem = f"`{declared.name}` {does} {where}, outside `{body.name}`"
             remedy = bare or f"the body spans {spans}"
             yield diagnostic("E504", declared.at(field), problem, "not in the body", remedy)
@@ -465,7 +465,7 @@ def _graded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     if any(not case_of(scene, body).uniform for body in scene.of_kind("body")):
         from softmark.interpreter.problem import heterogeneity_limits
 
-        for ask in (heterogeneity_limits.unsound, heterogeneity_limits.untaken):
+        for ask in (heterogeneity_limits.check_ranges, heterogeneity_limits.check_models):
             yield from ask(scene)
 
 

@@ -14,7 +14,7 @@ from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.scene_states import find_time_dependent, in_state, states_of
 from softmark.interpreter.problem.amplitude_tables import table_fault
-from softmark.interpreter.results.state_results import Moment, percent
+from softmark.interpreter.results.state_results import Moment, format_state
 from softmark.interpreter.vocabulary.amplitude_words import Sine, State, Table
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 from softmark.references.measured_curve import CurveFromFile
@@ -240,7 +240,7 @@ def _loop_error(metric: Declared, states: tuple[float, ...]) -> Diagnostic | Non
     there, back = ([(b - a) * (-1.0 if falls else 1.0) for a, b in pairwise(side)] for side in sides)
     if there and back and min(there) > 0.0 and max(back) < 0.0:
         return None
-    given = f"its states are {', '.join(map(percent, states[:8]))}" if states else "the analysis has no states"
+    given = f"its states are {', '.join(map(format_state, states[:8]))}" if states else "the analysis has no states"
     return diagnostic("E509", metric.at(), f"`{metric.name}` is about a loop, and the states make none", given,
                       "load in some states and unload in those after: `static(states = [25, 50, 75, 100, 75, 50, 25]"
                       " %)`")  # fmt: skip
@@ -258,7 +258,7 @@ def _fitted(model: Declared) -> Diagnostic:
 
 def _alike(scene: Scene) -> Diagnostic:
     analysis = next(iter(scene.of_kind("analysis").values()))
-    values = ", ".join(map(percent, states_of(scene)[:6]))
+    values = ", ".join(map(format_state, states_of(scene)[:6]))
     return diagnostic("W325", analysis.at("states"), f"the states of `{analysis.name}` are all the same",
                       f"nothing changes from one to another of {values}",
                       "give a load or a support `course = state`, or leave `states` out")  # fmt: skip

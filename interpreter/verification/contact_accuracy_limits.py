@@ -13,7 +13,7 @@ import numpy as np
 from softmark.interpreter.metrics.contact import ContactPressure
 from softmark.interpreter.metrics.pressure_along import PressureAlong
 from softmark.interpreter.models.shared.rigid_contact_setup import pose_at
-from softmark.interpreter.problem.data_sets import located
+from softmark.interpreter.problem.data_sets import download_shape
 from softmark.interpreter.problem.rigid_surfaces import sharp, sharp_in_section, surface_in_space
 from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.mesh.nearest_points import build_point_search
@@ -21,11 +21,11 @@ from softmark.solvers.mesh.nearest_points import build_point_search
 if TYPE_CHECKING:
     from softmark.interpreter.metrics.metric_base import Metric
     from softmark.interpreter.problem.body_case import Case, Touch
-    from softmark.interpreter.results.reaction_results import AtRest
+    from softmark.interpreter.results.reaction_results import EquilibriumForces
     from softmark.solvers.mesh.mesh import Floats
 
 
-def limitless_pressure(metric: Metric | None, case: Case, rest: AtRest | None, X: Floats) -> str | None:
+def limitless_pressure(metric: Metric | None, case: Case, rest: EquilibriumForces | None, X: Floats) -> str | None:
     """Why a metric of contact pressure, that looks at X (n, 3), m, has no limit; None if it has.
 
     It is where a sharp edge or tip of the rigid body lies within a facet that is pressed, and the metric looks there.
@@ -34,7 +34,7 @@ def limitless_pressure(metric: Metric | None, case: Case, rest: AtRest | None, X
         return None
     touch = next((touch for touch in case.contacts if touch.name == metric.of), None)
     field: Any = rest.touches[metric.of].field if metric.of in rest.touches else None
-    gap = None if touch is None else gap_of(located(touch.rigid.thing.shape, touch.rigid.at("shape")))
+    gap = None if touch is None else gap_of(download_shape(touch.rigid.thing.shape, touch.rigid.at("shape")))
     if touch is None or field is None or gap is None or gap.sharpest > 0.0:
         return None
     if isinstance(metric, ContactPressure):
@@ -52,7 +52,7 @@ def limitless_pressure(metric: Metric | None, case: Case, rest: AtRest | None, X
 
 def _sharp(case: Case, touch: Touch, X: Floats) -> Floats:
     """Points (n, 3) of a rigid body that are sharp, where supports have taken it, m; in the plane with z = 0."""
-    shape = located(touch.rigid.thing.shape, touch.rigid.at("shape"))
+    shape = download_shape(touch.rigid.thing.shape, touch.rigid.at("shape"))
     surface = surface_in_space(shape, X)
     found, pose = sharp_in_section(*surface) if case.planar else sharp(*surface), pose_at(touch, 1.0)
     return found if pose is None else pose.moved(found)

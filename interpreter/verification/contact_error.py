@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.metrics.contact import ContactArea
     from softmark.interpreter.metrics.metric_base import Metric
     from softmark.interpreter.problem.body_case import Case
-    from softmark.interpreter.results.reaction_results import Touch
+    from softmark.interpreter.results.reaction_results import ContactNumbers
     from softmark.interpreter.verification.probe_errors import ProbeAnswer
     from softmark.interpreter.verification.solution_under_test import Answer
 
@@ -146,7 +146,7 @@ def _given(whole: Answer, tied: Sequence[Any], seen: ProbeAnswer) -> float:
     return max(found, open_by) if seen.unit == "m" else found
 
 
-def beyond(touch: Touch) -> float | None:
+def beyond(touch: ContactNumbers) -> float | None:
     """What presses over area times largest pressure, where it is more than 1: no pressure is like that."""
     field: Any = touch.field
     if field is None or not touch.area * touch.pressure > 0.0:

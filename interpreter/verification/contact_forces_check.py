@@ -182,7 +182,7 @@ def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:
     convex = bool(touch.rigid.thing.shape.convex)
     try:
         deep, place = penetration_depth.find_deepest_point(
-            look, x[near], partial(solid_forces.shape, facets.shape[1]), triangles, convex
+            look, x[near], partial(solid_forces.shape_functions, facets.shape[1]), triangles, convex
         )
     except ValueError as many:
         raise Unchecked(str(many)) from many
@@ -254,7 +254,7 @@ def _points(case: Case, touch: Touch, mesh: Moved, facets: Ints) -> tuple[Ints, 
         nodes = np.setdiff1d(np.flatnonzero(area > 0.0), still)
         return nodes[:, None], np.ones((len(nodes), 1)), area[nodes]
     xi = FACETS[kind].lattice(steps)
-    N, split = solid_forces.shape(kind, xi), rigid_contact_forces.lattice(FACETS[kind].square, steps)
+    N, split = solid_forces.shape_functions(kind, xi), rigid_contact_forces.lattice(FACETS[kind].square, steps)
     X = np.einsum("la,fai->fli", N, mesh.points[facets]).reshape(-1, 3)
     each = (len(xi) * np.arange(len(facets))[:, None, None] + split).reshape(-1, 3)
     free = (np.abs(N) > ROUND) @ ~np.isin(facets, still).T

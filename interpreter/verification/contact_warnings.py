@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
     from softmark.interpreter.metrics.metric_base import Metric
     from softmark.interpreter.problem.body_case import Case, Touch
-    from softmark.interpreter.results.reaction_results import AtRest
+    from softmark.interpreter.results.reaction_results import EquilibriumForces
     from softmark.interpreter.verification.probe_errors import ProbeAnswer
     from softmark.interpreter.verification.solution_under_test import Answer
     from softmark.solvers.mesh.mesh import Mesh
@@ -69,7 +69,7 @@ def selection(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
     return {"touching": lambda seen: max(_pressed(seen.at_rest, name, own) for name, own in cut.items()) * seen.size}
 
 
-def _pressed(rest: AtRest | None, name: str, nodes: Any) -> float:
+def _pressed(rest: EquilibriumForces | None, name: str, nodes: Any) -> float:
     """What share of the forces of a contact acts on some nodes."""
     field: Any = None if rest is None or name not in rest.touches else rest.touches[name].field
     if field is None:
@@ -79,7 +79,7 @@ def _pressed(rest: AtRest | None, name: str, nodes: Any) -> float:
 
 
 def cut_in(
-    declared: Declared, case: Case, rest: AtRest, mesh: Mesh | None, facts: Mapping[str, Any]
+    declared: Declared, case: Case, rest: EquilibriumForces, mesh: Mesh | None, facts: Mapping[str, Any]
 ) -> Iterator[Diagnostic]:
     """A warning for each contact whose facets cut so deep into what presses that they do not follow it."""
     checks = (facts.get("checks") or {}).get("contact") or {}
@@ -120,7 +120,7 @@ def _longest(case: Case, touch: Touch, mesh: Mesh) -> float:
     return longest(points, loaded(case.shape, mesh, touch.thing.where).touched)
 
 
-def contradicted(declared: Declared, rest: AtRest, metrics: Iterable[Metric]) -> Iterator[Diagnostic]:
+def contradicted(declared: Declared, rest: EquilibriumForces, metrics: Iterable[Metric]) -> Iterator[Diagnostic]:
     """A warning for each contact whose area or pressure is asked, and whose force is more than these come to."""
     asked = {metric.of for metric in metrics if isinstance(metric, ContactArea | ContactPressure | PressureAlong)}
     for name in sorted(asked & set(rest.touches)):
@@ -138,7 +138,7 @@ def contradicted(declared: Declared, rest: AtRest, metrics: Iterable[Metric]) ->
             )
 
 
-def held_off(declared: Declared, case: Case, rest: AtRest) -> Iterator[Diagnostic]:
+def held_off(declared: Declared, case: Case, rest: EquilibriumForces) -> Iterator[Diagnostic]:
     """Yield a warning for each contact whose barrier leaves a gap that is too wide."""
     for contact in (*(touch.declared for touch in case.contacts), *case.pairs):
         touch = rest.touches.get(contact.name)

@@ -34,7 +34,7 @@ from softmark.interpreter.models.shared.prepared_model import Prepared
 from softmark.interpreter.problem.solution import View
 from softmark.interpreter.problem.surface_selection.load_resultants import missing as missing_of
 from softmark.interpreter.results.error_statements import StatedError
-from softmark.interpreter.results.json_records import clean
+from softmark.interpreter.results.json_records import to_plain_json
 from softmark.interpreter.results.run_report import ModelResult, ProbeResult
 from softmark.interpreter.results.state_results import SOLVED
 from softmark.interpreter.validation.amplitude_resolution import is_resolved_by_step
@@ -86,7 +86,7 @@ class Stated(Answer):
                 reasons.setdefault(str(unknown), []).append(name)
         parts = {name: parts[name] for name in asked}
         known = [v for v in parts.values() if v is not None]
-        value = clean(sum(known)) if len(known) == len(parts) else None
+        value = to_plain_json(sum(known)) if len(known) == len(parts) else None
         reason = "; ".join(f"{', '.join(names)}: {why}" for why, names in reasons.items())
         return StatedError(value, seen.unit, parts, reason or None)
 

@@ -15,7 +15,7 @@ from softmark.interpreter.language.expression_evaluation import EvaluationError,
 from softmark.interpreter.language.scene_states import find_state_indices
 from softmark.interpreter.planning.run_plan import names_in_expectation
 from softmark.interpreter.results.run_report import ExpectationResult, ModelResult, ReferenceResult
-from softmark.interpreter.results.state_results import LEFT_OUT, percent
+from softmark.interpreter.results.state_results import LEFT_OUT, format_state
 
 Results = Mapping[str, ModelResult | ReferenceResult]
 
@@ -77,7 +77,7 @@ def _in_all(each: Sequence[ExpectationResult], states: Sequence[float]) -> Expec
     open_ = [i for i, own in enumerate(each) if own.passed is None]
     told = (wrong or open_ or [len(each) - 1])[0]
     own, verdicts = each[told], tuple(e.passed for e in each)
-    where = ", ".join(percent(states[i]) for i in wrong or open_)
+    where = ", ".join(format_state(states[i]) for i in wrong or open_)
     several = "states" if len(wrong or open_) > 1 else "state"
     reason = f"in the {several} {where}: {own.reason}" if open_ and not wrong else None
     first = ", the number is of the first" if len(wrong) > 1 else ""

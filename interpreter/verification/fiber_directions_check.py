@@ -120,7 +120,9 @@ def _short(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: 
             else law.finite_law().psi
         )
         return EnergyStress(
-            fiber_axes_by_differences.energy_with_shortening(psi, values(muscle.shortening, X), vectors(muscle.fibres, X)[0])
+            fiber_axes_by_differences.energy_with_shortening(
+                psi, values(muscle.shortening, X), vectors(muscle.fibres, X)[0]
+            )
         )
 
     stiff = 6.0 * law.shear_modulus + 9.0 * abs(law.lame_lambda)
@@ -140,11 +142,15 @@ def _short_pressed(
     def apart(X: Floats) -> SplitLaw:
         split = fiber_axes_by_differences.split_off_pressure(law, axes_of(law)(X)) if plain is None else plain
         of: Any = split.shape
-        psi = fiber_axes_by_differences.energy_with_shortening(of.psi, values(muscle.shortening, X), vectors(muscle.fibres, X)[0])
+        psi = fiber_axes_by_differences.energy_with_shortening(
+            of.psi, values(muscle.shortening, X), vectors(muscle.fibres, X)[0]
+        )
         return replace(split, shape=EnergyStress(psi))
 
     some = plain or fiber_axes_by_differences.split_off_pressure(law, np.eye(3)[None])
-    return HeterogeneousMixedBody(points, cells, kind, u, some, law.shear_modulus, pressures, case.depth, rules, apart=apart)
+    return HeterogeneousMixedBody(
+        points, cells, kind, u, some, law.shear_modulus, pressures, case.depth, rules, apart=apart
+    )
 
 
 def _directed(law: Any) -> bool:

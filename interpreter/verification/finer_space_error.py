@@ -75,7 +75,7 @@ class Above:
     def frequencies(self, coarse: Assembly, x: Floats, known: Factor, count: int) -> Floats:
         """Hz (count,), near those of the coarse space in its state x, whose tangent is factored. Raises Unknown."""
         from softmark.interpreter.models.postprocessing.vibrations import matrix
-        from softmark.solvers.dynamics.vibration_modes import NotSettled, lowest
+        from softmark.solvers.dynamics.vibration_modes import ModesNotFound, lowest_modes
         from softmark.solvers.linear.factorisations import Singular
         from softmark.solvers.statics.finer_space_solve import StateLost, slowest
 
@@ -83,10 +83,10 @@ class Above:
             M, P = matrix(self.static.mass(), self.static.problem.assembly), self.coarse().P
             taken = max(count, min(count + MORE, len(coarse.free) // 2 - 1))
             left = self.budget.left
-            modes = P @ lowest(coarse.tangent(x, 1.0), (P.T @ M @ P).tocsr(), taken, lambda: known)[1]
+            modes = P @ lowest_modes(coarse.tangent(x, 1.0), (P.T @ M @ P).tocsr(), taken, lambda: known)[1]
             self.budget.grow(left - self.budget.left)
             values = slowest(*self.solver, M, modes)[:count]
-        except (NotSettled, StateLost, Singular, Undefined) as error:
+        except (ModesNotFound, StateLost, Singular, Undefined) as error:
             raise Unknown(str(error) or "the finer space has no modes") from error
         if not values[0] > 0.0:
             raise Unknown("the finer space has no slowest mode: its state is unstable")
@@ -151,7 +151,7 @@ def _must_forget(case: Case) -> None:
 
 def _must_fit(needed: float) -> None:
     """Raises Unknown where a finer space would take more than its share of the memory that is left."""
-    free = resource_limits.available()
+    free = resource_limits.available_memory()
     if needed > SHARE * free:
         gigabytes = f"about {needed / 1e9:.2g} GB of memory, and {max(free, 0.0) / 1e9:.2g} GB are free"
         raise Unknown(f"a finer space would take {gigabytes}")

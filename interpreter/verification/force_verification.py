@@ -21,7 +21,7 @@ from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.shared.prepared_model import Prepared, Solution
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.results.json_records import clean
+from softmark.interpreter.results.json_records import to_plain_json
 from softmark.interpreter.results.run_report import ModelResult
 from softmark.interpreter.verification import material_stability, reaction_balance
 from softmark.interpreter.verification.by_model import voucher_of
@@ -52,7 +52,7 @@ def watched(scene: Scene, declared: Declared, case: Case, prepared: Prepared, so
 
 
 def _watched(scene: Scene, declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> Solution:
-    facts = clean(solution.facts)
+    facts = to_plain_json(solution.facts)
     solution = replace(solution, facts=facts)
     if solution.displacement is None:
         return solution
@@ -72,7 +72,7 @@ def _watched(scene: Scene, declared: Declared, case: Case, prepared: Prepared, s
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
         found, reason = {"residual": None, "reason": f"the check stopped: {type(error).__name__}: {error}"}, None
-    facts = facts | {"checks": clean(found)}
+    facts = facts | {"checks": to_plain_json(found)}
     if reason is not None:
         return _refused(replace(solution, facts=facts), reason)
     notes = (*solution.notes, *_folded(declared, solution, found), *material_stability.said(declared, found),
@@ -90,17 +90,19 @@ def _refused(solution: Solution, reason: str) -> Solution:
 def _not_finite(solution: Solution) -> str | None:
     """Which numbers of a solution are not finite, in words."""
     mesh, history = solution.mesh, solution.history
-    if mesh is not None and not solid_forces.finite([np.asarray(mesh.displacement)]):
+    if mesh is not None and not solid_forces.is_finite([np.asarray(mesh.displacement)]):
         return "the displacements are not finite numbers"
-    if mesh is not None and mesh.frames is not None and not solid_forces.finite([mesh.frames]):
+    if mesh is not None and mesh.frames is not None and not solid_forces.is_finite([mesh.frames]):
         return "the displacements on the way are not finite numbers"
-    if mesh is not None and mesh.pressures is not None and not solid_forces.finite([mesh.pressures]):
+    if mesh is not None and mesh.pressures is not None and not solid_forces.is_finite([mesh.pressures]):
         return "the pressures are not finite numbers"
     if history is None:
         return None
-    if not solid_forces.finite([np.asarray(history.times), np.asarray(history.step_s), np.asarray(history.step_cpu_s)]):
+    if not solid_forces.is_finite(
+        [np.asarray(history.times), np.asarray(history.step_s), np.asarray(history.step_cpu_s)]
+    ):
         return "the times of the motion are not finite numbers"
-    if not solid_forces.finite([np.asarray(e) for e in history.energies.values()]):
+    if not solid_forces.is_finite([np.asarray(e) for e in history.energies.values()]):
         return "the energies of the motion are not finite numbers"
     return None
 

@@ -72,7 +72,7 @@ def _of_plate(bed: Declared, case: Case, mesh: Moved, u: Floats) -> Floats:
 
 def _moved(facets: Ints, xi: Floats, u: Floats) -> Floats:
     """How far points at local places xi (p, 2) of facets (p, k) have moved (p, 3), m."""
-    found: Floats = (solid_forces.shape(facets.shape[1], xi)[:, :, None] * u[facets]).sum(axis=1)
+    found: Floats = (solid_forces.shape_functions(facets.shape[1], xi)[:, :, None] * u[facets]).sum(axis=1)
     return found
 
 

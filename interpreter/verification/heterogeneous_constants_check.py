@@ -11,7 +11,7 @@ from softmark.interpreter.language.spatial_profiles import Profile
 from softmark.interpreter.models.shared.material_regions import some_cells
 from softmark.interpreter.models.shared.prepared_model import Moved
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.field_files import Image, loaded, reading
+from softmark.interpreter.problem.field_files import Image, load_field, read_field
 from softmark.interpreter.verification.cell_materials_check import alone
 from softmark.interpreter.vocabulary.field_words import Field
 from softmark.solvers.independent_forces import solid_forces
@@ -29,9 +29,9 @@ AGREE = 1e-12
 
 def again(field: Field, X: Floats) -> Floats:
     """The values of a field at points X (n, 3), m: of an image by scipy's splines of degree one."""
-    known = loaded(field)
+    known = load_field(field)
     if not isinstance(known, Image):
-        return reading(field, X)
+        return read_field(field, X)
     at = np.linalg.solve(np.linalg.inv(known.inverse), (X - known.centre).T)
     found: Floats = field.unit.value * ndimage.map_coordinates(known.numbers, at, order=1, mode="nearest")
     return found
@@ -124,7 +124,7 @@ def _volumes_off(seen: Any, mesh: Any) -> float:
     if seen.rule is None:
         return 0.0
     own = np.flatnonzero(seen.rule.special)
-    xi, w = solid_forces.rule(mesh.kind)
+    xi, w = solid_forces.quadrature_rule(mesh.kind)
     V = np.abs(solid_forces.gradients(mesh.points, mesh.cells[own], mesh.kind, xi)[1]) @ w
     return float(np.abs(seen.rule.w[own].sum(axis=1) / V - 1.0).max(initial=0.0))
 
@@ -147,7 +147,7 @@ def _compared(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: int)
         xi, w = (each[cell] for each in seen.rule.local(mesh))
 
     def integrals(xi: Floats, w: Floats) -> tuple[Floats, Floats]:
-        X = (solid_forces.shape(kind, xi) @ corners)[0]
+        X = (solid_forces.shape_functions(kind, xi) @ corners)[0]
         c, v = rows(X), w * solid_forces.gradients(mesh.points, mesh.cells[[cell]], kind, xi)[1][0]
         return np.stack([c @ v, *(c @ (v * t) for t in xi.T)]), np.abs(c) @ np.abs(v)
 
@@ -164,7 +164,7 @@ def _compared(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: int)
 def _weighed(rows: Callable[[Floats], Floats], mesh: Any, cell: int, xi: Floats) -> Floats:
     """Integrands times the Jacobian determinant of a cell (g, n), at local points xi (n, 3)."""
     corners = mesh.points[mesh.cells[[cell]]]
-    X = (solid_forces.shape(mesh.kind, xi) @ corners)[0]
+    X = (solid_forces.shape_functions(mesh.kind, xi) @ corners)[0]
     found: Floats = rows(X) * solid_forces.gradients(mesh.points, mesh.cells[[cell]], mesh.kind, xi)[1][0]
     return found
 
@@ -254,9 +254,9 @@ def _boxed(
 def collapsed(kind: str, cube: Floats) -> tuple[Floats, Floats]:
     """Map points of the unit cube (n, 3) to local points (n, 3); also return the Jacobian determinants (n,)."""
     a, b, c = cube.T
-    if solid_forces.square(kind):
+    if solid_forces.is_tensor_product(kind):
         return 2.0 * cube - 1.0, np.full(len(cube), 8.0)
-    if solid_forces.wedged(kind):
+    if solid_forces.is_wedge(kind):
         return np.stack([a, (1.0 - a) * b, 2.0 * c - 1.0], axis=1), 2.0 * (1.0 - a)
     return np.stack([a, (1.0 - a) * b, (1.0 - a) * (1.0 - b) * c], axis=1), (1.0 - a) ** 2 * (1.0 - b)
 
@@ -264,10 +264,10 @@ def collapsed(kind: str, cube: Floats) -> tuple[Floats, Floats]:
 def in_cube(kind: str, xi: Floats) -> Floats:
     """Map local points (n, 3) to points of the unit cube (n, 3): the inverse of `collapsed`."""
     x, y, z = xi.T
-    if solid_forces.square(kind):
+    if solid_forces.is_tensor_product(kind):
         return 0.5 * (xi + 1.0)
     b = y / np.maximum(1.0 - x, 1e-12)
-    if solid_forces.wedged(kind):
+    if solid_forces.is_wedge(kind):
         return np.stack([x, b, 0.5 * (z + 1.0)], axis=1)
     return np.stack([x, b, z / np.maximum((1.0 - x) * (1.0 - b), 1e-12)], axis=1)
 

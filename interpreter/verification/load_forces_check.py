@@ -17,7 +17,7 @@ from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.models.shared.material_regions import mass_points
 from softmark.interpreter.models.shared.prepared_model import Moved
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.group_conditions import apart, of_facets
+from softmark.interpreter.problem.group_conditions import split_by_groups, facet_membership
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import by_sides, settled_of
 from softmark.interpreter.verification.cell_materials_check import alone
 from softmark.interpreter.verification.unverified_models import Unchecked
@@ -67,7 +67,7 @@ def _load(action: Any, case: Case, mesh: Moved, u: Floats, small: bool, mass: st
             for own, which in alone(case, mesh):
                 body = (mesh.points, mesh.cells[which], mesh.kind)
                 rules = mass_points(own, mesh.mesh, which)
-                carried += solid_forces.weights_of(*body, _density(own), mass, len(mesh.points), case.depth, rules)
+                carried += solid_forces.nodal_masses(*body, _density(own), mass, len(mesh.points), case.depth, rules)
             return carried[:, None] * np.array(g), 0.0
         case SurfaceTraction(traction=traction):
             t = np.array(traction)
@@ -123,7 +123,7 @@ def _pushed(
 
 def _asked(case: Case, mesh: Mesh, where: Condition) -> Iterator[tuple[Condition, Ints, Any]]:
     """Conditions on coordinates, the facets that each is about, and what moves these onto their side."""
-    for condition, members in apart(where, of_facets(mesh)):
+    for condition, members in split_by_groups(where, facet_membership(mesh)):
         own = np.zeros(len(mesh.facets), dtype=np.bool_)
         own[members] = True
         for beside, out in by_sides(case.shape, mesh.points[mesh.facets]):
@@ -140,7 +140,9 @@ def _turned(load: MomentLoad, case: Case, mesh: Mesh, surface: Floats) -> tuple[
     vague = 0.0
     for whole, parts, (g, left) in selected(load.where, case, mesh):
         for facets, xi, w in (*sampled(whole), parts):
-            known.append((facets, solid_forces.shape(facets.shape[1], xi), w * _stretch(mesh.points, facets, xi)))
+            known.append(
+                (facets, solid_forces.shape_functions(facets.shape[1], xi), w * _stretch(mesh.points, facets, xi))
+            )
         vague += float(left @ _stretch(mesh.points, g, np.full((len(g), 2), 0.25)))
     area = np.concatenate([own for _, _, own in known])
     x = np.concatenate([np.einsum("pa,pai->pi", N, surface[facets]) for facets, N, _ in known])
@@ -156,7 +158,7 @@ def _turned(load: MomentLoad, case: Case, mesh: Mesh, surface: Floats) -> tuple[
 
 def _stretch(points: Floats, facets: Ints, xi: Floats) -> Floats:
     """Area for each local area (p,) at local points xi (p, 2) of facets (p, k)."""
-    t = np.einsum("pai,paj->jpi", points[facets], solid_forces.slope(facets.shape[1], xi))
+    t = np.einsum("pai,paj->jpi", points[facets], solid_forces.shape_derivatives(facets.shape[1], xi))
     found: Floats = np.linalg.norm(np.cross(t[0], t[1]), axis=1)
     return found
 
@@ -199,7 +201,7 @@ def sampled(facets: Ints) -> Iterator[Points]:
     x, v = np.polynomial.legendre.leggauss(GRID)
     a, b = (0.5 * (t.ravel() + 1.0) for t in np.meshgrid(x, x))
     w = 0.25 * np.outer(v, v).ravel()
-    square = solid_forces.square(facets.shape[1])
+    square = solid_forces.is_tensor_product(facets.shape[1])
     xi = np.stack([2 * a - 1, 2 * b - 1], axis=1) if square else np.stack([a, (1 - a) * b], axis=1)
     w = 4 * w if square else w * (1 - a)
     for at in range(0, len(facets), 500):
@@ -225,7 +227,7 @@ class FacetSweep:
 
     @property
     def _square(self) -> bool:
-        return solid_forces.square(self.corners.shape[1])
+        return solid_forces.is_tensor_product(self.corners.shape[1])
 
     def whole_and_parts(self) -> tuple[Ints, tuple[Ints, Floats, Floats], tuple[Ints, Floats]]:
         """Facets that are selected whole (w,), and points of others: facets (p,), local points (p, 2), weights (p,).
@@ -245,7 +247,7 @@ class FacetSweep:
     def _places(self, f: Ints, xi: Floats) -> Any:
         """x, y, z at local points xi (l, m, 2) of facets f (l,)."""
         kind = self.corners.shape[1]
-        N = solid_forces.shape(kind, xi.reshape(-1, 2)).reshape(*xi.shape[:2], self.corners.shape[1])
+        N = solid_forces.shape_functions(kind, xi.reshape(-1, 2)).reshape(*xi.shape[:2], self.corners.shape[1])
         X = (N @ self.corners[f]).transpose(2, 1, 0)
         return tuple(X) if self.out is None else self.out(tuple(X))
 

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
     from softmark.interpreter.models.shared.prepared_model import Moved
     from softmark.interpreter.verification.by_model.verifier import Found
-    from softmark.solvers.materials.batched_stability import Held
-    from softmark.solvers.materials.volumetric_constraints import Mixed
+    from softmark.solvers.materials.batched_stability import VolumePressure
+    from softmark.solvers.materials.volumetric_constraints import MixedSplit
     from softmark.solvers.mesh.mesh import Floats, Mesh
 
 ALIKE = 1e-6  # relative: strains that are nearer are one, and the first of them is told
@@ -99,11 +99,11 @@ class Elliptic:
         """Whether it may be lost in one of the states F (k, 3, 3): in any."""
         return True
 
-    def gone(self, law: Any, F: Floats, held: Held | None) -> Any:
+    def gone(self, law: Any, F: Floats, held: VolumePressure | None) -> Any:
         """At which states (k,) the law has lost it; None where that is not known."""
-        from softmark.solvers.materials.ellipticity import lost
+        from softmark.solvers.materials.ellipticity import find_ellipticity_loss
 
-        return lost(law, F, held)
+        return find_instability(law, F, held)
 
 
 class Drucker:
@@ -122,20 +122,22 @@ class Drucker:
         j = volume_change(displacement_gradient(components(F)))
         return bool(np.any(j <= getattr(material, "steady_above", math.inf) - 1.0))
 
-    def gone(self, law: Any, F: Floats, held: Held | None) -> Any:
+    def gone(self, law: Any, F: Floats, held: VolumePressure | None) -> Any:
         """At which states (k,) the law has lost it; None where that is not known."""
-        from softmark.solvers.materials.drucker_stability import lost
+        from softmark.solvers.materials.drucker_stability import find_instability
 
-        return lost(law, F, held)
+        return find_instability(law, F, held)
 
 
 LOOKS: dict[str, Elliptic | Drucker] = {"gives_way": Elliptic(), "drucker": Drucker()}
 
 
-def _asked(case: Any, mesh: Moved, part: Mesh, which: Any, way: str, F: Floats, w: Floats) -> tuple[Any, Held | None]:
+def _asked(
+    case: Any, mesh: Moved, part: Mesh, which: Any, way: str, F: Floats, w: Floats
+) -> tuple[Any, VolumePressure | None]:
     """The law of some cells in states F (k, 3, 3), and what holds the volume beside it."""
     from softmark.solvers.materials import law_for, mixed_for
-    from softmark.solvers.materials.batched_stability import Held
+    from softmark.solvers.materials.batched_stability import VolumePressure
 
     material = case.material
     if not case.uniform:
@@ -146,10 +148,10 @@ def _asked(case: Any, mesh: Moved, part: Mesh, which: Any, way: str, F: Floats, 
     if split is None:
         return law_for(material, "finite"), None
     modulus = np.ravel(split.modulus) if np.ndim(split.modulus) else split.modulus
-    return split.shape, Held(split.constraint, modulus, _pressure(split, mesh, part, which, way, F, w))
+    return split.shape, VolumePressure(split.constraint, modulus, _pressure(split, mesh, part, which, way, F, w))
 
 
-def _pressure(split: Mixed, mesh: Moved, part: Mesh, which: Any, way: str, F: Floats, w: Floats) -> Floats:
+def _pressure(split: MixedSplit, mesh: Moved, part: Mesh, which: Any, way: str, F: Floats, w: Floats) -> Floats:
     """What keeps the volume of cells, at their points (k,), Pa: an unknown, or M times the mean of the constraint."""
     if way == "mixed" and mesh.pressures is not None:
         from softmark.solvers.mesh.pressure_interpolation import build_pressure_space

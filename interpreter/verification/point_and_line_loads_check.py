@@ -65,10 +65,10 @@ def _within_cells(mesh: Mesh, X: Floats) -> tuple[Ints, Floats]:
     low, high = solid_forces.node_positions(kind).min(axis=0), solid_forces.node_positions(kind).max(axis=0)
     xi = np.tile(solid_forces.node_positions(kind).mean(axis=0), (len(X), 1))
     for _ in range(NEWTON):
-        left = X - np.einsum("na,nai->ni", solid_forces.shape(kind, xi), corners)
-        J = np.einsum("nai,naj->nij", corners, solid_forces.slope(kind, xi))
+        left = X - np.einsum("na,nai->ni", solid_forces.shape_functions(kind, xi), corners)
+        J = np.einsum("nai,naj->nij", corners, solid_forces.shape_derivatives(kind, xi))
         xi = np.clip(xi + np.linalg.solve(J, left[:, :, None])[:, :, 0], low - BEYOND, high + BEYOND)
-    own = solid_forces.shape(kind, xi)
+    own = solid_forces.shape_functions(kind, xi)
     inside = np.linalg.norm(np.einsum("na,nai->ni", own, corners) - X, axis=1) <= SAME * mesh.extent
     inside &= ((xi >= low - SAME) & (xi <= high + SAME)).all(axis=1)
     N[inside] = own[inside]

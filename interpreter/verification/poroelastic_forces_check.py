@@ -11,7 +11,7 @@ import numpy as np
 
 from softmark.interpreter.models.shared.prepared_model import Moved
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.group_conditions import apart, of_facets
+from softmark.interpreter.problem.group_conditions import split_by_groups, facet_membership
 from softmark.interpreter.verification.cell_materials_check import INWARD
 from softmark.interpreter.verification.unverified_models import Unchecked
 from softmark.solvers.independent_forces.poroelastic_equations import PoroelasticBody
@@ -81,7 +81,7 @@ def held(case: Case, mesh: Moved) -> Any:
     found = np.zeros(len(points), dtype=np.bool_)
     extent = float(np.sqrt((np.ptp(points, axis=0) ** 2).sum()))
     for drain in case.drains:
-        for condition, which in apart(drain.thing.where, of_facets(mesh.mesh)):
+        for condition, which in split_by_groups(drain.thing.where, facet_membership(mesh.mesh)):
             X = points[facets[which]]
             for part in (0.0, INWARD):
                 x, y, z = np.moveaxis(X + part * (X.mean(axis=1, keepdims=True) - X), 2, 0)

@@ -19,7 +19,7 @@ from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.models.shared.prepared_model import Solution
 from softmark.interpreter.problem.solution import View
 from softmark.interpreter.results.motion_history import History
-from softmark.interpreter.results.reaction_results import AtRest
+from softmark.interpreter.results.reaction_results import EquilibriumForces
 from softmark.interpreter.results.run_report import ProbeResult
 from softmark.records import dataclass
 
@@ -70,7 +70,7 @@ class ProbeAnswer:
     view: View | None = None
     history: History | None = None
     stress: Callable[[], Any] | None = None
-    at_rest: AtRest | None = None
+    at_rest: EquilibriumForces | None = None
     right: Callable[[], Any] | None = None  # stresses of the model that is taken as right
 
     def of(self, solution: Solution) -> ProbeAnswer:
@@ -250,11 +250,11 @@ class ProbeAnswer:
 
     def _of_stress(self, number: Callable[[Any, Any], float], own: Callable[[], Any]) -> float:
         """A number of the stresses of this answer and of what is taken as right, itself where that is nothing."""
-        from softmark.solvers.stress_recovery.sampling_point_stress import NoStress
+        from softmark.solvers.stress_recovery.sampling_point_stress import StressUnavailable
 
         try:
             return number(own(), (self.right or own)())
-        except (NoStress, Undefined) as refused:
+        except (StressUnavailable, Undefined) as refused:
             raise Unknown(f"{NO_ERROR}: {refused}") from refused
 
     def _norm(self, other: ProbeAnswer) -> float:

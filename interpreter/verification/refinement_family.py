@@ -17,7 +17,7 @@ from softmark.interpreter.models import model_builders
 from softmark.interpreter.models.shared.prepared_model import Solution, Workshop
 from softmark.interpreter.models.shared.support_selection import grips
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.validation.refinement_checks import Method, methods_of, extrapolation_obstacle
+from softmark.interpreter.validation.refinement_checks import Method, extrapolation_obstacle, methods_of
 from softmark.records import dataclass
 from softmark.references.convergence_orders import SAFETY_THREE, SAFETY_TWO, refined
 
@@ -244,7 +244,10 @@ def _limit_of(method: Method, members: Sequence[Member], where: Sampled, worksho
         [m.actual for m in members],
         [m.displacement for m in members],
         method.case.analysis.tolerance,
-        unheld or extrapolation_obstacle(method.case.shape, [m.size for m in members], method.declared.thing.cuts(method.case)),
+        unheld
+        or extrapolation_obstacle(
+            method.case.shape, [m.size for m in members], method.declared.thing.cuts(method.case)
+        ),
     )
     found = limit(family, where)
     if unheld is None:

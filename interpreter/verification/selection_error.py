@@ -11,26 +11,28 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from softmark.interpreter.results.reaction_results import HeldSupport
+from softmark.interpreter.results.reaction_results import SupportResult
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.prepared_model import Prepared
     from softmark.interpreter.models.shared.support_selection import Grip
     from softmark.interpreter.problem.body_case import Case
-    from softmark.interpreter.results.reaction_results import AtRest
+    from softmark.interpreter.results.reaction_results import EquilibriumForces
     from softmark.interpreter.verification.probe_errors import ProbeAnswer
     from softmark.interpreter.verification.solution_under_test import Answer
 
 
-def reactions(case: Case, prepared: Prepared, known: AtRest) -> dict[str, HeldSupport]:
+def reactions(case: Case, prepared: Prepared, known: EquilibriumForces) -> dict[str, SupportResult]:
     """What a report says of the supports of a model, by name: what of its selection each holds, and what it carries."""
     grips, found = _grips(case, prepared), {}
     for name in (support.name for support in case.named_supports):
         carried, own = None if known.reason is not None else known.reactions[name], grips.get(name)
         held, beyond = (None, 0.0) if own is None else (own.held, own.beyond)
-        found[name] = HeldSupport(held, beyond, carried, known.reason)
+        found[name] = SupportResult(held, beyond, carried, known.reason)
     for name, share in _beds(case, prepared).items():
-        found[name] = HeldSupport(share, 0.0, None if known.reason is not None else known.reactions[name], known.reason)
+        found[name] = SupportResult(
+            share, 0.0, None if known.reason is not None else known.reactions[name], known.reason
+        )
     return found
 
 

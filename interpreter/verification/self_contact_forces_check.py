@@ -93,7 +93,7 @@ def _across(points: Floats, one: Ints, other: Ints, u: Floats, k: float, reach: 
     split = np.array(FACETS[kind].triangles)
     triangles, home = other[:, split].reshape(-1, 3), np.repeat(np.arange(len(other)), len(split))
     for facets, xi, w in sampled(one):
-        N, dN = solid_forces.shape(facets.shape[1], xi), solid_forces.slope(facets.shape[1], xi)
+        N, dN = solid_forces.shape_functions(facets.shape[1], xi), solid_forces.shape_derivatives(facets.shape[1], xi)
         X = np.einsum("pa,pai->pi", N, points[facets])
         n = np.cross(*np.einsum("pai,paj->jpi", points[facets], dN))
         A = w * np.linalg.norm(n, axis=1)
@@ -108,7 +108,7 @@ def _across(points: Floats, one: Ints, other: Ints, u: Floats, k: float, reach: 
         good = np.flatnonzero((np.abs(height) < reach) & (aside < ASIDE * reach) & facing)
         good = good[np.unique(pairs[good, 0], return_index=True)[1]]  # on a side of two triangles either will do
         at, corners = pairs[good, 0], other[home[pairs[good, 1]]]
-        M = solid_forces.shape(kind, _local(points[corners], foot[good]))
+        M = solid_forces.shape_functions(kind, _local(points[corners], foot[good]))
         apart = np.einsum("pa,pai->pi", N[at], u[facets[at]]) - np.einsum("pa,pai->pi", M, u[corners])
         f = k * A[at, None] * apart
         np.add.at(found, facets[at], -N[at][:, :, None] * f[:, None])
@@ -121,8 +121,8 @@ def _local(corners: Floats, X: Floats) -> Floats:
     kind = corners.shape[1]
     xi = np.tile(solid_forces.node_positions(kind).mean(axis=0), (len(X), 1))
     for _ in range(NEWTON):
-        left = X - np.einsum("pa,pai->pi", solid_forces.shape(kind, xi), corners)
-        J = np.einsum("pai,paj->pij", corners, solid_forces.slope(kind, xi))
+        left = X - np.einsum("pa,pai->pi", solid_forces.shape_functions(kind, xi), corners)
+        J = np.einsum("pai,paj->pij", corners, solid_forces.shape_derivatives(kind, xi))
         square = np.einsum("pij,pik->pjk", J, J)
         xi = xi + np.linalg.solve(square, np.einsum("pij,pi->pj", J, left)[:, :, None])[:, :, 0]
     return xi

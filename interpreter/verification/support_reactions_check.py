@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.models.shared.prepared_model import Moved
 from softmark.interpreter.problem.body_case import Case, Touch
-from softmark.interpreter.problem.group_conditions import apart, of_cells, of_facets, of_nodes
+from softmark.interpreter.problem.group_conditions import split_by_groups, cell_membership, facet_membership, node_membership
 from softmark.interpreter.verification.cell_materials_check import INWARD
 from softmark.solvers.independent_forces.rigid_friction_forces import move_points
 
@@ -29,13 +29,13 @@ def held(case: Case, mesh: Moved) -> NDArray[np.bool_]:
     extent = float(np.sqrt((np.ptp(points, axis=0) ** 2).sum()))
     for support in case.supports:
         where = np.zeros(len(points), dtype=np.bool_)
-        for condition, which in apart(support.thing.where, of_nodes(mesh.mesh)):
+        for condition, which in split_by_groups(support.thing.where, node_membership(mesh.mesh)):
             x, y, z = points[which].T
             where[which] = np.broadcast_to(condition.holds(x, y, z, extent), len(x))
-        for nodes, members in ((mesh.cells, of_cells(mesh.mesh)), (mesh.mesh.facets, of_facets(mesh.mesh))):
+        for nodes, members in ((mesh.cells, cell_membership(mesh.mesh)), (mesh.mesh.facets, facet_membership(mesh.mesh))):
             corners = points[nodes]
             X = corners + INWARD * (corners.mean(axis=1, keepdims=True) - corners)
-            for condition, which in apart(support.thing.where, members):
+            for condition, which in split_by_groups(support.thing.where, members):
                 x, y, z = np.moveaxis(X[which], 2, 0)
                 inside = np.broadcast_to(condition.holds(x, y, z, extent), x.shape)
                 where[nodes[which][inside.all(axis=1)]] = True

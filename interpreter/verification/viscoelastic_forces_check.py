@@ -14,7 +14,12 @@ from softmark.interpreter.models.shared.prepared_model import Moved
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.unverified_models import Unchecked
 from softmark.solvers.independent_forces import hereditary_integral, solid_forces
-from softmark.solvers.independent_forces.hereditary_integral import DisplacementHistory, Measure, ViscoelasticBody, ViscoelasticMixedBody
+from softmark.solvers.independent_forces.hereditary_integral import (
+    DisplacementHistory,
+    Measure,
+    ViscoelasticBody,
+    ViscoelasticMixedBody,
+)
 from softmark.solvers.independent_forces.mixed_formulation_forces import MixedBody
 from softmark.solvers.independent_forces.solid_forces import Floats
 from softmark.solvers.independent_forces.stress_by_differences import EnergyStress
@@ -31,7 +36,9 @@ def course_of(case: Case, strain: str, mesh: Moved, points: int) -> Displacement
     if len(past.times) * points * 9.0 > MOST:
         raise Unchecked(f"its past of {len(past.times)} steps is too long to look through")
     g, tau = (np.array(column) for column in zip(*material.branches, strict=True))
-    return DisplacementHistory(past.times, past.states, _part(material, strain), g, tau, _measure(material, strain), case.depth)
+    return DisplacementHistory(
+        past.times, past.states, _part(material, strain), g, tau, _measure(material, strain), case.depth
+    )
 
 
 def _measure(material: Any, strain: str) -> Measure:
@@ -46,7 +53,7 @@ def _part(material: Any, strain: str) -> solid_forces.Stress:
     E, nu = material.young, material.poisson
     mu, lam = E / (2.0 * (1.0 + nu)), 0.0 if nu == 0.5 else E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
     if strain != "finite":
-        hooke = solid_forces.small_stress if strain == "small" else solid_forces.corotational_stress
+        hooke = solid_forces.small_strain_stress if strain == "small" else solid_forces.corotational_stress
         return hooke(mu, lam if material.of == "whole" else -2.0 / 3.0 * mu)
     part = material.finite_law() if material.of == "whole" else material.law.isochoric()
     if part is None:

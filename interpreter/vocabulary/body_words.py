@@ -141,9 +141,9 @@ class PlaneStress(Planar):
 
     def as_it_is(self, material: Any) -> Any:
         """Return the material with the stretch along z that makes the stress along z zero."""
-        from softmark.solvers.materials.plane_stress import Thin
+        from softmark.solvers.materials.plane_stress import Plate
 
-        return Thin.made(material)
+        return Plate.made(material)
 
 
 @dataclass(frozen=True)

@@ -72,7 +72,7 @@ class Helix:
         """Return fibres and sheets at points X (n, 3), m. Raises NoDirection on the axis and far outside the wall."""
         import numpy as np
 
-        from softmark.solvers.materials.material_axes import NoDirection
+        from softmark.solvers.materials.material_axes import InvalidDirection
 
         e = np.array(self.axis)
         Y = X - np.array(self.origin)
@@ -81,9 +81,9 @@ class Helix:
         r = np.linalg.norm(across, axis=1)
         t = self.depth(r, z)
         if np.any(far := (t < -BEYOND) | (t > 1.0 + BEYOND) | ~np.isfinite(t)):
-            raise NoDirection(OUTSIDE, tuple(X[np.argmax(far)]))
+            raise InvalidDirection(OUTSIDE, tuple(X[np.argmax(far)]))
         if np.any(r == 0.0):
-            raise NoDirection("on the axis of a helix no direction is around it", tuple(X[np.argmin(r)]))
+            raise InvalidDirection("on the axis of a helix no direction is around it", tuple(X[np.argmin(r)]))
         t = np.clip(t, 0.0, 1.0)
         out = across / r[:, None]
         normal = (r / (self.inner + t * (self.outer - self.inner)) ** 2)[:, None] * out

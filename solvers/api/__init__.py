@@ -1,6 +1,6 @@
-"""Solids for programs of their own, without a scene: what `softmark.solvers` offers by name.
+"""Python interface to the solvers without a scene; its names are those of `softmark.solvers`.
 
-A `Solid` is a mesh of a material; clamps and loads are made of it and of what is selected on it; `equilibrium` and
-`march` answer. All is in SI units and in arrays of numpy. What is here puts the other rooms together and computes
-nothing of its own. To offer one more: a function here, and its name in `softmark.solvers`.
+A `Solid` is a mesh with a material; clamps and loads are defined on it and on selected parts; `equilibrium` and `march`
+solve for its displacements. All quantities are in SI units and numpy arrays. This package combines the other packages
+and computes nothing itself. To add a function: define it here, and list its name in `softmark.solvers`.
 """

@@ -1,4 +1,4 @@
-"""What becomes of a solid: where it comes to rest, and how it moves."""
+"""Static and dynamic analysis of a solid."""
 
 from __future__ import annotations
 
@@ -9,36 +9,38 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.api.elastic_solid import Solid
-from softmark.solvers.api.solid_supports import Clamp, held
+from softmark.solvers.api.solid_supports import Clamp, merge_clamps
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics import time_integration as marching
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
-from softmark.solvers.dynamics.load_amplitudes import Course
+from softmark.solvers.dynamics.load_amplitudes import Amplitude
 from softmark.solvers.dynamics.trajectory import Trajectory
 from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
 from softmark.solvers.materials.polar_decomposition import least_stretch
 from softmark.solvers.statics import static_equilibrium as statics
 
-FLAT = 0.25  # of a length: a corotational state with cells squeezed below it is none to start from
+FLAT = 0.25  # relative length: corotational states with flatter cells are not used as a start
 
 
 @dataclass(frozen=True)
 class AtRest:
-    """A solid at rest: displacements of its nodes (n, 3), m, and how they were `found`."""
+    """A solid in equilibrium: displacements of its nodes (n, 3), m, and the record of the solution, `found`."""
 
     solid: Solid
     displacement: Floats
     found: statics.Equilibrium
 
     def at(self, X: Any, beyond: float = 0.0) -> Floats:
-        """Displacements (p, 3) at points X (p, 3) of the undeformed body, m; see `Solid.at`. Raises ValueError."""
+        """Return displacements (p, 3) at points X (p, 3) of the undeformed body, m; see `Solid.at`. Raises ValueError."""
         return self.solid.at(X, self.displacement, beyond)
 
 
 @dataclass(frozen=True)
 class InMotion:
-    """A solid in motion: `times` (t,) in s, displacements of its nodes (t, n, 3), m, and how they were `found`."""
+    """A motion of a solid: `times` (t,) in s, nodal displacements (t, n, 3), m, and the record of the solution,
+    `found`.
+    """
 
     solid: Solid
     times: Floats
@@ -46,7 +48,9 @@ class InMotion:
     found: Trajectory
 
     def at(self, X: Any, beyond: float = 0.0) -> Floats:
-        """Displacements (t, p, 3) at points X (p, 3) of the undeformed body, m; see `Solid.at`. Raises ValueError."""
+        """Return displacements (t, p, 3) at points X (p, 3) of the undeformed body, m; see `Solid.at`. Raises
+        ValueError.
+        """
         return np.array([self.solid.at(X, u, beyond) for u in self.displacement])
 
 
@@ -57,11 +61,11 @@ def equilibrium(
     tolerance: float = 1e-8,
     max_iterations: int = 50,
 ) -> AtRest:
-    """Where a solid comes to rest: stable, without inverted cells, to a relative out-of-balance force `tolerance`.
+    """Return a stable equilibrium of a solid without inverted cells, to a relative out-of-balance force `tolerance`.
 
-    Raises NotConverged, which has the history, and ValueError where clamps leave a rigid motion, or nothing to deform.
+    Raises NotConverged, with the history, and ValueError if clamps leave a rigid motion, or no free node.
     """
-    fixed, target = held(solid, clamps)
+    fixed, target = merge_clamps(solid, clamps)
     size = solid.points.size
     assembly = Assembly(size, fixed, [solid.energy(solid.strain)], list(loads), solid.points)
     twin = assembly.with_internal([solid.energy("corotational")]) if solid.strain == "finite" else None
@@ -93,18 +97,19 @@ def march(
     integrator: str = "trapezoidal",
     damping: tuple[float, float] = (0.0, 0.0),
     velocity: Floats | tuple[float, float, float] = (0.0, 0.0, 0.0),
-    courses: Sequence[Course] = (),
+    courses: Sequence[Amplitude] = (),
     tolerance: float = 1e-6,
 ) -> InMotion:
-    """The motion of a solid from its undeformed shape, for `duration` in steps of `step`, s.
+    """Return the motion of a solid from its undeformed shape, for `duration` in steps of `step`, s.
 
-    `integrator` is a key of INTEGRATORS; `damping` are a (1/s) and b (s) of C = a M + b K; `velocity` is that of the
-    start, of all nodes (3,) or of each (n, 3), m/s. `courses` say how each load grows in time: in full from the start
-    without them. An explicit integrator has a lumped mass. Raises NotConverged, Diverged, StepTooLong, and ValueError.
+    `integrator` is a key of INTEGRATORS; `damping` are a (1/s) and b (s) of C = a M + b K; `velocity` is the initial
+    velocity, of all nodes (3,) or of each (n, 3), m/s. `courses` are the amplitudes of the loads in time; by default
+    loads act fully from the start. An explicit integrator uses a lumped mass. Raises NotConverged, Diverged,
+    StepTooLong, and ValueError.
     """
     if integrator not in INTEGRATORS:
         raise ValueError(f"no integrator is called {integrator!r}: there are {', '.join(INTEGRATORS)}")
-    fixed, target = held(solid, clamps, free=True)
+    fixed, target = merge_clamps(solid, clamps, free=True)
     size, way = solid.points.size, INTEGRATORS[integrator]()
     problem = Dynamics(
         Assembly(size, fixed, [solid.energy(solid.strain)], list(loads)),

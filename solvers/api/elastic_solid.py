@@ -1,4 +1,4 @@
-"""A solid: a mesh, a material, and how strain is measured."""
+"""Elastic solid: a mesh, a material, and a strain measure."""
 
 from __future__ import annotations
 
@@ -26,10 +26,11 @@ Where = Callable[[Floats], NDArray[np.bool_]]  # of points (n, 3) in m, which ar
 
 
 def material(name: str, **constants: Any) -> Isotropic:
-    """A material by its name in MATERIALS: of `young`, `poisson` and `density`, or constants of its own, in SI units.
+    """Return a material by its name in MATERIALS, from `young`, `poisson` and `density`, or its own constants, SI
+    units.
 
-    Of what stands in place of another, such as `poisson` and `bulk`, one is given. Lists of constants are tuples.
-    Raises ValueError for a name or a constant that there is not, one that lacks, and a value out of its range.
+    Of alternative constants, such as `poisson` and `bulk`, give one. Lists of constants are tuples. Raises ValueError
+    for an unknown name or constant, a missing constant, and a value out of its range.
     """
     if name not in MATERIALS:
         raise ValueError(f"no material is called {name!r}: there are {', '.join(MATERIALS)}")
@@ -44,12 +45,12 @@ def material(name: str, **constants: Any) -> Isotropic:
         raise ValueError(f"{name} is made of {', '.join(sorted(known))}; look at {', '.join(sorted(wrong))}")
     hints = get_type_hints(cls, include_extras=True)
     for constant, value in constants.items():
-        _must_fit(constant, value, hints[constant])
+        _require_in_range(constant, value, hints[constant])
     return cls(**constants)
 
 
-def _must_fit(constant: str, value: Any, hint: Any) -> None:
-    """Raises ValueError for a value that is out of the range of its annotation."""
+def _require_in_range(constant: str, value: Any, hint: Any) -> None:
+    """Raise ValueError if a value is out of the range of its annotation."""
     kind, *said = get_args(hint)
     if get_origin(kind) is Literal:
         if value not in get_args(kind):
@@ -64,13 +65,13 @@ def _must_fit(constant: str, value: Any, hint: Any) -> None:
 
 @dataclass(frozen=True)
 class Solid:
-    """A mesh of a material.
+    """A mesh with a material.
 
     `strain` is `finite` (the material's own law), `corotational` or `small` (its moduli at rest). Cells have
-    displacements alone: linear ones (`tet4`, `hex8`) lock near a Poisson's ratio of 0.5 and are then too stiff, and
-    quadratic ones later; not so `hex8` with `integration` `selective`, whose volume is that of mean gradients of cells.
-    Raises ValueError for a mesh that is none, a strain or an integration that there is not, an incompressible
-    material, and NoFiniteLaw for a material without a law of finite strain.
+    displacement unknowns only: linear ones (`tet4`, `hex8`) lock near a Poisson's ratio of 0.5 and are then too stiff,
+    quadratic ones closer to it; `hex8` with `integration` `selective`, whose volume uses mean gradients of cells, does
+    not lock. Raises ValueError for an invalid mesh, an unknown strain or integration, an incompressible material, and
+    NoFiniteLaw for a material without a law of finite strain.
     """
 
     mesh: Mesh
@@ -88,7 +89,7 @@ class Solid:
             raise ValueError(f"{', '.join(fit)} alone is integrated selectively, not {self.mesh.kind}")
         if self.material.incompressible:
             raise ValueError("a Poisson's ratio of 0.5 has no finite bulk modulus: cells of displacements take less")
-        _must_be_sound(self.mesh)
+        _require_valid_mesh(self.mesh)
         law_for(self.material, self.strain)
 
     @property
@@ -97,16 +98,16 @@ class Solid:
         return self.mesh.points
 
     def nodes(self, where: Where) -> Ints:
-        """Numbers of the nodes that are selected (k,). Raises ValueError if none is."""
+        """Return the numbers of the selected nodes (k,). Raises ValueError if none is selected."""
         found = np.flatnonzero(_selected(where, self.points))
         if not len(found):
             raise ValueError(f"no node is selected: {self._spans}")
         return found
 
     def facets(self, where: Where) -> Ints:
-        """Boundary facets (f, k) all of whose nodes are selected, outward. Raises ValueError if none is.
+        """Return the boundary facets (f, k) whose nodes are all selected, outward. Raises ValueError if there is none.
 
-        Facets are taken whole: choose the mesh so that its lines lie where the selection ends.
+        Facets are selected whole: choose the mesh so that its lines lie where the selection ends.
         """
         facets = self.mesh.facets
         found: Ints = facets[_selected(where, self.points)[facets].all(axis=1)]
@@ -115,7 +116,7 @@ class Solid:
         return found
 
     def at(self, X: Any, values: Floats, beyond: float = 0.0) -> Floats:
-        """Values at the nodes (n, 3), at points X (p, 3) of the undeformed body, m (p, 3).
+        """Return values at points X (p, 3) of the undeformed body, m (p, 3), from values at the nodes (n, 3).
 
         Raises ValueError for a point that lies more than `beyond` (m) outside the mesh, whose facets are inscribed in a
         curved surface.
@@ -132,27 +133,27 @@ class Solid:
 
     @cached_property
     def parts(self) -> Integration:
-        """Gradients of shape functions and volumes at the integration points."""
+        """Shape function gradients and volumes at the integration points."""
         return integrate_cells(self.mesh)
 
     @cached_property
     def elastic(self) -> Elastic:
-        """The law at all integration points."""
+        """Material law at all integration points."""
         return Elastic(self.mesh.cells, self.parts.dNdX, self.parts.w, law_for(self.material, self.strain))
 
     def energy(self, strain: str) -> Energy:
-        """Its elastic energy with a measure of strain, in the form that is solved soonest."""
+        """Return its elastic energy with a strain measure, in the form that is solved fastest."""
         selective = self.integration == "selective"
         return elastic_energy(self.mesh, self.elastic, self.material, strain, selective)
 
     def mass(self, lumped: bool = False) -> Any:
-        """The mass matrix, kg: sparse (3n, 3n), or its diagonal (3n,)."""
+        """Return the mass matrix, kg: sparse (3n, 3n), or its diagonal (3n,)."""
         N, w = mass_points(self.points, self.mesh.cells, self.mesh.element)
         form = lumped_mass if lumped else consistent_mass
         return form(self.mesh.cells, N, w, self.material.density, len(self.points))
 
     def sound(self, x: Floats) -> bool:
-        """Whether no cell is inside out in a state (3n,); small strain knows no such thing."""
+        """Return whether no cell is inverted in a state (3n,); always True for small strain."""
         return self.strain == "small" or bool(np.all(np.linalg.det(self.elastic.F(x)) > 0.0))
 
 
@@ -165,8 +166,8 @@ def _selected(where: Where, points: Floats) -> NDArray[np.bool_]:
     return found
 
 
-def _must_be_sound(mesh: Mesh) -> None:
-    """Raises ValueError where arrays are not a mesh, or a cell is inside out."""
+def _require_valid_mesh(mesh: Mesh) -> None:
+    """Raise ValueError if arrays are not a mesh, or a cell is inverted."""
     points, cells, nodes = mesh.points, mesh.cells, mesh.element.nodes
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
         raise ValueError(f"points are finite numbers (n, 3) in m, not {points.shape}")

@@ -1,4 +1,4 @@
-"""What acts on a solid: each is an energy, or a force that follows, as `solvers.energies` has them."""
+"""Loads on a solid, as energies or follower forces of `solvers.energies`."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ Vector = tuple[float, float, float]
 
 
 def gravity(solid: Solid, acceleration: Vector) -> DeadForces:
-    """The weight of a solid under an acceleration (3,), m/s^2: (0, 0, -9.81) on earth. Raises ValueError."""
+    """Return the weight of a solid under an acceleration (3,), m/s^2: (0, 0, -9.81) on earth. Raises ValueError."""
     g = _vector(acceleration, "an acceleration")
     return DeadForces(solid.mass() @ np.tile(g, len(solid.points)))
 
 
 def traction(solid: Solid, stress: Vector, facets: Ints) -> DeadForces:
-    """A force per undeformed area (3,), Pa, on facets (f, k) of `Solid.facets`; it keeps its direction."""
+    """Return a force per undeformed area (3,), Pa, on facets (f, k) of `Solid.facets`; it keeps its direction."""
     areas = _areas(solid, facets)
     t = _vector(stress, "a traction")
     return _spread(solid, facets, np.linalg.norm(areas, axis=-1)[..., None] * t)
 
 
 def pressure(solid: Solid, size: float, facets: Ints) -> DeadForces | FollowerPressure:
-    """A pressure in Pa on facets (f, k) of `Solid.facets`, inward; negative pulls.
+    """Return a pressure in Pa on facets (f, k) of `Solid.facets`, inward; a negative one pulls.
 
     It stays normal to the surface as that moves; with small strain it acts on the undeformed surface.
     """
@@ -45,7 +45,7 @@ def _vector(given: Vector, what: str) -> Floats:
 
 
 def _areas(solid: Solid, facets: Ints) -> Floats:
-    """Weighted area vectors at the integration points of facets (f, q, 3), m^2. Raises ValueError."""
+    """Return weighted area vectors at the integration points of facets (f, q, 3), m^2. Raises ValueError."""
     facet, facets = solid.mesh.element.facet, np.asarray(facets)
     width = facet.nodes
     if facets.ndim != 2 or facets.shape[1] != width or not len(facets):
@@ -57,7 +57,7 @@ def _areas(solid: Solid, facets: Ints) -> Floats:
 
 
 def _spread(solid: Solid, facets: Ints, forces: Floats) -> DeadForces:
-    """Forces at the integration points of facets (f, q, 3), N, on their nodes."""
+    """Return nodal forces of forces at the integration points of facets (f, q, 3), N."""
     facet = solid.mesh.element.facet
     f = np.zeros_like(solid.points)
     np.add.at(f, facets, np.einsum("qk,fqi->fki", facet.shape(facet.quadrature()[0]), forces))

@@ -1,4 +1,4 @@
-"""What holds a solid: displacements that are imposed on nodes."""
+"""Supports of a solid: displacements prescribed at nodes."""
 
 from __future__ import annotations
 
@@ -14,14 +14,16 @@ from softmark.solvers.sparse.rigid_body_modes import rigid_motions
 
 @dataclass(frozen=True)
 class Clamp:
-    """Degrees of freedom (c,) that are held, and their displacements (c,), m."""
+    """Constrained degrees of freedom (c,) and their displacements (c,), m."""
 
     dofs: Ints
     values: Floats
 
 
 def clamp(solid: Solid, nodes: Ints, by: tuple[float, float, float] = (0.0, 0.0, 0.0), along: str = "xyz") -> Clamp:
-    """Nodes (k,) that move by `by` (m) along some of x, y and z, and are free along the others. Raises ValueError."""
+    """Return a support that moves nodes (k,) by `by` (m) along the axes `along`; other axes are free. Raises
+    ValueError.
+    """
     nodes, axes = np.asarray(nodes), sorted("xyz".find(a) for a in along)
     if not axes or axes[0] < 0 or len(set(axes)) < len(axes):
         raise ValueError(f"a clamp holds along some of x, y and z, not {along!r}")
@@ -33,11 +35,11 @@ def clamp(solid: Solid, nodes: Ints, by: tuple[float, float, float] = (0.0, 0.0,
     return Clamp(dofs, np.tile(np.array(by, dtype=np.float64)[axes], len(dofs) // len(axes)))
 
 
-def held(solid: Solid, clamps: Sequence[Clamp], free: bool = False) -> tuple[Ints, Floats]:
-    """Degrees of freedom of all clamps, each once, and their displacements. Raises ValueError.
+def merge_clamps(solid: Solid, clamps: Sequence[Clamp], free: bool = False) -> tuple[Ints, Floats]:
+    """Return the constrained degrees of freedom of all clamps, each once, and their displacements. Raises ValueError.
 
-    Where two clamps hold one to different values; where none is left to deform; and where a rigid motion is left,
-    unless the solid may be `free`.
+    It is raised if two clamps prescribe different values; if no degree of freedom is left; and if a rigid motion is
+    left, unless the solid may be `free`.
     """
     every = np.concatenate([np.zeros(0, dtype=np.int64), *(c.dofs for c in clamps)])
     values = np.concatenate([np.zeros(0), *(c.values for c in clamps)])

@@ -49,9 +49,9 @@ def _mean_of_cell(material: Isotropic, elastic: Elastic) -> Isotropic:
     """The material of the only point of a cell: where it varies within, of the means of its moduli."""
     if not material.sampled:
         return material
-    from softmark.solvers.materials.heterogeneous import averaged
+    from softmark.solvers.materials.heterogeneous import average_moduli
 
-    return averaged(material, elastic.w)
+    return average_moduli(material, elastic.w)
 
 
 def elsewhere(elastic: Elastic, mesh: Mesh, at: Integration, law: ElasticLaw, drag: Any = None) -> Elastic:

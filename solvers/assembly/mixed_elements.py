@@ -6,7 +6,7 @@ import numpy as np
 
 from softmark.solvers.elements import element_of
 from softmark.solvers.energies.mixed_displacement_pressure import MixedSolid
-from softmark.solvers.materials.volumetric_constraints import Mixed as Split
+from softmark.solvers.materials.volumetric_constraints import MixedSplit as Split
 from softmark.solvers.mesh.element_interpolation import Integration
 from softmark.solvers.mesh.mesh import Floats, Mesh
 from softmark.solvers.mesh.pressure_interpolation import build_pressure_space

@@ -28,7 +28,7 @@ from softmark.solvers.materials.tensor_components import (
     trace,
     write_symmetric,
 )
-from softmark.solvers.materials.volumetric_constraints import Stretching
+from softmark.solvers.materials.volumetric_constraints import CorotationalDilatation
 
 NEAR = 0.01  # of the volume of a cell: how far apart U' is looked at for U''
 
@@ -169,7 +169,7 @@ def _expecting(energy: Energy, x: Floats, d: Floats | None) -> Energy:
         return energy
     if d is not None:
         return energy.expecting(x, d)
-    return energy.under(Stretching(), x) if isinstance(energy, MeanDilatation) else energy.corotated(x)
+    return energy.under(CorotationalDilatation(), x) if isinstance(energy, MeanDilatation) else energy.corotated(x)
 
 
 def volumetric(law: ElasticLaw) -> bool:

@@ -86,7 +86,7 @@ class ContactPressure:
     @cached_property
     def _weights(self) -> Floats:
         """Integrals of the linear corner shape functions over facets (k, c), m^2; zero where a facet is not loaded."""
-        xi, w = moment_fitted_quadrature.fine(self._facet.corners, POINTS)
+        xi, w = moment_fitted_quadrature.gauss_rule(self._facet.corners, POINTS)
         X, N = self.x[self.corners], self.plain.shape(xi)
         t = np.einsum("qaj,kai->jkqi", self.plain.gradient(xi), X)
         dA = w * np.linalg.norm(np.cross(t[0], t[1]), axis=-1)

@@ -1,8 +1,8 @@
-"""Motion in time: integrators, and the march that runs them.
+"""Dynamics: time integrators, and the time integration that runs them.
 
-M a + C v + dE/dx (x, t) = 0 (see dynamic_problem.py), from a start to a duration (time_integration.py) by one of
-INTEGRATORS. To add an integrator: one file with its class, which has the members of `scheme.Integrator`, and one line
-here.
+M a + C v + dE/dx (x, t) = 0 (see dynamic_problem.py) is integrated from time 0 to a duration (time_integration.py) by
+one of INTEGRATORS. To add an integrator: one file with a class that has the members of `integrator.Integrator`, and one
+line here.
 """
 
 from __future__ import annotations

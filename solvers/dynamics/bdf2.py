@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, ClassVar
 
 from softmark.records import dataclass
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
-from softmark.solvers.dynamics.integrator import Motion, Past, Stage
-from softmark.solvers.dynamics.load_amplitudes import steady
+from softmark.solvers.dynamics.integrator import Motion, Stage, StepStart
+from softmark.solvers.dynamics.load_amplitudes import constant_step_load
 from softmark.solvers.dynamics.trapezoidal_rule import mean_stage
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.implicit_step import System
+    from softmark.solvers.dynamics.implicit_step import DynamicSystem
 
 
 @dataclass(frozen=True)
@@ -28,16 +28,16 @@ class BDF2:
 
     explicit: ClassVar[bool] = False
 
-    def begin(self, system: System, start: Motion, step: float) -> None:
-        """Nothing to refuse."""
+    def begin(self, system: DynamicSystem, start: Motion, step: float) -> None:
+        """Do nothing: every problem is accepted."""
 
-    def advance(self, system: System, past: Past, step: float) -> Motion:
-        """The trapezoidal rule at the start, the formula from then on."""
+    def advance(self, system: DynamicSystem, past: StepStart, step: float) -> Motion:
+        """Make one step: by the trapezoidal rule at the start, by the two-step formula afterwards."""
         now, before = past.now, past.before
         impact = system.forces.impact
         if before is None:
             return system.solve(mean_stage(system, now, step))
-        if impact is not None and impact.struck(before, now):
+        if impact is not None and impact.contact_changed(before, now):
             return ImplicitEuler().advance(system, past, step)
         ratio = step / (now.time - before.time)
         c0 = (1.0 + 2.0 * ratio) / (1.0 + ratio) / step
@@ -49,6 +49,6 @@ class BDF2:
         coast = now.x + drift + speed / c0
         # D of the impulse since the start: a free body gets the right velocity whatever the course
         mean, last = system.forces.mean(now.time, now.time + step), system.forces.mean(before.time, now.time)
-        load = steady(mean + ratio / (1.0 + ratio) * (mean - last))
+        load = constant_step_load(mean + ratio / (1.0 + ratio) * (mean - last))
         end = system.solve(Stage(now, step, load, c0**2, c0, coast, speed))
         return replace(end, given=(c2 / c0, 1.0 / (c0 * step)))

@@ -1,14 +1,14 @@
-"""Central differences, the leapfrog."""
+"""Central differences (leapfrog), an explicit integrator."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.records import dataclass
-from softmark.solvers.dynamics.integrator import Motion, Past, StepFailed, StepTooLong
+from softmark.solvers.dynamics.integrator import Motion, StepFailed, StepStart, StepTooLong
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.implicit_step import System
+    from softmark.solvers.dynamics.implicit_step import DynamicSystem
 
 
 @dataclass(frozen=True)
@@ -29,16 +29,16 @@ class CentralDifferences:
 
     explicit: ClassVar[bool] = True
 
-    def begin(self, system: System, start: Motion, step: float) -> None:
-        """Raises StepTooLong, and ValueError for a mass that is not lumped."""
+    def begin(self, system: DynamicSystem, start: Motion, step: float) -> None:
+        """Check the step and the mass. Raises StepTooLong, and ValueError for a mass that is not lumped."""
         critical = system.frequencies.critical_step(start.x, start.time)
         system.longest = self.safety * critical
         if step > system.longest:
             raise StepTooLong(step, system.longest)
-        system.swing = _swing(step, critical)
+        system.swing = _energy_oscillation(step, critical)
 
-    def advance(self, system: System, past: Past, step: float) -> Motion:
-        """Half a kick, a drift, half a kick. Raises StepFailed where the body has become too stiff for the step."""
+    def advance(self, system: DynamicSystem, past: StepStart, step: float) -> Motion:
+        """Make one kick-drift-kick step. Raises StepFailed if the body has become too stiff for the step."""
         if step > system.longest:
             raise StepFailed(_too_stiff(system.longest))
         end = past.now.time + step
@@ -55,10 +55,10 @@ class CentralDifferences:
         return Motion(end, x, v, a, load.last)
 
 
-def _swing(step: float, critical: float) -> float:
-    """By which part the energy of the fastest mode comes and goes.
+def _energy_oscillation(step: float, critical: float) -> float:
+    """Return the relative amplitude by which the energy of the fastest mode oscillates in a stable step.
 
-    What a leapfrog keeps is v^2 + w^2 (1 - (w h)^2 / 4) x^2 (Hairer, Lubich and Wanner 2003, Acta Numer. 12, p. 399).
+    A leapfrog conserves v^2 + w^2 (1 - (w h)^2 / 4) x^2 (Hairer, Lubich and Wanner 2003, Acta Numer. 12, p. 399).
     """
     share = (step / critical) ** 2 if critical else 0.0
     return share / (1.0 - share) if share < 1.0 else 0.0

@@ -1,4 +1,4 @@
-"""The largest angular frequency of a body, which limits explicit steps, and how it changes while the body moves."""
+"""Largest angular frequency of a body, which limits explicit time steps, tracked while the body moves."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import ArpackNoConvergence, eigsh
 
-from softmark.solvers.dynamics.dynamic_forces import Forces
+from softmark.solvers.dynamics.dynamic_forces import DynamicForces
 from softmark.solvers.dynamics.dynamic_problem import Rayleigh
 from softmark.solvers.dynamics.integrator import Motion
 from softmark.solvers.energies.energy import Floats
@@ -20,10 +20,10 @@ WARM = 24  # Lanczos vectors from a start that is nearly right
 
 
 def largest_mode(K: sparse.csr_matrix, mass: Floats, start: Floats | None = None) -> tuple[float, Floats]:
-    """The largest frequency, rad/s, and its vector sqrt(M) u; `start` is such a vector of a state nearby.
+    """Return the largest frequency, rad/s, and its vector sqrt(M) u; `start` is such a vector from a nearby state.
 
-    sqrt of the largest eigenvalue of M^-1 K, M = diag(mass), by Lanczos iteration (Lanczos 1950). It comes from below,
-    with a relative error of about ACCURACY / 2 at most. Infinite where K or 1/M is not finite.
+    It is the square root of the largest eigenvalue of M^-1 K, M = diag(mass), by Lanczos iteration (Lanczos 1950). The
+    estimate is from below, with a relative error of about ACCURACY / 2 at most. Infinite if K or 1/M is not finite.
     """
     if not len(mass):
         return 0.0, np.zeros(0)
@@ -41,7 +41,9 @@ def largest_mode(K: sparse.csr_matrix, mass: Floats, start: Floats | None = None
 
 
 def _arpack(A: sparse.csr_matrix, start: Floats | None) -> tuple[float, Floats]:
-    """The largest eigenvalue and its vector; where the iteration does not end, the norm, which bounds it."""
+    """Return the largest eigenvalue and its vector; if the iteration does not converge, the matrix norm, an upper
+    bound.
+    """
     first = np.random.default_rng(0).standard_normal(A.shape[0]) if start is None else start
     try:
         values, vectors = eigsh(A, k=1, which="LA", v0=first, tol=ACCURACY)
@@ -51,9 +53,9 @@ def _arpack(A: sparse.csr_matrix, start: Floats | None) -> tuple[float, Floats]:
 
 
 def _lanczos(A: sparse.csr_matrix, start: Floats) -> tuple[float, Floats] | None:
-    """The same from a start that is nearly right; None where WARM vectors do not come to an end.
+    """Return the largest eigenpair from a nearly correct start vector; None if WARM vectors are not enough.
 
-    A tenth of noise is mixed into the start: another mode may have become the fastest.
+    Ten per cent of noise is mixed into the start, because another mode may have become the fastest.
     """
     noise = np.random.default_rng(1).standard_normal(len(start))
     q = start / np.linalg.norm(start) + 0.1 * noise / np.linalg.norm(noise)
@@ -76,10 +78,10 @@ def _lanczos(A: sparse.csr_matrix, start: Floats) -> tuple[float, Floats] | None
     return None
 
 
-class Frequencies:
-    """Keeps the critical step while the body moves."""
+class CriticalStepTracker:
+    """Tracks the critical time step while the body moves."""
 
-    def __init__(self, forces: Forces, damping: Rayleigh) -> None:
+    def __init__(self, forces: DynamicForces, damping: Rayleigh) -> None:
         self.forces, self.damping = forces, damping
         self.mass: Floats = forces.M.diagonal()[forces.free]
         self.omega = 0.0
@@ -88,10 +90,12 @@ class Frequencies:
         self._age, self._interval = 0, SOONEST
 
     def critical_step(self, x: Floats, time: float) -> float:
-        """The step of central differences that is stable in the state x up to here, s; infinite where nothing is stiff.
+        """Return the stable step of central differences in state x, including earlier states, s; infinite without
+        stiffness.
 
-        2/w (sqrt(1 + z^2) - z), z = b w / 2 with damping b K (Belytschko et al. 2014, section 6.2). Where the
-        tangent K and the definite one K', of which the damping is made, differ: the h with h^2 w^2 + 2 b h w'^2 = 4.
+        2/w (sqrt(1 + z^2) - z), z = b w / 2 with damping b K (Belytschko et al. 2014, section 6.2). If the tangent K
+        and the
+        definite tangent K', from which damping is made, differ: the h with h^2 w^2 + 2 b h w'^2 = 4.
         """
         before, spent = self.omega, self._age
         K = self.forces.tangent(x, self.forces.factors(time))
@@ -107,7 +111,7 @@ class Frequencies:
         return omega
 
     def _next(self, before: float, spent: int) -> int:
-        """After how many steps to look again: as many as leave a change of CHANGE at the rate of late."""
+        """Return after how many steps to update the estimate: as many as change it by CHANGE at the recent rate."""
         if not (before and spent):
             return SOONEST
         change = abs(self.omega / before - 1.0)
@@ -116,17 +120,18 @@ class Frequencies:
 
     @property
     def critical(self) -> float:
-        """The critical step of the last estimate, s."""
+        """Critical step of the last estimate, s."""
         w, b = self.omega, self.damping.beta * self.definite**2
         if not np.isfinite(w) or not np.isfinite(b):
             return 0.0
         return 4.0 / (np.hypot(b, 2.0 * w) + b) if w or b else np.inf
 
     def after(self, now: Motion, x: Floats, a: Floats, time: float) -> float:
-        """The critical step after a step from `now` to x, s.
+        """Return the critical step after a step from `now` to x, s.
 
-        Estimated anew every EVERY steps, sooner where it changes, and at once where accelerations have changed over
-        displacements by more than the largest frequency explains: |da| > w^2 |dx| in the norm of the mass.
+        It is re-estimated every EVERY steps, sooner if it changes, and at once if the change of accelerations exceeds
+        what the
+        largest frequency explains: |da| > w^2 |dx| in the mass norm.
         """
         self._age += 1
         free, weight = self.forces.free, np.sqrt(self.mass)

@@ -1,24 +1,25 @@
-"""Damping of a step: Rayleigh's, and of dashpots."""
+"""Damping forces and damping matrix of a time step: Rayleigh damping and dashpots."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from softmark.solvers.dynamics.dynamic_forces import Forces
+from softmark.solvers.dynamics.dynamic_forces import DynamicForces
 from softmark.solvers.dynamics.dynamic_problem import Rayleigh
 from softmark.solvers.dynamics.integrator import Motion, Stage
 from softmark.solvers.energies.energy import DampedEnergy, Floats
 
 
 class Damping:
-    """C = alpha M + beta K and the matrix of dashpots; M without free rigid bodies, which nothing brakes but a touch.
+    """Damping C = alpha M + beta K plus the matrix of dashpots; M excludes free rigid bodies, which only contact
+    brakes.
 
-    K is the definite stiffness of the internal forces in the state to which the velocity belongs: in any other state a
-    velocity that keeps the volume seems to change it, by O(h), and the bulk modulus of a nearly
-    incompressible body makes a brake of that.
+    K is the definite stiffness of the internal forces in the state to which the velocity belongs. In any other state, a
+    volume-preserving velocity seems to change the volume by O(h), and the bulk modulus of a nearly incompressible body
+    would turn that into a spurious brake.
     """
 
-    def __init__(self, forces: Forces, rayleigh: Rayleigh, target: Floats) -> None:
+    def __init__(self, forces: DynamicForces, rayleigh: Rayleigh, target: Floats) -> None:
         self.forces, self.rayleigh = forces, rayleigh
         self.direction = np.zeros(forces.dofs)  # in which supports move
         if len(target):
@@ -34,11 +35,11 @@ class Damping:
 
     @property
     def active(self) -> bool:
-        """Whether there is any."""
+        """True if there is any damping."""
         return bool(self.rayleigh.alpha or self.rayleigh.beta or self._dashpots)
 
     def begin(self, x: Floats) -> None:
-        """Set C to that of the state x."""
+        """Set C to that of state x."""
         if not self.active:
             return
         alpha, beta = self.rayleigh.alpha, self.rayleigh.beta
@@ -46,34 +47,34 @@ class Damping:
         if not beta and len(self.data):
             return
         self.data = beta * self.forces.drag(x) if beta else np.zeros(len(self.forces.pattern.indices))
-        self.forces.add_braked(self.data, alpha)
+        self.forces.add_damped_mass(self.data, alpha)
         for energy, slots in self._dashpots:
             energy.add_damping(self.data, slots)
         self._C = self.forces.pattern.matrix(self.data)
         if beta and self.length:
             self._towing = self._stiffness_times(self.direction)
 
-    def foresee(self, stage: Stage) -> None:
-        """Set C for a step, in the state to which its start leads; where there is no stiffness, in the start."""
+    def predict(self, stage: Stage) -> None:
+        """Set C for a step from a prediction of its end state; without stiffness-proportional damping, from its start."""
         start = stage.start
         self.begin(stage.acting(start.x + stage.step * start.v))
         if not np.all(np.isfinite(self.data)):
             self.begin(start.x)
 
-    def renew(self, stage: Stage, motion: Motion) -> float:
-        """Set C anew where a step has ended; by how much its force differs now, N."""
-        v = stage.speeding(motion.x, motion.v)
+    def update(self, stage: Stage, motion: Motion) -> float:
+        """Update C at the end of a step and return the resulting change of the damping force, N."""
+        v = stage.damping_velocity(motion.x, motion.v)
         before = self.force(v)
         self.begin(stage.acting(motion.x))
         return float(np.linalg.norm(self.force(v) - before))
 
     def rounding(self, v: Floats) -> float:
-        """Norm of what rounding leaves in its force, N."""
+        """Return the norm of the rounding error of the damping force, N."""
         free = self.forces.free
         return float(np.finfo(np.float64).eps * np.linalg.norm(abs(self._C) @ np.abs(v[free]))) if self.active else 0.0
 
     def force(self, v: Floats) -> Floats:
-        """C v on the free degrees of freedom, zero on the others (dofs,), N."""
+        """Return C v on the free degrees of freedom, zero on the others (dofs,), N."""
         if not self.active:
             return self._none
         f = np.zeros_like(v)
@@ -86,28 +87,30 @@ class Damping:
             f[free] += (self.rayleigh.alpha * (self.forces.M @ supports) + self.rayleigh.beta * rate * self._towing)[
                 free
             ]
-            f[free] += self._dragged(supports)[free]
+            f[free] += self._dashpot_forces(supports)[free]
         return f
 
     def reaction(self, v: Floats) -> Floats:
-        """C v on the supports, zero elsewhere (dofs,), N; by a difference of forces, good to about 1e-7."""
+        """Return C v on the supports, zero elsewhere (dofs,), N, by a difference of forces; relative accuracy about
+        1e-7.
+        """
         f = np.zeros_like(v)
         if self.active and self.length:
             fixed = self.forces.fixed
-            f[fixed] = (self.rayleigh.alpha * (self.forces.M @ v) + self._dragged(v))[fixed]
+            f[fixed] = (self.rayleigh.alpha * (self.forces.M @ v) + self._dashpot_forces(v))[fixed]
             if self.rayleigh.beta:
                 f[fixed] += self.rayleigh.beta * self._stiffness_times(v)[fixed]
         return f
 
-    def _dragged(self, v: Floats) -> Floats:
-        """What dashpots take at speeds v (dofs,), N."""
+    def _dashpot_forces(self, v: Floats) -> Floats:
+        """Return the dashpot forces at velocities v (dofs,), N."""
         f = np.zeros_like(v)
         for energy, _ in self._dashpots:
             energy.add_drag(v, f)
         return f
 
     def _stiffness_times(self, d: Floats) -> Floats:
-        """K d by a central difference of the internal forces."""
+        """Return K d by a central difference of the internal forces."""
         largest = float(np.abs(d).max())
         if largest == 0.0:
             return np.zeros_like(d)

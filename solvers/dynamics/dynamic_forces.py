@@ -1,4 +1,4 @@
-"""Forces and matrices of a problem of dynamics at a time: an Assembly with one factor for each load, and a mass."""
+"""Forces and matrices of a dynamic problem at a given time: an `Assembly` with one factor per load, and a mass matrix."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ from scipy import sparse
 from softmark.records import dataclass
 from softmark.solvers.assembly.sparsity_patterns import Pattern, prepare
 from softmark.solvers.dynamics.dynamic_problem import Dynamics
-from softmark.solvers.dynamics.load_amplitudes import Constant, Course, StepLoad, graded, mean_of
+from softmark.solvers.dynamics.load_amplitudes import Amplitude, Constant, StepLoad, linear_step_load, mean_factors
 from softmark.solvers.energies.elastic_energy import add_drag
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Energy, Floats, Ints
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.dynamic_contact import Impact
+    from softmark.solvers.dynamics.dynamic_contact import DynamicContacts
 
 
 @dataclass(frozen=True)
-class Force:
-    """Minus the forces (dofs,) on every degree of freedom, N: the gradients of the energies."""
+class EnergyGradients:
+    """Energy gradients, i.e. minus the forces, on every degree of freedom (dofs,), N, by origin."""
 
     internal: Floats
     external: Floats
 
     @property
     def total(self) -> Floats:
-        """What balances inertia and damping."""
+        """Sum of all parts, which balances inertia and damping."""
         return self.internal + self.external
 
 
-class Forces:
-    """Energies of internal forces and of loads whose factors follow time, on one sparse pattern with the mass."""
+class DynamicForces:
+    """Internal energies, and loads whose factors depend on time, on one sparse pattern with the mass matrix."""
 
     def __init__(self, problem: Dynamics) -> None:
         assembly = problem.assembly
@@ -41,7 +41,7 @@ class Forces:
         self.dofs, self.internal, self.loads = assembly.dofs, assembly.internal, assembly.loads[:plain]
         self.contacts = assembly.loads[plain:]
         self.now: tuple[Energy, ...] | None = None  # of what remembers, at the start of a step
-        courses: tuple[Course, ...] = problem.courses or (Constant(),) * len(assembly.loads)
+        courses: tuple[Amplitude, ...] = problem.courses or (Constant(),) * len(assembly.loads)
         self.courses = courses[:plain]
         self.conservative = all(e.conservative for e in (*self.internal, *self.loads))  # friction is lagged
         self.fixed = np.asarray(problem.fixed, dtype=np.int64)
@@ -56,66 +56,70 @@ class Forces:
         self._last: tuple[bytes, Floats] = (b"", np.zeros(0))
         self._blocks = _block_places(self.pattern, self.free, problem.turning.where) if problem.turning else None
 
-    def _impact(self, courses: Sequence[Course], meets: Sequence[DynamicPatternEnergy]) -> Impact:
-        """The contacts with rigid bodies, which have those courses, and those of surfaces that both deform."""
-        from softmark.solvers.dynamics.dynamic_contact import Impact
+    def _impact(self, courses: Sequence[Amplitude], meets: Sequence[DynamicPatternEnergy]) -> DynamicContacts:
+        """Return the contacts with rigid bodies, moved by `courses`, and between deformable surfaces."""
+        from softmark.solvers.dynamics.dynamic_contact import DynamicContacts
 
         known: list[Any] = list(self.contacts)
         slots = self.pattern.slots[len(self.internal) + len(self.loads) :]
         number = np.full(self.dofs, -1)
         number[self.free] = np.arange(len(self.free))
-        return Impact(known, courses, slots, meets, lambda stencils: self.pattern.places(number, stencils))
+        return DynamicContacts(known, courses, slots, meets, lambda stencils: self.pattern.places(number, stencils))
 
     @property
     def turns(self) -> bool:
-        """Whether rotations are among the unknowns, and nothing keeps clear of anything."""
+        """True if there are rotations among the unknowns and no contact."""
         return self._blocks is not None and self.impact is None
 
     def resultant(self, f: Floats) -> Floats:
-        """What forces f (dofs,), N, on the nodes of the body that deforms come to (3,): not on free rigid ones."""
+        """Return the resultant (3,) of forces f (dofs,), N, on the deformable body, without free rigid bodies."""
         own = slice(None, None if self.impact is None else self.impact.free)
         found: Floats = f[own].reshape(-1, 3).sum(axis=0)
         return found
 
     def inertia(self, a: Floats) -> Floats:
-        """M a (dofs,), N."""
+        """Return M a (dofs,), N."""
         product: Floats = self.M @ a if self.lumped is None else self.lumped * a
         return product
 
     def factors(self, time: float) -> Floats:
-        """The factor of each load at a time (l,)."""
+        """Return the factor of each load at a time (l,)."""
         return np.array([course.at(time) for course in self.courses])
 
     def graded(self, begin: float, end: float, weight: float = 0.5, ahead: float = 0.0) -> StepLoad:
-        """The loads of a step, see loading.graded."""
-        return graded(self.courses, begin, end, weight, ahead)
+        """Return the loads of a step (see load_amplitudes.py)."""
+        return linear_step_load(self.courses, begin, end, weight, ahead)
 
     def mean(self, begin: float, end: float) -> Floats:
-        """Mean factors (l,) over a time."""
-        return mean_of(self.courses, begin, end)
+        """Return the mean load factors (l,) over a time interval."""
+        return mean_factors(self.courses, begin, end)
 
     def scaled(self, factors: Floats) -> list[tuple[Energy, float]]:
-        """Every energy with its factor, in the order of the pattern's slots."""
+        """Return every energy with its factor, in the order of the pattern's slots."""
         return [(e, 1.0) for e in self.internal] + list(zip(self.loads, factors.tolist(), strict=True))
 
     def value(self, x: Floats, factors: Floats) -> float:
-        """Potential energy under loads with `factors` (l,), J; infinite outside the domain of a law."""
+        """Return the potential energy under loads with `factors` (l,), J; infinite outside the domain of a law."""
         return sum(scale * e.value(x) for e, scale in self.scaled(factors) if scale != 0.0)
 
     def strain(self, x: Floats) -> float:
-        """Energy of the internal forces, J."""
+        """Return the energy of the internal forces, J."""
         return sum(e.value(x) for e in self.internal)
 
-    def at(self, x: Floats, factors: Floats) -> Force:
-        """Gradients of the energies, the loads with `factors` (l,)."""
-        return Force(self.within(x), self.pushed(x, factors))
+    def at(self, x: Floats, factors: Floats) -> EnergyGradients:
+        """Return the energy gradients, with the loads multiplied by `factors` (l,)."""
+        return EnergyGradients(self.within(x), self.load_gradient(x, factors))
 
-    def begun(self, x: Floats, factors: Floats) -> Force:
-        """The same at the start of a step, where what remembers has not begun to forget over it."""
-        return Force(self._gradient(self.internal if self.now is None else self.now, x), self.pushed(x, factors))
+    def begun(self, x: Floats, factors: Floats) -> EnergyGradients:
+        """Return the energy gradients at the start of a step, before any viscoelastic relaxation over it."""
+        return EnergyGradients(
+            self._gradient(self.internal if self.now is None else self.now, x), self.load_gradient(x, factors)
+        )
 
     def within(self, x: Floats) -> Floats:
-        """Gradient of the internal energies (dofs,), N; kept for the last state, which steps ask for several times."""
+        """Return the gradient of the internal energies (dofs,), N; the last state is cached, as steps need it several
+        times.
+        """
         if not self._repeats:
             return self._gradient(self.internal, x)
         if (key := x.tobytes()) != self._last[0]:
@@ -128,8 +132,8 @@ class Forces:
             energy.add_gradient(x, internal)
         return internal
 
-    def pushed(self, x: Floats, factors: Floats) -> Floats:
-        """Gradient of the loads with `factors` (l,), (dofs,), N."""
+    def load_gradient(self, x: Floats, factors: Floats) -> Floats:
+        """Return the gradient (dofs,), N, of the loads multiplied by `factors` (l,)."""
         external = np.zeros(self.dofs)
         for energy, scale in zip(self.loads, factors.tolist(), strict=True):
             if scale != 0.0:
@@ -137,11 +141,11 @@ class Forces:
         return external
 
     def rounding(self, x: Floats) -> float:
-        """Norm of what rounding leaves in the forces, N."""
+        """Return the norm of the rounding error in the forces, N."""
         return sum(e.rounding(x) for e in (*self.internal, *self.loads))
 
     def drag(self, x: Floats) -> Floats:
-        """Entries (nnz,) of the definite stiffness that damping is in proportion to, in the shared pattern."""
+        """Return the entries (nnz,) of the stiffness used for stiffness-proportional damping, in the shared pattern."""
         data = np.zeros(len(self.pattern.indices))
         for energy, slots in zip(self.internal, self.pattern.slots, strict=False):
             if energy.stencils.size:
@@ -149,7 +153,7 @@ class Forces:
         return data
 
     def tangent(self, x: Floats, factors: Floats, projected: bool = False) -> sparse.csr_matrix:
-        """K over the free degrees of freedom under loads with `factors` (l,), in the shared pattern."""
+        """Return K over the free degrees of freedom under loads with `factors` (l,), in the shared pattern."""
         data = np.zeros(len(self.pattern.indices))
         for (energy, scale), slots in zip(self.scaled(factors), self.pattern.slots, strict=False):
             if energy.stencils.size and scale != 0.0:
@@ -157,50 +161,52 @@ class Forces:
         return self.pattern.matrix(data)
 
     def add_mass(self, data: Floats, scale: float) -> None:
-        """data (nnz,) += scale M."""
+        """Add the mass matrix: data (nnz,) += scale M."""
         data[self._mass_slots] += scale * self.M_free.data
 
-    def add_braked(self, data: Floats, scale: float) -> None:
-        """The same of the body that deforms alone: what damps it does not brake free rigid bodies in their flight."""
+    def add_damped_mass(self, data: Floats, scale: float) -> None:
+        """Add the mass matrix of the deformable body only; its damping does not brake free rigid bodies in flight."""
         end = None if self.impact is None or self.impact.free is None else np.searchsorted(self.free, self.impact.free)
         own = slice(None, None if end is None else self.M_free.indptr[end])
         data[self._mass_slots[own]] += scale * self.M_free.data[own]
 
     def add_blocks(self, data: Floats, blocks: Floats) -> None:
-        """data (nnz,) += blocks (n, 3, 3) at the rotations of a problem that has some."""
+        """Add blocks (n, 3, 3) to data (nnz,) at the rotational unknowns."""
         assert self._blocks is not None
         which, places = self._blocks
         data[places] += blocks.ravel()[which]
 
 
 def _block_places(pattern: Pattern, free: Ints, where: Ints) -> tuple[Ints, Ints]:
-    """Which entries of blocks (n, 3, 3) over unknowns `where` (n, 3) are free, and where they stand in the pattern."""
+    """Return which entries of blocks (n, 3, 3) over unknowns `where` (n, 3) are free, and their positions in the
+    pattern.
+    """
     number = np.full(max(int(where.max(initial=0)), int(free.max(initial=0))) + 1, -1)
     number[free] = np.arange(len(free))
     rows, columns = np.broadcast_arrays(number[where][:, :, None], number[where][:, None, :])
     which: Ints = np.flatnonzero((rows >= 0) & (columns >= 0))
     wanted = rows.ravel()[which] * pattern.size + columns.ravel()[which]
-    places: Ints = np.searchsorted(_numbers(pattern.size, pattern), wanted)
+    places: Ints = np.searchsorted(_entry_numbers(pattern.size, pattern), wanted)
     return which, places
 
 
-def _with_mass(pattern: Pattern, forces: Forces) -> tuple[Pattern, Ints]:
-    """The pattern, made again with the entries that the mass has and it has not; where the mass's entries go."""
-    slots = _places(pattern, forces.M_free)
+def _with_mass(pattern: Pattern, forces: DynamicForces) -> tuple[Pattern, Ints]:
+    """Return the pattern extended by missing entries of the mass matrix, and the positions of the mass entries."""
+    slots = _entry_positions(pattern, forces.M_free)
     if slots is None:
         entries = forces.M.tocoo()
         pairs = np.stack([entries.row, entries.col], axis=1).astype(np.int64)
         energies: Sequence[Energy] = (*forces.internal, *forces.loads, *forces.contacts)
         pattern = prepare(forces.dofs, forces.fixed, [*(e.stencils for e in energies), pairs])
-        slots = _places(pattern, forces.M_free)
+        slots = _entry_positions(pattern, forces.M_free)
     if slots is None:
         raise ValueError("the mass matrix is not a matrix over the degrees of freedom")
     return pattern, slots
 
 
-def _places(pattern: Pattern, M: sparse.csr_matrix) -> Ints | None:
-    """Where the entries of M lie among those of the pattern; None where one does not."""
-    known, wanted = _numbers(pattern.size, pattern), _numbers(pattern.size, M)
+def _entry_positions(pattern: Pattern, M: sparse.csr_matrix) -> Ints | None:
+    """Return the positions of the entries of M in the pattern; None if one is missing."""
+    known, wanted = _entry_numbers(pattern.size, pattern), _entry_numbers(pattern.size, M)
     places: Ints = np.searchsorted(known, wanted)
     inside = places < len(known)
     if not np.all(inside) or not np.array_equal(known[places], wanted):
@@ -208,14 +214,16 @@ def _places(pattern: Pattern, M: sparse.csr_matrix) -> Ints | None:
     return places
 
 
-def _numbers(size: int, M: Pattern | sparse.csr_matrix) -> Ints:
-    """Row times size plus column of each entry (nnz,), size that of the matrix: ascending, for both are sorted."""
+def _entry_numbers(size: int, M: Pattern | sparse.csr_matrix) -> Ints:
+    """Return row times size plus column of each entry (nnz,), size that of the matrix; ascending, because both are
+    sorted.
+    """
     numbers: Ints = np.repeat(np.arange(size), np.diff(M.indptr)) * size + M.indices
     return numbers
 
 
 def _sorted(M: sparse.csr_matrix) -> sparse.csr_matrix:
-    """In canonical order, without zeros."""
+    """Return the matrix in canonical order, without explicit zeros."""
     M = M.tocsr()
     M.sum_duplicates()
     M.eliminate_zeros()

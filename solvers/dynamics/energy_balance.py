@@ -1,9 +1,9 @@
-"""Whether the energy of a motion balances: what an integrator has added or lost, against what there was.
+"""Energy balance of a motion: the energy that an integrator has added or removed.
 
-With E = kinetic + strain energy, W the work of loads and of moving supports and D what damping has taken, all since
-the start, the balance is B(t) = E(t) - E(0) - W(t) + D(t) (Belytschko, Liu, Moran and Elkhodary 2014, section 6.2).
-Numerical damping makes it negative, which integrators are made for: it counts as a loss. Nothing physical makes it
-grow: a gain is an error of the integrator, whose step is too long for what happens in it.
+With E = kinetic + strain energy, W the work of loads and of moving supports and D the energy dissipated by damping, all
+since the start, the balance is B(t) = E(t) - E(0) - W(t) + D(t) (Belytschko, Liu, Moran and Elkhodary 2014, section
+6.2). Numerical damping makes it negative by design; this counts as a loss. Nothing physical makes it grow, so a gain is
+an error of the integrator: its step is too long.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ LOSS = 0.25  # of it: beyond this a loss is said; under a load that acts at once
 
 @dataclass(frozen=True)
 class EnergyBalance:
-    """The balance of a motion, as parts of its scale, and the energy itself, J."""
+    """Energy balance of a motion, relative to its scale, and the scale itself, J."""
 
     drift: float  # max |B| / scale
     gain: float  # the largest rise of B above its lowest value before / scale
@@ -30,19 +30,19 @@ class EnergyBalance:
 
     @property
     def gained(self) -> bool:
-        """Whether energy has come from nowhere, beyond the bound SAID."""
+        """True if the spurious energy gain exceeds the bound SAID."""
         return self.gain > SAID
 
     @property
     def facts(self) -> dict[str, float | bool]:
-        """The `energy` part of what a report says of a solution."""
+        """Return the `energy` part of the reported facts of a solution."""
         return {
             "drift": self.drift, "gained": self.gained, "gain": self.gain, "loss": self.loss, "scale_J": self.scale,
         }  # fmt: skip
 
 
-class Account:
-    """Follows the balance of a motion from entry to entry."""
+class EnergyAccount:
+    """Accumulates the energy balance of a motion step by step."""
 
     def __init__(self) -> None:
         self.first = self.scale = 0.0
@@ -53,9 +53,9 @@ class Account:
         self.started = self.record = False
 
     def add(self, time: float, energies: dict[str, float], noise: float = 0.0, swing: float = 0.0) -> None:
-        """Take in the energies (J) at a time (s).
+        """Add the energies (J) at a time (s).
 
-        `noise` is what rounding leaves in them; `swing` the part of the energy that comes and goes in stable steps.
+        `noise` is their rounding error; `swing` the relative amplitude by which energy oscillates in stable steps.
         """
         if not self.started:
             self.first, self.started = abs(energies["kinetic"]) + abs(energies["strain"]), True
@@ -75,16 +75,18 @@ class Account:
 
     @property
     def diverged(self) -> bool:
-        """Whether the gain has been beyond GAIN for PATIENCE steps, and is larger than ever and does not settle."""
+        """Return whether the gain has exceeded GAIN for PATIENCE steps, is at its maximum, and does not level off."""
         return self.over >= PATIENCE and self.record and not self.settles
 
     @property
     def settles(self) -> bool:
-        """Whether the gain is one of damping in the past, that ends: each half of PATIENCE steps adds less than before.
+        """Return whether the gain levels off: each half of the last PATIENCE steps adds less than the half before.
 
-        Where damping is strong and a load jumps, generalized_alpha swings about the way for some steps, and the work
-        of damping along that way counts as energy from nowhere, though the body never had it. What the body has now
-        is less than it was brought, and the swings die out: a doubt (`gained`), no divergence.
+        With strong damping and a load jump, generalized_alpha oscillates about the solution for some steps, and the
+        work of
+        damping in these oscillations counts as spurious energy, though the body never had it. The present energy is
+        below the
+        energy supplied, and the oscillations decay: a warning (`gained`), not divergence.
         """
         if self.excess > GAIN * self.scale or len(self.recent) <= PATIENCE:
             return False
@@ -93,6 +95,6 @@ class Account:
 
     @property
     def balance(self) -> EnergyBalance:
-        """Up to now."""
+        """Return the balance up to the last added time."""
         share = 1.0 / self.scale if self.scale > 0.0 else 0.0
         return EnergyBalance(share * self.drift, share * self.gain, share * self.loss, self.scale, self.time)

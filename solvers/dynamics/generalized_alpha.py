@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.records import dataclass
-from softmark.solvers.dynamics.integrator import Motion, Past
+from softmark.solvers.dynamics.integrator import Motion, StepStart
 from softmark.solvers.dynamics.newmark import newmark_stage
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.implicit_step import System
+    from softmark.solvers.dynamics.implicit_step import DynamicSystem
 
 
 @dataclass(frozen=True)
@@ -27,11 +27,11 @@ class GeneralizedAlpha:
 
     explicit: ClassVar[bool] = False
 
-    def begin(self, system: System, start: Motion, step: float) -> None:
-        """Nothing to refuse."""
+    def begin(self, system: DynamicSystem, start: Motion, step: float) -> None:
+        """Do nothing: every problem is accepted."""
 
-    def advance(self, system: System, past: Past, step: float) -> Motion:
-        """One step with the optimal weights for the spectral radius."""
+    def advance(self, system: DynamicSystem, past: StepStart, step: float) -> Motion:
+        """Make one step with the optimal weights for the spectral radius."""
         r = self.spectral_radius
         alpha_m, alpha_f = (2.0 * r - 1.0) / (r + 1.0), r / (r + 1.0)
         beta, gamma = 0.25 * (1.0 - alpha_m + alpha_f) ** 2, 0.5 - alpha_m + alpha_f

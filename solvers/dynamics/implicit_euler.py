@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from softmark.records import dataclass
-from softmark.solvers.dynamics.integrator import Motion, Past, Stage
-from softmark.solvers.dynamics.load_amplitudes import steady
+from softmark.solvers.dynamics.integrator import Motion, Stage, StepStart
+from softmark.solvers.dynamics.load_amplitudes import constant_step_load
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.implicit_step import System
+    from softmark.solvers.dynamics.implicit_step import DynamicSystem
 
 
 @dataclass(frozen=True)
@@ -24,11 +24,11 @@ class ImplicitEuler:
 
     explicit: ClassVar[bool] = False
 
-    def begin(self, system: System, start: Motion, step: float) -> None:
-        """Nothing to refuse."""
+    def begin(self, system: DynamicSystem, start: Motion, step: float) -> None:
+        """Do nothing: every problem is accepted."""
 
-    def advance(self, system: System, past: Past, step: float) -> Motion:
-        """a1 = (x1 - x0 - h v0) / h^2, v1 = (x1 - x0) / h."""
+    def advance(self, system: DynamicSystem, past: StepStart, step: float) -> Motion:
+        """Make one step: a1 = (x1 - x0 - h v0) / h^2, v1 = (x1 - x0) / h."""
         now = past.now
-        load = steady(system.forces.mean(now.time, now.time + step))
+        load = constant_step_load(system.forces.mean(now.time, now.time + step))
         return system.solve(Stage(now, step, load, 1.0 / step**2, 1.0 / step, now.x + step * now.v, now.v, secant=True))

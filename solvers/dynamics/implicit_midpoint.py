@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from softmark.records import dataclass
-from softmark.solvers.dynamics.integrator import Motion, Past, Stage
-from softmark.solvers.dynamics.load_amplitudes import steady
+from softmark.solvers.dynamics.integrator import Motion, Stage, StepStart
+from softmark.solvers.dynamics.load_amplitudes import constant_step_load
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.implicit_step import System
+    from softmark.solvers.dynamics.implicit_step import DynamicSystem
 
 
 @dataclass(frozen=True)
@@ -24,13 +24,13 @@ class Midpoint:
 
     explicit: ClassVar[bool] = False
 
-    def begin(self, system: System, start: Motion, step: float) -> None:
-        """Nothing to refuse."""
+    def begin(self, system: DynamicSystem, start: Motion, step: float) -> None:
+        """Do nothing: every problem is accepted."""
 
-    def advance(self, system: System, past: Past, step: float) -> Motion:
-        """The unknown end of the step, balanced at its middle; `a` is the mean acceleration of the step."""
+    def advance(self, system: DynamicSystem, past: StepStart, step: float) -> Motion:
+        """Make one step, balanced at its middle; `a` of the result is the mean acceleration of the step."""
         now = past.now
         coast = now.x + step * now.v
-        load = steady(system.forces.mean(now.time, now.time + step))
+        load = constant_step_load(system.forces.mean(now.time, now.time + step))
         stage = Stage(now, step, load, 2.0 / step**2, 2.0 / step, coast, now.v, alpha_f=0.5, between=True)
         return system.solve(stage)

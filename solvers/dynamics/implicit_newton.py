@@ -1,13 +1,13 @@
-"""Newton's method for the end of an implicit step.
+"""Newton's method for the end of an implicit time step.
 
-The equations of a step under conservative forces are those of a minimum, the incremental potential (Ortiz and
-Stainier 1999): inertia and damping are a quadratic function of the end of the step, the forces a potential. Whole
-Newton steps that lower the imbalance by much are kept; others must lower the potential, or the imbalance under
-follower loads, and where the tangent does not lead downhill the definite one does.
+Under conservative forces the equations of a step are those of a minimum, the incremental potential (Ortiz and Stainier
+1999): inertia and damping are a quadratic function of the end of the step, the forces have a potential. Full Newton
+steps that reduce the residual strongly are accepted. Others must reduce the potential, or the residual under follower
+loads. If the tangent gives no descent direction, the positive definite one is used.
 
-Friction has an energy with the pressures and normals of an earlier iterate, and the step is that of a minimum then too
-(Kaufman et al. 2008; Li et al. 2020, section 5.4). What it leads to gives new pressures, which change little from one
-iterate to the next, for inertia holds nodes where they are; where they do not settle the step fails, and is halved.
+Friction has an energy with the pressures and normals of an earlier iterate, so the step is again a minimum (Kaufman et
+al. 2008; Li et al. 2020, section 5.4). Its solution gives new pressures, which change little between iterates, because
+inertia keeps nodes in place. If they do not converge, the step fails and is halved.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ import numpy as np
 from scipy import sparse
 
 from softmark.records import dataclass
-from softmark.solvers.dynamics.dynamic_forces import Force
+from softmark.solvers.dynamics.dynamic_forces import EnergyGradients
 from softmark.solvers.dynamics.integrator import Motion, Stage, StepFailed
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Singular
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.dynamic_contact import Touches
-    from softmark.solvers.dynamics.implicit_step import System
+    from softmark.solvers.dynamics.dynamic_contact import ContactsAtTime
+    from softmark.solvers.dynamics.implicit_step import DynamicSystem
 
 EPS = float(np.finfo(np.float64).eps)
 MUCH = 0.25  # of the imbalance: a whole step that leaves less is kept without asking for the potential
@@ -41,7 +41,7 @@ ROUGH, FINER = 1e-2, 0.05  # how well such a trial is worth solving: at most, an
 
 @dataclass(frozen=True)
 class StepIteration:
-    """A Newton iteration of the step that ends at `time`: the residual, relative, that `length` of it led to."""
+    """Newton iteration of the step that ends at `time`: relative residual after a step of relative `length`."""
 
     time: float
     step: float
@@ -51,8 +51,8 @@ class StepIteration:
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """How a step was solved: linear systems, the relative residual, whether it meets the tolerance."""
+class StepOutcome:
+    """Result of solving a step: number of linear systems, relative residual, whether it meets the tolerance."""
 
     iterations: int = 0
     residual: float = 0.0
@@ -61,23 +61,23 @@ class Outcome:
 
 
 class StageNewton:
-    """Solves stages; keeps the history of all iterations and the size of forces of the last accepted step."""
+    """Newton solver of implicit stages; stores all iterations and the force scale of the last accepted step."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: DynamicSystem) -> None:
         self.system = system
         self.history: list[StepIteration] = []
         self.scale = 0.0
         self.way = 2, 0.0  # which way to start was the best when all were tried, and its imbalance, relative
 
-    def solve(self, stage: Stage) -> tuple[Motion, Outcome]:
-        """The end of the step. Raises StepFailed."""
+    def solve(self, stage: Stage) -> tuple[Motion, StepOutcome]:
+        """Return the motion at the end of the step. Raises StepFailed."""
         balance = StageEquations(self.system, stage)
         trial, outcome = self._rubbed(balance) if balance.rubs else self._descend(balance)
         self.scale = trial.scale
         return balance.motion(trial), outcome
 
-    def _rubbed(self, balance: StageEquations) -> tuple[StageTrial, Outcome]:
-        """The end of a step, with the friction of its own pressures. Raises StepFailed where these do not settle."""
+    def _rubbed(self, balance: StageEquations) -> tuple[StageTrial, StepOutcome]:
+        """Solve a step with friction at its own pressures. Raises StepFailed if the pressures do not converge."""
         touches, impact, start = balance.touches, self.system.forces.impact, balance.stage.start
         assert touches is not None and impact is not None  # noqa: PT018
         known, x, residual, count = touches.lagged(start.x, impact.at(start.time)), None, 1.0, 0
@@ -88,11 +88,11 @@ class StageNewton:
             scale, count = max(own.scale, self.scale), count + outcome.iterations
             residual = own.size / scale if scale else own.size
             if balance.met(own, scale, own.size):
-                return own, Outcome(count, residual, True)
+                return own, StepOutcome(count, residual, True)
             known = touches.lagged(x)
         raise StepFailed(f"friction does not settle, residual {residual:.1e}")
 
-    def _descend(self, balance: StageEquations, x: Floats | None = None) -> tuple[StageTrial, Outcome]:
+    def _descend(self, balance: StageEquations, x: Floats | None = None) -> tuple[StageTrial, StepOutcome]:
         most, cap = self.system.problem.max_iterations, self.system.problem.cap
         trial, before, length = balance.start() if x is None else balance.trial(x), np.inf, 0.0
         for number in range((most if cap is None else cap) + 1):
@@ -103,21 +103,21 @@ class StageNewton:
                 raise StepFailed("forces are not finite")
             solved = balance.met(trial, scale, before)
             if solved or number == cap:
-                return trial, Outcome(number, residual, solved)
+                return trial, StepOutcome(number, residual, solved)
             if number < most or cap is not None:
                 before = trial.size
                 try:
                     trial, length = balance.better(trial, scale)
                 except StepFailed:
-                    if not balance.drowned(trial):
+                    if not balance.is_rounding_error(trial):
                         raise
-                    return trial, Outcome(number, residual, True)
+                    return trial, StepOutcome(number, residual, True)
         raise StepFailed(f"residual {residual:.1e} after {most} Newton iterations")
 
 
 @dataclass(frozen=True)
 class StageTrial:
-    """An end of a step on trial: what is out of balance there is computed when it is asked for."""
+    """A trial end of a step; its residual and energies are computed on demand."""
 
     balance: StageEquations
     x: Floats
@@ -128,52 +128,52 @@ class StageTrial:
 
     @property
     def steady(self) -> Floats:
-        """Inertia, damping and the forces of the start: linear in x."""
+        """Inertia, damping and the forces of the start of the step: linear in x."""
         return self.inertia + self.drag + self.balance.past
 
     @cached_property
-    def force(self) -> Force:
-        """The forces that balance them."""
+    def force(self) -> EnergyGradients:
+        """Forces that balance `steady`."""
         return self.balance.force(self.x)
 
     @cached_property
     def potential(self) -> float:
-        """Potential energy of the forces, J; of the internal ones alone where loads have none."""
+        """Potential energy of the forces, J; of internal forces only if the loads have none."""
         forces, x = self.balance.forces, self.balance.weighted(self.x)
         return forces.value(x, self.balance.factors) if forces.conservative else forces.strain(x)
 
     @cached_property
     def stored(self) -> float:
-        """What the barriers of contacts store, J; infinite where a point has gone through a rigid body."""
+        """Energy of the contact barriers, J; infinite if a point has passed through a rigid body."""
         return self.balance.stored(self.x)
 
     @cached_property
     def contact(self) -> Floats | float:
-        """Minus the forces of contact (dofs,), N."""
+        """Minus the contact forces (dofs,), N."""
         touches = self.balance.touches
         return 0.0 if touches is None else self.balance.stage.touch * touches.gradient(self.x)
 
     @property
     def possible(self) -> bool:
-        """Whether it lies in the domain of the law: all states of rods do, whose forces are known anyway."""
+        """True if the state is in the domain of the law; always true for rods, whose forces are computed anyway."""
         if not math.isfinite(self.stored):
             return False
         return math.isfinite(self.size if self.balance.forces.turns else self.potential)
 
     @cached_property
     def r(self) -> Floats:
-        """What is out of balance (free,), N."""
+        """Residual force (free,), N."""
         r: Floats = (self.steady + self.balance.weight * self.force.total + self.contact)[self.balance.forces.free]
         return r
 
     @cached_property
     def size(self) -> float:
-        """Its norm."""
+        """Norm of the residual, N."""
         return norm(self.r)
 
     @cached_property
     def scale(self) -> float:
-        """The largest of the forces that balance each other, N, internal ones with those on supports."""
+        """Largest of the forces that balance each other, N; internal forces include those on supports."""
         free = self.balance.forces.free
         forces = (self.inertia[free], self.drag[free], self.force.internal, self.force.external[free])
         most = max(norm(f) for f in forces)
@@ -181,14 +181,14 @@ class StageTrial:
 
 
 def norm(f: Floats) -> float:
-    """|f|, without the toll that the general norm takes of short vectors."""
+    """Return |f|, faster than numpy's general norm for short vectors."""
     return math.sqrt(f @ f)
 
 
 class StageEquations:
-    """The equations of one stage: residual, incremental potential, Newton steps."""
+    """Equations of one stage: residual, incremental potential, Newton steps."""
 
-    def __init__(self, system: System, stage: Stage) -> None:
+    def __init__(self, system: DynamicSystem, stage: Stage) -> None:
         self.system, self.stage, self.forces = system, stage, system.forces
         start = stage.start
         self.share = 1.0 - stage.alpha_f
@@ -206,17 +206,17 @@ class StageEquations:
 
     @property
     def rubs(self) -> bool:
-        """Whether some contact has friction, of pressures that are sought as well."""
+        """True if some contact has friction whose pressures are unknown."""
         return self.touches is not None and self.touches.rubs
 
-    def rubbing(self, touches: Touches, tolerance: float) -> StageEquations:
-        """The same with friction as it is known, to be solved so well."""
+    def rubbing(self, touches: ContactsAtTime, tolerance: float) -> StageEquations:
+        """Return the equations with lagged friction, to be solved to `tolerance`."""
         other = copy(self)
         other.touches, other.tolerance = touches, tolerance
         return other
 
     def trial(self, x: Floats) -> StageTrial:
-        """The end x, with the velocity and the acceleration that belong to it."""
+        """Return the trial with end x and the corresponding velocity and acceleration."""
         stage, system, fixed = self.stage, self.system, self.forces.fixed
         way = x - stage.coast
         a, v = stage.A * way, stage.speed + stage.B * way
@@ -225,11 +225,11 @@ class StageEquations:
         inertia = self.forces.inertia(mean)
         if (turning := system.problem.turning) is not None:
             inertia += turning.inertia(stage, x, v)
-        drag = system.damping.force(stage.speeding(x, v))
+        drag = system.damping.force(stage.damping_velocity(x, v))
         return StageTrial(self, x, v, a, inertia, drag)
 
     def motion(self, trial: StageTrial) -> Motion:
-        """What it is at the end."""
+        """Return the motion at the end of the step."""
         a, v, (more_a, more_v) = trial.a, trial.v, self.stage.beyond
         if self.touches is not None and (more_a or more_v):
             c = self.system.spread(-self.touches.gradient(trial.x))
@@ -237,48 +237,52 @@ class StageEquations:
         return Motion(self.end, trial.x, v, a, self.stage.load.last)
 
     def stored(self, x: Floats) -> float:
-        """What the barriers of contacts store at the end x, J; infinite where a point has gone through a rigid body."""
+        """Return the energy of the contact barriers at the end x, J; infinite if a point has passed through a rigid
+        body.
+        """
         if self.touches is None:
             return 0.0
         return math.inf if self.touches.passed(x, self.since) else self.touches.value(x)
 
-    def force(self, x: Floats) -> Force:
-        """The forces that count for the end x."""
+    def force(self, x: Floats) -> EnergyGradients:
+        """Return the weighted forces of the step for the end x."""
         return self.forces.at(self.weighted(x), self.factors)
 
     def weighted(self, x: Floats) -> Floats:
-        """The state whose forces count."""
+        """Return the state at which the forces are evaluated."""
         return self.share * x + self.stage.alpha_f * self.stage.start.x if self.stage.between else x
 
     def met(self, trial: StageTrial, scale: float, before: float) -> bool:
-        """The tolerance is met, or the last iteration has lowered nothing and rounding is all that is left."""
+        """Return whether the tolerance is met, or the last iteration made no progress and only rounding error is left."""
         if trial.size <= self.tolerance * scale:
             return True
-        return 0.3 * before < trial.size <= 4.0 * (self._rounding(trial.x) + self._blur(trial))
+        return 0.3 * before < trial.size <= 4.0 * (self._rounding(trial.x) + self._inertia_rounding(trial))
 
-    def drowned(self, trial: StageTrial) -> bool:
-        """Whether rounding of the states is all that is out of balance, as in a body on which no force acts."""
+    def is_rounding_error(self, trial: StageTrial) -> bool:
+        """Return whether the residual is rounding error of the states, as in a body without forces."""
         free = self.forces.free
         known = np.abs(trial.x) + np.abs(self.stage.coast)
         lost = abs(self._jacobian(trial.x, False)) @ known[free]
         return trial.size <= 4.0 * EPS * norm(lost)
 
     def _rounding(self, x: Floats) -> float:
-        """Norm of what rounding leaves in the forces, N."""
+        """Return the norm of the rounding error in the forces, N."""
         known = self.forces.rounding(x)
         return known if self.touches is None else known + self.stage.touch * self.touches.rounding(x)
 
-    def _blur(self, trial: StageTrial) -> float:
-        """Norm of what rounding of x leaves in the inertia, N."""
+    def _inertia_rounding(self, trial: StageTrial) -> float:
+        """Return the norm of the inertia error due to rounding of x, N."""
         lost = self.forces.M @ (np.abs(trial.x) + np.abs(self.stage.coast))
         return EPS * abs(1.0 - self.stage.alpha_m) * self.stage.A * float(np.linalg.norm(lost))
 
     # ------------------------------------------------------------------ start
 
     def start(self) -> StageTrial:
-        """The best of staying, coasting on and speeding up as before; where supports move, following them.
+        """Return the best of three predictions: unchanged position, constant velocity, constant acceleration.
 
-        With a cap, staying: the step is then what codes that iterate so seldom make of it.
+        If supports move, the prediction follows them. With a cap it is the unchanged position, as in codes that iterate
+        so
+        rarely.
         """
         now, h, fixed = self.stage.start, self.stage.step, self.forces.fixed
         stay = self.system.supported(now.x, self.end)
@@ -289,7 +293,7 @@ class StageEquations:
         coasting = now.x + h * now.v
         speeding = coasting + 0.5 * h**2 * now.a
         coasting[fixed] = speeding[fixed] = stay[fixed]
-        ways = [stay, *(self._short_of(stay, x) for x in (coasting, speeding))]
+        ways = [stay, *(self._before_collision(stay, x) for x in (coasting, speeding))]
         trials: list[StageTrial | None] = [None] * len(ways)
         if self.touches is None:  # trials take most of the time of a small body: the best way of before may do
             way, left = self.system.newton.way
@@ -312,13 +316,13 @@ class StageEquations:
         self.system.newton.way = way, best.size / best.scale if best.scale else 0.0
         return best
 
-    def _short_of(self, stay: Floats, x: Floats) -> Floats:
-        """A state on the way to x, short of where surfaces meet; x where none do."""
+    def _before_collision(self, stay: Floats, x: Floats) -> Floats:
+        """Return a state on the way to x before deformable surfaces collide; x if none do."""
         length = self.reach(stay, x - stay)
         return x if length == 1.0 else stay + length * (x - stay)
 
     def _towed(self, moved: Floats) -> StageTrial:
-        """One linear step from the start of the step, for the motion of the supports over it."""
+        """Make one linear step from the start of the step for the motion of the supports over it."""
         now = self.stage.start
         here, d = self.trial(now.x), moved - now.x
         eps = 1e-6 / max(1.0, 1e3 * float(np.abs(d).max()))
@@ -336,7 +340,7 @@ class StageEquations:
     # ------------------------------------------------------------------ iteration
 
     def better(self, trial: StageTrial, scale: float) -> tuple[StageTrial, float]:
-        """The next trial, and the part of the Newton step that leads there. Raises StepFailed."""
+        """Return the next trial and the accepted fraction of the Newton step. Raises StepFailed."""
         goal = 0.1 * self.tolerance * scale / trial.size  # of the linear system: no more than needed
         reason = "no Newton step lowers the energy"
         for projected in (False, True):
@@ -352,7 +356,7 @@ class StageEquations:
         raise StepFailed(reason)
 
     def _direction(self, trial: StageTrial, r: Floats, tolerance: float, projected: bool) -> Floats:
-        """-J^-1 r (free,). Raises StepFailed."""
+        """Return -J^-1 r (free,). Raises StepFailed."""
         J = self._jacobian(trial.x, projected)
         try:
             d = -self.system.linear.solve(J, r, tolerance)
@@ -363,7 +367,7 @@ class StageEquations:
         return d
 
     def _jacobian(self, x: Floats, projected: bool) -> sparse.csr_matrix:
-        """dr/dx = (1 - alpha_m) A M + (1 - alpha_f) (B C + K), in the shared pattern; with the inertia of turns."""
+        """Return dr/dx = (1 - alpha_m) A M + (1 - alpha_f) (B C + K), in the shared pattern, with rotational inertia."""
         stage, turning = self.stage, self.system.problem.turning
         J = self.forces.tangent(self.weighted(x), self.factors, projected)
         J.data *= self.share
@@ -378,7 +382,7 @@ class StageEquations:
         return J if self.touches is None else self.touches.coupled(x, J, self.forces.free, stage.touch, projected)
 
     def _along(self, trial: StageTrial, d: Floats) -> tuple[StageTrial, float] | None:
-        """The whole step, or the part of it that lowers the potential enough (Armijo 1966); None where none does."""
+        """Return the full step, or the fraction that lowers the potential enough (Armijo 1966); None if there is none."""
         way, slope = np.zeros_like(trial.x), float(trial.r @ d)
         way[self.forces.free] = d
         length = self.reach(trial.x, way)
@@ -398,11 +402,11 @@ class StageEquations:
         return there.size <= (1.0 - 1e-4) * trial.size
 
     def reach(self, x: Floats, d: Floats) -> float:
-        """The part of an increment d (dofs,), at most 1, that can be gone before surfaces that both deform meet."""
+        """Return the fraction of an increment d (dofs,), at most 1, up to which deformable surfaces do not collide."""
         return 1.0 if self.touches is None else self.touches.limit(x, d)
 
     def rise(self, here: StageTrial, there: StageTrial) -> float:
-        """By how much the incremental potential is larger there, J."""
+        """Return the increase of the incremental potential from `here` to `there`, J."""
         free = self.forces.free
         step = (there.x - here.x)[free]
         quadratic = 0.5 * float(step @ (here.steady + there.steady)[free])  # exact: its gradient is linear

@@ -1,4 +1,4 @@
-"""What integrators ask of a body: its supports, accelerations, and the end of an implicit step."""
+"""Mechanical system as the integrators use it: support motion, accelerations, and the solution of an implicit step."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from functools import cached_property
 
 import numpy as np
 
-from softmark.solvers.dynamics.critical_time_step import Frequencies
+from softmark.solvers.dynamics.critical_time_step import CriticalStepTracker
 from softmark.solvers.dynamics.damping import Damping
-from softmark.solvers.dynamics.dynamic_forces import Forces
-from softmark.solvers.dynamics.dynamic_problem import Direct, Dynamics, StepLinearSolver
-from softmark.solvers.dynamics.implicit_newton import Outcome, StageNewton
+from softmark.solvers.dynamics.dynamic_forces import DynamicForces
+from softmark.solvers.dynamics.dynamic_problem import DirectStepSolver, Dynamics, StepLinearSolver
+from softmark.solvers.dynamics.implicit_newton import StageNewton, StepOutcome
 from softmark.solvers.dynamics.integrator import Motion, Stage, StepFailed
-from softmark.solvers.dynamics.lagged_tangent import Lagged, suits
+from softmark.solvers.dynamics.lagged_tangent import LaggedTangentSolver, allows_lagged_tangent
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.linear.factorisations import Factor, Singular, factor
 
@@ -25,44 +25,46 @@ BLUR = 16.0  # times what rounding leaves in the force of damping: less is no ch
 SAME = 1e-8  # relative: loads that differ by less are one
 
 
-def _linear(forces: Forces) -> StepLinearSolver:
-    """Cholesky with conjugate gradients for many unknowns under a potential; else a factorisation for any matrix."""
+def _make_linear_solver(forces: DynamicForces) -> StepLinearSolver:
+    """Return the linear solver: Cholesky with conjugate gradients for large problems with a potential, else a general
+    LU.
+    """
     meets = forces.impact is not None and bool(forces.impact.meets)  # in patterns that change
     if meets or not forces.conservative or len(forces.free) < SMALL:
-        return Direct(forces.conservative)
+        return DirectStepSolver(forces.conservative)
     from softmark.solvers.linear.recycled_solves import LinearSolver as Repeated
 
     return Repeated()
 
 
-class System:
-    """A problem made ready to march in steps of `step` seconds, the longest."""
+class DynamicSystem:
+    """A dynamic problem prepared for time integration in steps of at most `step` seconds."""
 
     def __init__(self, problem: Dynamics, step: float) -> None:
         self.problem, self.step = problem, step
-        self.forces = Forces(problem)
+        self.forces = DynamicForces(problem)
         self.damping = Damping(self.forces, problem.damping, problem.direction)
-        self.linear: StepLinearSolver = problem.linear or _linear(self.forces)
+        self.linear: StepLinearSolver = problem.linear or _make_linear_solver(self.forces)
         self.newton = StageNewton(self)
         self.lagged = self._lagged() if problem.lagged and not problem.integrator.explicit else None
-        self.outcome = Outcome()  # of the last step; an explicit one has nothing to solve
+        self.outcome = StepOutcome()  # of the last step; an explicit one has nothing to solve
         self.longest = np.inf  # s, the step that an explicit integrator can take now
         self.swing = 0.0  # of an explicit integrator: by how much the energy of the fastest mode comes and goes
 
-    def _lagged(self) -> Lagged | None:
-        """Steps with lagged tangents, where the forces allow them."""
+    def _lagged(self) -> LaggedTangentSolver | None:
+        """Solver with lagged tangents, if the forces allow it."""
         try:
-            return Lagged(self) if suits(self.forces) else None
+            return LaggedTangentSolver(self) if allows_lagged_tangent(self.forces) else None
         except ValueError:  # a degree of freedom without stiffness or mass
             return None
 
     @cached_property
-    def frequencies(self) -> Frequencies:
-        """The largest frequency of the body, for explicit integrators."""
-        return Frequencies(self.forces, self.problem.damping)
+    def frequencies(self) -> CriticalStepTracker:
+        """Tracker of the largest frequency of the body, for explicit integrators."""
+        return CriticalStepTracker(self.forces, self.problem.damping)
 
     def start(self) -> Motion:
-        """The motion at time 0, with the acceleration that balances its forces. Raises StepFailed."""
+        """Return the motion at time 0, with the acceleration that balances its forces. Raises StepFailed."""
         problem = self.problem
         if problem.turning is not None:
             problem.turning.reset()
@@ -85,7 +87,7 @@ class System:
         return self.problem.moves
 
     def supported(self, x: Floats, time: float) -> Floats:
-        """x with the supports where they are at a time."""
+        """Return x with the supports at their positions at a time, s."""
         if self._moving:
             fixed = self.forces.fixed
             x = x.copy()
@@ -96,18 +98,18 @@ class System:
 
     @property
     def _since(self) -> float | None:
-        """The time that rotations are counted from, s: turns about an axis that stays add up as numbers."""
+        """Reference time of rotations, s, or None; rotations about a fixed axis can be added as numbers."""
         return None if self.problem.turning is None else self.problem.turning.since
 
     @cached_property
     def _turned(self) -> Ints:
-        """Which of the fixed degrees of freedom are rotations (k,), where supports turn some."""
+        """Indices of the fixed degrees of freedom that are rotations (k,), if supports rotate any."""
         turning, moved = self.problem.turning, np.flatnonzero(self.problem.target)
         found: Ints = np.flatnonzero(np.isin(self.forces.fixed, [] if turning is None else turning.where))
         return found[np.isin(found, moved)]
 
     def support_velocity(self, time: float) -> Floats | float:
-        """Velocity (c,) of the supports, m/s."""
+        """Return the velocity (c,) of the supports, m/s."""
         if not self._moving:
             return 0.0
         if self.problem.way is not None:
@@ -116,7 +118,7 @@ class System:
         return (course(time + h) - course(time - h)) / (2.0 * h) * self.problem.target
 
     def support_acceleration(self, time: float) -> Floats | float:
-        """Acceleration (c,) of the supports, m/s^2; a kink of their course is spread over a step."""
+        """Return the acceleration (c,) of the supports, m/s^2; a kink of their amplitude is spread over a step."""
         if not self._moving:
             return 0.0
         if self.problem.way is not None:
@@ -126,13 +128,13 @@ class System:
         return (course(time + h) - 2.0 * course(time) + course(time - h)) / h**2 * self.problem.target
 
     def _imposed(self, time: float) -> Floats:
-        """What supports impose (c,) at a time."""
+        """Return the prescribed support increments (c,) at a time."""
         return self.problem.imposed(self.problem.support_course.at(time))
 
     # ------------------------------------------------------------------ accelerations
 
     def acceleration(self, g: Floats, time: float) -> Floats:
-        """a (dofs,) with M a = -g on free degrees of freedom, and that of the supports. Raises StepFailed."""
+        """Return a (dofs,) with M a = -g on free degrees of freedom, and that of the supports. Raises StepFailed."""
         forces, a = self.forces, np.zeros_like(g)
         a[forces.fixed] = self.support_acceleration(time)
         if forces.lumped is not None:
@@ -145,32 +147,32 @@ class System:
 
     @cached_property
     def _mass(self) -> Factor:
-        """The mass matrix, factorised. Raises ValueError where it is singular."""
+        """Factorised mass matrix. Raises ValueError if it is singular."""
         try:
             return factor(self.forces.M_free)
         except Singular as error:
             raise ValueError("the mass matrix is singular") from error
 
     def spread(self, f: Floats) -> Floats:
-        """The acceleration (dofs,), m/s^2, that forces f, N, give to what is free."""
+        """Return the acceleration (dofs,), m/s^2, that forces f, N, cause on free degrees of freedom."""
         free, a = self.forces.free, np.zeros_like(f)
         a[free] = f[free] / self.forces.lumped[free] if self.forces.lumped is not None else self._mass.solve(f[free])
         return a
 
     def under(self, motion: Motion, factors: Floats) -> Motion:
-        """A motion that is at once under other loads, with `factors` (l,): only its acceleration changes."""
+        """Return the motion with the loads changed to `factors` (l,): only the acceleration changes."""
         change = factors - motion.factors
         if not np.any(np.abs(change) > SAME * np.maximum(np.abs(factors), np.abs(motion.factors))):
             return motion
         a, free = motion.a.copy(), self.forces.free
-        f = self.forces.pushed(motion.x, -change)[free]
+        f = self.forces.load_gradient(motion.x, -change)[free]
         a[free] += f / self.forces.lumped[free] if self.forces.lumped is not None else self._mass.solve(f)
         return replace(motion, a=a, factors=factors)
 
     def kick(self, now: Motion, x: Floats, half: Floats, time: float, factors: Floats) -> tuple[Floats, Floats]:
-        """Acceleration and velocity at the end of an explicit step, from the velocity `half` of its middle.
+        """Return acceleration and velocity at the end of an explicit step, from the velocity `half` of its middle.
 
-        The loads have `factors` (l,) there.
+        The load factors at the end are `factors` (l,).
         """
         h, alpha, fixed = time - now.time, self.problem.damping.alpha, self.forces.fixed
         g = self.forces.at(x, factors).total
@@ -187,7 +189,9 @@ class System:
     # ------------------------------------------------------------------ implicit steps
 
     def solve(self, stage: Stage) -> Motion:
-        """The end of an implicit step; damped by the stiffness of the state that it acts in. Raises StepFailed."""
+        """Return the end of an implicit step; damping uses the stiffness of the state in which it acts. Raises
+        StepFailed.
+        """
         if not self.problem.damping.beta or self.problem.cap is not None:
             return self._solved(stage)
         motion = self._settled(stage)
@@ -198,13 +202,13 @@ class System:
         return motion
 
     def _settled(self, stage: Stage) -> Motion:
-        """The end of a step whose damping is that of the state it leads to. Raises StepFailed."""
-        self.damping.foresee(stage)
+        """Return the end of a step whose damping belongs to its own end state. Raises StepFailed."""
+        self.damping.predict(stage)
         enough = DRAG * self.problem.tolerance
         for _ in range(REPEATS):
             motion = self._solved(stage)
-            off = self.damping.renew(stage, motion)
-            noise = BLUR * self.damping.rounding(stage.speeding(motion.x, motion.v))
+            off = self.damping.update(stage, motion)
+            noise = BLUR * self.damping.rounding(stage.damping_velocity(motion.x, motion.v))
             if off <= max(enough * self.newton.scale, noise):
                 return motion
         if off > max(enough, UNSETTLED) * self.newton.scale:
@@ -212,7 +216,7 @@ class System:
         return motion
 
     def _solved(self, stage: Stage) -> Motion:
-        """The end of an implicit step with the damping as it is. Raises StepFailed."""
+        """Return the end of an implicit step with the present damping matrix. Raises StepFailed."""
         found = self.lagged.solve(stage) if self.lagged else None
         motion, self.outcome = found or self.newton.solve(stage)
         return motion

@@ -1,4 +1,4 @@
-"""What an integrator is: how one step of time is made of states, velocities and forces."""
+"""Interface of time integrators, and the data of a time step: motion, stage equations, failures."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.solvers.dynamics.implicit_step import System
+    from softmark.solvers.dynamics.implicit_step import DynamicSystem
     from softmark.solvers.dynamics.load_amplitudes import StepLoad
 
     Floats = NDArray[np.float64]
@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 class Motion:
     """A state with its velocity and acceleration (dofs,) at a `time` in s.
 
-    `factors` (l,) are those of the loads that the acceleration balances. What contact gives to momentum in the step
-    that ends is `given` (a, b): a of what it gave in the step before, and b of its force at the end times the step.
+    `factors` (l,) are those of the loads that the acceleration balances. `given` = (a, b) weights the contact impulse
+    of
+    the step that ends here: a times the impulse of the step before, plus b times the contact force at the end times h.
     """
 
     time: float
@@ -33,8 +34,8 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Past:
-    """What a step starts from: the last accepted motion, and the one `before` it, None at the start."""
+class StepStart:
+    """Starting data of a step: the last accepted motion, and the one `before` it, None at the start."""
 
     now: Motion
     before: Motion | None = None
@@ -42,14 +43,15 @@ class Past:
 
 @dataclass(frozen=True)
 class Stage:
-    """The equations of an implicit step of `step` seconds under `load` from `start`, for its unknown end x.
+    """Equations of an implicit step of `step` seconds under `load` from `start`, for its unknown end x.
 
-    The ends of the step are a = A (x - coast) and v = speed + B (x - coast), with `coast` the state to which the
-    body would come without forces. The balance holds at a weighted time within the step:
+    At the end of the step a = A (x - coast) and v = speed + B (x - coast), with `coast` the state that the body would
+    reach
+    without forces. The balance holds at a weighted time within the step:
 
         (1 - alpha_m) M a + alpha_m M a0 + C ((1 - alpha_f) v + alpha_f v0) + f = 0,
 
-    with forces f of the weighted state, f((1 - alpha_f) x + alpha_f x0), where `between`, and otherwise the
+    with forces f of the weighted state, f((1 - alpha_f) x + alpha_f x0), if `between`, and otherwise the
     weighted forces (1 - alpha_f) f(x) + alpha_f f(x0), each under the load of its end of the step.
     """
 
@@ -69,52 +71,52 @@ class Stage:
     beyond: tuple[float, float] = (0.0, 0.0)  # what of their acceleration a (1) and v (s) are to have besides
 
     def acting(self, x: Floats) -> Floats:
-        """The state in which damping acts, if the step ends in x: that to which its velocity belongs."""
+        """Return the state in which damping acts if the step ends in x: the one to which its velocity belongs."""
         share = 0.5 if self.secant or self.mean else 1.0 - self.alpha_f
         return self.start.x + share * (x - self.start.x)
 
-    def speeding(self, x: Floats, v: Floats) -> Floats:
-        """The velocity that damping acts on, if the step ends in x with v."""
+    def damping_velocity(self, x: Floats, v: Floats) -> Floats:
+        """Return the velocity on which damping acts if the step ends in x with velocity v."""
         if self.mean:
             return (x - self.start.x) / self.step
         return (1.0 - self.alpha_f) * v + self.alpha_f * self.start.v
 
     @property
     def damped(self) -> float:
-        """By how much that velocity grows with x, 1/s."""
+        """Derivative of that velocity by x, 1/s."""
         return 1.0 / self.step if self.mean else (1.0 - self.alpha_f) * self.B
 
 
 class Integrator(Protocol):
-    """A way through time. `explicit` ones solve no equations, need a lumped mass and have a critical step."""
+    """Interface of a time integrator. `explicit` ones solve no equations, need a lumped mass and have a critical step."""
 
     explicit: ClassVar[bool]
 
-    def begin(self, system: System, start: Motion, step: float) -> None:
-        """Refuse what the integrator cannot do, before the first step."""
+    def begin(self, system: DynamicSystem, start: Motion, step: float) -> None:
+        """Refuse unsupported problems before the first step."""
 
-    def advance(self, system: System, past: Past, step: float) -> Motion:
-        """The motion `step` seconds later. Raises StepFailed."""
+    def advance(self, system: DynamicSystem, past: StepStart, step: float) -> Motion:
+        """Return the motion `step` seconds later. Raises StepFailed."""
 
 
 class StepFailed(Exception):
-    """This step cannot be made; a shorter one may."""
+    """A time step has failed; a shorter one may succeed."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(reason)
         self.reason = reason
 
 
-class TooSoft(StepFailed):
-    """A step has ended with a point behind a rigid surface; a stiffer barrier may keep it clear."""
+class BarrierTooSoft(StepFailed):
+    """A step has ended with a point inside a rigid body; a stiffer barrier may prevent it."""
 
 
-class CutsIn(TooSoft):
-    """A step has ended with facets behind a rigid surface; more points that are kept clear may end that."""
+class FacetPenetration(BarrierTooSoft):
+    """A step has ended with facets penetrating a rigid body; additional contact points may prevent it."""
 
 
 class StepTooLong(Exception):
-    """The step asked for exceeds the `critical` one (s) of an explicit integrator, its safety included."""
+    """The requested step exceeds the `critical` one (s) of an explicit integrator, including its safety factor."""
 
     def __init__(self, step: float, critical: float) -> None:
         super().__init__(f"the step of {step:.4g} s exceeds the critical step, {critical:.4g} s")

@@ -1,9 +1,9 @@
-"""Implicit steps with one factorisation each: a tangent whose stresses are those of earlier states.
+"""Implicit steps with one factorisation each: a tangent whose stresses are taken from earlier states.
 
-The end of a step is extrapolated; there one tangent is factorised in single precision, and its factor serves all
-iterations (the chord method, Ortega and Rheinboldt 1970, section 7.1), accelerated after Anderson (1965; Walker
-and Ni 2011). Whether a step is solved is judged as Newton's method judges it, so that results agree to the
-tolerance; what does not converge goes to Newton's method.
+The end of a step is extrapolated. One tangent is factorised there in single precision, and serves all iterations (the
+chord method, Ortega and Rheinboldt 1970, section 7.1), accelerated by Anderson's method (1965; Walker and Ni 2011).
+Convergence is judged as in Newton's method, so results agree to the tolerance. Steps that do not converge are left to
+Newton's method.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, TypeGuard
 
 import numpy as np
 
-from softmark.solvers.dynamics.dynamic_forces import Force, Forces
-from softmark.solvers.dynamics.implicit_newton import Outcome, StageEquations, StageTrial
+from softmark.solvers.dynamics.dynamic_forces import DynamicForces, EnergyGradients
+from softmark.solvers.dynamics.implicit_newton import StageEquations, StageTrial, StepOutcome
 from softmark.solvers.dynamics.integrator import Motion, Stage
 from softmark.solvers.energies.energy import Energy, Floats, LaggedTangentEnergy
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.implicit_step import System
+    from softmark.solvers.dynamics.implicit_step import DynamicSystem
 
 ORDER = 5  # the highest of an extrapolation
 MOST = 14  # iterations
@@ -28,21 +28,27 @@ POOR = 0.6  # mean factor of the residual per iteration above which Newton's met
 PAUSE = 64  # steps at most that are left to Newton's method after failures
 
 
-def lagging(energies: Sequence[Energy]) -> TypeGuard[tuple[LaggedTangentEnergy, ...]]:
-    """Whether all of these energies offer a lagged tangent."""
+def have_lagged_tangents(energies: Sequence[Energy]) -> TypeGuard[tuple[LaggedTangentEnergy, ...]]:
+    """Return whether all of these energies have a lagged tangent."""
     return all(isinstance(e, LaggedTangentEnergy) for e in energies)
 
 
-def suits(forces: Forces) -> bool:
-    """Whether steps under these forces can be taken so: a potential, lagging internal energies, dead loads."""
+def allows_lagged_tangent(forces: DynamicForces) -> bool:
+    """Return whether these forces allow lagged tangents: a potential, lagged internal energies, dead loads."""
     dead = all(not load.stencils.size for load in forces.loads)
-    return forces.conservative and dead and forces.impact is None and bool(forces.internal) and lagging(forces.internal)
+    return (
+        forces.conservative
+        and dead
+        and forces.impact is None
+        and bool(forces.internal)
+        and have_lagged_tangents(forces.internal)
+    )
 
 
-class Lagged:
-    """Solves stages, as long as it can; knows the states that came before."""
+class LaggedTangentSolver:
+    """Solver of implicit stages by lagged tangents; it stores the preceding states."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: DynamicSystem) -> None:
         from softmark.solvers.linear.symbolic_cache import plan_of
         from softmark.solvers.sparse.sparse_cholesky import Cholesky
 
@@ -50,7 +56,7 @@ class Lagged:
         pattern = self.forces.pattern
         self.data = np.zeros(len(pattern.indices))
         self.cholesky = Cholesky(plan_of(pattern.matrix(self.data)), "single")
-        self.states = Differences(ORDER, self.forces.dofs)
+        self.states = BackwardDifferences(ORDER, self.forces.dofs)
         self.failures = 0  # steps that were tried and left to Newton's method
         self._traces: list[Floats] = []  # of the last two accepted states, the latest first
         self._pending: tuple[Floats, Floats] | None = None  # the last solution and its traces
@@ -58,18 +64,18 @@ class Lagged:
 
     @property
     def energies(self) -> tuple[LaggedTangentEnergy, ...]:
-        """Those of the internal forces."""
+        """Internal energies."""
         internal = self.forces.internal
-        assert lagging(internal)
+        assert have_lagged_tangents(internal)
         return internal
 
-    def solve(self, stage: Stage) -> tuple[Motion, Outcome] | None:
-        """The end of the step; None where Newton's method has to find it."""
+    def solve(self, stage: Stage) -> tuple[Motion, StepOutcome] | None:
+        """Return the end of the step; None if Newton's method must solve it."""
         self._accept(stage)
         if self._rest:
             self._rest -= 1
             return None
-        balance = Lag(self, stage, self._extrapolated_traces())
+        balance = LaggedStageEquations(self, stage, self._extrapolated_traces())
         found = self._iterate(balance, self._predicted(stage, balance.end))
         if found is None or not self.system.problem.sound(found[0].x):
             self._fail()
@@ -81,7 +87,7 @@ class Lagged:
         return balance.motion(trial), outcome
 
     def _fail(self) -> None:
-        """Count a step that Newton's method has to take; after several, leave it some more."""
+        """Count a step left to Newton's method; after several failures, leave it further steps."""
         self.failures += 1
         self._pending = None
         self._rest, self._pause = self._pause, min(PAUSE, 2 * self._pause + 1)
@@ -89,7 +95,7 @@ class Lagged:
     # ------------------------------------------------------------------ what came before
 
     def _accept(self, stage: Stage) -> None:
-        """The start of a stage is the last accepted state."""
+        """Record the start of a stage as the last accepted state."""
         start = stage.start
         if self.states.latest is start.x:
             return
@@ -99,12 +105,12 @@ class Lagged:
             self._traces = [self._pending[1], *self._traces[:1]]
         else:
             traces = np.empty(sum(e.kept for e in self.energies))
-            self.traced(start.x, np.zeros(self.forces.dofs), traces)
+            self.add_forces_and_traces(start.x, np.zeros(self.forces.dofs), traces)
             self._traces = [traces]
         self._pending = None
 
-    def traced(self, x: Floats, g: Floats, traces: Floats) -> None:
-        """Internal forces into g, traces into `traces`."""
+    def add_forces_and_traces(self, x: Floats, g: Floats, traces: Floats) -> None:
+        """Add the internal forces to g and write the lagged values to `traces`."""
         begin = 0
         for energy in self.energies:
             energy.add_gradient_kept(x, g, traces[begin : begin + energy.kept])
@@ -115,7 +121,7 @@ class Lagged:
         return 2.0 * last - self._traces[1] if len(self._traces) > 1 else last
 
     def _predicted(self, stage: Stage, end: float) -> Floats:
-        """Where the states lead; coasting on where there are too few at this step."""
+        """Return the extrapolated end of the step; constant velocity if too few equal steps are known."""
         now = stage.start
         x = self.states.next(stage.step)
         if x is None:
@@ -127,11 +133,11 @@ class Lagged:
 
     # ------------------------------------------------------------------ iteration
 
-    def _iterate(self, balance: Lag, x: Floats) -> tuple[StageTrial, Outcome] | None:
+    def _iterate(self, balance: LaggedStageEquations, x: Floats) -> tuple[StageTrial, StepOutcome] | None:
         from softmark.solvers.sparse.sparse_cholesky import Indefinite
 
         problem, free = self.system.problem, self.forces.free
-        trial, before, first, mixer = balance.trial(x), np.inf, 0.0, Mixer()
+        trial, before, first, mixer = balance.trial(x), np.inf, 0.0, AndersonAcceleration()
         for number in range(MOST + 1 if problem.cap is None else problem.cap + 1):
             scale = max(trial.scale, self.system.newton.scale)
             residual = trial.size / scale if scale else trial.size
@@ -139,7 +145,7 @@ class Lagged:
                 return None
             solved = balance.met(trial, scale, before)
             if solved or number == problem.cap:
-                return trial, Outcome(number, residual, solved, True)
+                return trial, StepOutcome(number, residual, solved, True)
             first = first or residual
             if number == MOST or (number >= 4 and residual > POOR**number * first):
                 return None
@@ -155,23 +161,23 @@ class Lagged:
         return None
 
 
-class Lag(StageEquations):
-    """The equations of a stage; the first forces asked for bring the lagged tangent with them."""
+class LaggedStageEquations(StageEquations):
+    """Equations of a stage whose first force evaluation also computes the lagged tangent."""
 
-    def __init__(self, lagged: Lagged, stage: Stage, traces: Floats) -> None:
+    def __init__(self, lagged: LaggedTangentSolver, stage: Stage, traces: Floats) -> None:
         super().__init__(lagged.system, stage)
         self.lagged, self.traces, self.now = lagged, traces, np.empty_like(traces)
         self._fresh = True
-        self._external = self.forces.pushed(stage.start.x, self.factors)
+        self._external = self.forces.load_gradient(stage.start.x, self.factors)
 
-    def force(self, x: Floats) -> Force:
-        """The forces that count for the end x."""
+    def force(self, x: Floats) -> EnergyGradients:
+        """Return the weighted forces of the step for the end x."""
         internal, y = np.zeros(self.forces.dofs), self.weighted(x)
         if self._fresh:
             self._with_tangent(y, internal)
         else:
-            self.lagged.traced(y, internal, self.now)
-        return Force(internal, self._external)
+            self.lagged.add_forces_and_traces(y, internal, self.now)
+        return EnergyGradients(internal, self._external)
 
     def _with_tangent(self, y: Floats, internal: Floats) -> None:
         self._fresh, data, begin = False, self.lagged.data, 0
@@ -181,7 +187,7 @@ class Lag(StageEquations):
             begin += energy.kept
 
     def jacobian(self) -> Floats:
-        """dr/dx where the forces were first asked for, in the shared pattern (nnz,)."""
+        """Return dr/dx at the first force evaluation, in the shared pattern (nnz,)."""
         data, stage, damping = self.lagged.data, self.stage, self.system.damping
         if self.share != 1.0:
             data *= self.share
@@ -191,8 +197,8 @@ class Lag(StageEquations):
         return data
 
 
-class Differences:
-    """Backward differences of states at equal steps, and the extrapolation that would have met the last state best."""
+class BackwardDifferences:
+    """Backward differences of states at equal steps; extrapolation with the order that fits the last state best."""
 
     def __init__(self, order: int, size: int) -> None:
         self.table, self._old = np.zeros((2, order + 2, size))
@@ -201,7 +207,7 @@ class Differences:
         self.latest: Floats | None = None
 
     def add(self, x: Floats, time: float) -> None:
-        """The next accepted state. One at another distance than those before makes a new beginning with the last."""
+        """Add the next accepted state. A step of another length restarts the table with the last state."""
         step = time - self.time
         if not _equal(step, self.step):
             self.count = min(self.count, 1)
@@ -213,10 +219,11 @@ class Differences:
         self.count, self.step, self.time, self.latest = count, step, time, x
 
     def next(self, step: float) -> Floats | None:
-        """The state a step later; None where too few are known at this step.
+        """Return the extrapolated state one step later; None if too few states at this step length are known.
 
-        Newton's formula: the sum of the differences up to an order; the next difference is by how much that order
-        missed the last state.
+        Newton's formula: the sum of the differences up to an order. The next difference is the error of that order at
+        the last
+        state.
         """
         if self.count < 3 or not _equal(step, self.step):
             return None
@@ -226,12 +233,12 @@ class Differences:
 
 
 def _equal(step: float, other: float) -> bool:
-    """Whether two steps are one to rounding of their times."""
+    """Return whether two step lengths are equal up to rounding of times."""
     return abs(step - other) <= 1e-6 * step
 
 
-class Mixer:
-    """Anderson's acceleration (1965; Walker and Ni 2011) of x <- x - z(x), of depth two."""
+class AndersonAcceleration:
+    """Anderson acceleration (1965; Walker and Ni 2011) of x <- x - z(x), of depth two."""
 
     def __init__(self) -> None:
         self.steps: list[Floats] = []
@@ -239,7 +246,7 @@ class Mixer:
         self.z = np.zeros(0)
 
     def step(self, z: Floats) -> Floats:
-        """What to add to x."""
+        """Return the accelerated increment of x."""
         d = -z
         if self.steps:
             self.changes = [z - self.z, *self.changes[:1]]
@@ -249,7 +256,7 @@ class Mixer:
         return d
 
     def _factors(self, z: Floats) -> list[float]:
-        """Of the combination of changes nearest to z, by its normal equations."""
+        """Return the coefficients of the combination of changes nearest to z, by normal equations."""
         p = self.changes[0]
         pp, pz = float(p @ p), float(p @ z)
         if pp == 0.0:

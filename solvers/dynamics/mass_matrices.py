@@ -1,4 +1,4 @@
-"""Mass matrices of solids, and the momenta that they carry."""
+"""Mass matrices of solids: consistent and lumped."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ from softmark.solvers.energies.energy import Floats, Ints
 
 
 class MassShape(Protocol):
-    """What of an element a mass needs."""
+    """Interface of an element as the mass matrix needs it."""
 
     constant: ClassVar[bool]
 
     @staticmethod
     def mass_quadrature() -> tuple[Floats, Floats]:
-        """Points (q, 3) and weights (q,) that integrate products of shape functions."""
+        """Return points (q, 3) and weights (q,) that integrate products of shape functions."""
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """Shape functions (q, a)."""
+        """Return shape functions (q, a)."""
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """dN/dxi (q, a, 3)."""
+        """Return dN/dxi (q, a, 3)."""
 
 
 def mass_points(points: Floats, cells: Ints, element: type[MassShape]) -> tuple[Floats, Floats]:
-    """Shape functions N (q, a) and volumes w (m, q), m^3, at points that integrate products of shape functions.
+    """Return shape functions N (q, a) and volumes w (m, q), m^3, at points that integrate products of shape functions.
 
-    Stiffness needs fewer points than mass: one is exact for the linear tetrahedron, whose mass it makes singular.
+    Stiffness needs fewer points than mass: one is exact for the linear tetrahedron, but makes its mass singular.
     Tetrahedra get the conical product rule of degree 5 (Stroud 1971), exact up to quadratic shape functions;
-    other cells their own rule.
+    other cells use their own rule.
     """
     xi, weights = element.mass_quadrature()
     gradient = element.gradient(xi)
@@ -44,9 +44,9 @@ def mass_points(points: Floats, cells: Ints, element: type[MassShape]) -> tuple[
 
 
 def consistent_mass(cells: Ints, N: Floats, w: Floats, density: float, nodes: int | None = None) -> sparse.csr_matrix:
-    """M_ab = density * sum over points of w N_a N_b, for each of three directions (3 nodes, 3 nodes), kg.
+    """Return M_ab = density * sum over points of w N_a N_b, for each of three directions (3 nodes, 3 nodes), kg.
 
-    Source: Archer 1963; `N`, `w` as from `mass_points`; N are (m, q, a) where each cell has points of its own.
+    Source: Archer 1963; `N`, `w` as from `mass_points`; N are (m, q, a) if each cell has its own points.
     """
     count = int(cells.max()) + 1 if nodes is None else nodes
     if N.ndim == 3:
@@ -59,9 +59,9 @@ def consistent_mass(cells: Ints, N: Floats, w: Floats, density: float, nodes: in
 
 
 def lumped_mass(cells: Ints, N: Floats, w: Floats, density: float, nodes: int | None = None) -> Floats:
-    """The diagonal (3 nodes,), kg: each cell's mass in proportion to the diagonal of its consistent mass.
+    """Return the diagonal (3 nodes,), kg: each cell's mass in proportion to the diagonal of its consistent mass.
 
-    Equal shares in linear tetrahedra; positive in quadratic cells, where sums of rows are not (Hinton, Rock and
+    Linear tetrahedra get equal shares. Masses of quadratic cells are positive, where row sums are not (Hinton, Rock and
     Zienkiewicz 1976).
     """
     count = int(cells.max()) + 1 if nodes is None else nodes
@@ -72,7 +72,7 @@ def lumped_mass(cells: Ints, N: Floats, w: Floats, density: float, nodes: int | 
     return np.repeat(lumped, 3)
 
 
-def times(mass: sparse.csr_matrix | Floats, v: Floats) -> Floats:
-    """M v for a matrix or its diagonal."""
+def multiply_mass(mass: sparse.csr_matrix | Floats, v: Floats) -> Floats:
+    """Return M v for a matrix or its diagonal."""
     product: Floats = mass @ v if mass.ndim == 2 else mass * v
     return product

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.records import dataclass
-from softmark.solvers.dynamics.integrator import Motion, Past, Stage
+from softmark.solvers.dynamics.integrator import Motion, Stage, StepStart
 from softmark.solvers.dynamics.trapezoidal_rule import mean_stage
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.implicit_step import System
+    from softmark.solvers.dynamics.implicit_step import DynamicSystem
     from softmark.solvers.dynamics.load_amplitudes import StepLoad
 
 
@@ -29,11 +29,13 @@ class Newmark:
 
     explicit: ClassVar[bool] = False
 
-    def begin(self, system: System, start: Motion, step: float) -> None:
-        """Nothing to refuse."""
+    def begin(self, system: DynamicSystem, start: Motion, step: float) -> None:
+        """Do nothing: every problem is accepted."""
 
-    def advance(self, system: System, past: Past, step: float) -> Motion:
-        """One Newmark step; that of average acceleration as the trapezoidal rule, whose damping never drives."""
+    def advance(self, system: DynamicSystem, past: StepStart, step: float) -> Motion:
+        """Make one Newmark step; average acceleration is computed as the trapezoidal rule, whose damping never adds
+        energy.
+        """
         if (self.beta, self.gamma) == (0.25, 0.5):
             return system.solve(mean_stage(system, past.now, step))
         load = system.forces.graded(past.now.time, past.now.time + step, self.gamma)
@@ -41,7 +43,7 @@ class Newmark:
 
 
 def newmark_stage(
-    system: System,
+    system: DynamicSystem,
     before: Motion,
     h: float,
     load: StepLoad,
@@ -50,7 +52,9 @@ def newmark_stage(
     alpha_m: float = 0.0,
     alpha_f: float = 0.0,
 ) -> Stage:
-    """Newmark's formulas solved for a1 and v1: a1 = (x1 - coast) / (beta h^2), v1 as in `Stage`."""
+    """Return the stage equations of Newmark's formulas solved for a1 and v1: a1 = (x1 - coast) / (beta h^2), v1 as in
+    `Stage`.
+    """
     now = system.under(before, load.first)
     coast = now.x + h * now.v + h**2 * (0.5 - beta) * now.a
     speed = now.v + h * (1.0 - gamma) * now.a

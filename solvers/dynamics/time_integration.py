@@ -1,4 +1,4 @@
-"""The march through time: steps of one length, halved where they fail, and a record of all of them."""
+"""Time integration: steps of constant length, halved when they fail, and the record of all steps."""
 
 from __future__ import annotations
 
@@ -11,79 +11,82 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.solvers.dynamics.dynamic_problem import Dynamics
-from softmark.solvers.dynamics.energy_balance import Account
-from softmark.solvers.dynamics.energy_ledger import NAMES, Entry, finite, next_entry, open_entry
-from softmark.solvers.dynamics.implicit_newton import Outcome
-from softmark.solvers.dynamics.implicit_step import System
-from softmark.solvers.dynamics.integrator import Motion, Past, StepFailed, TooSoft
-from softmark.solvers.dynamics.trajectory import Diverged, Event, MotionNotConverged, Touched, Trajectory
+from softmark.solvers.dynamics.energy_balance import EnergyAccount
+from softmark.solvers.dynamics.energy_ledger import NAMES, EnergyEntry, is_finite, next_entry, open_entry
+from softmark.solvers.dynamics.implicit_newton import StepOutcome
+from softmark.solvers.dynamics.implicit_step import DynamicSystem
+from softmark.solvers.dynamics.integrator import BarrierTooSoft, Motion, StepFailed, StepStart
+from softmark.solvers.dynamics.trajectory import ContactHistory, Diverged, Event, MotionNotConverged, Trajectory
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.dynamic_contact import Bounce, Rubbed
+    from softmark.solvers.dynamics.dynamic_contact import FrictionResult, ImpactEvent
 
 NOISE = 1e4  # times the rounding of forces
 
 Observer = Callable[[Motion], Any]
 
 
-def whole(motion: Motion) -> Motion:
-    """Observes everything."""
+def whole_motion(motion: Motion) -> Motion:
+    """Return the whole motion, as an observer that keeps everything."""
     return motion
 
 
-def march(problem: Dynamics, duration: float, step: float, observe: Observer = whole) -> Trajectory:
-    """The motion from 0 to `duration` in steps of `step` (s); the last one is cut where it would go beyond.
+def march(problem: Dynamics, duration: float, step: float, observe: Observer = whole_motion) -> Trajectory:
+    """Return the motion from 0 to `duration` in steps of `step` (s); the last step is shortened to end there.
 
-    `observe` is called at time 0 and after every accepted step, outside the clock; what it gives back is kept.
-    A step that fails is halved and later ones grow back. Raises NotConverged, with the trajectory so far, where a
-    step fails at `problem.shortest` of its length, Diverged where the motion has gained energy that nothing has
-    brought (energy_balance.py), StepTooLong where an explicit integrator cannot take the step, ValueError for a
-    duration or step that is not positive.
+    `observe` is called at time 0 and after every accepted step, outside the timed part; its return value is stored. A
+    step
+    that fails is halved and later ones grow back. Raises NotConverged, with the trajectory so far, if a step fails at
+    `problem.shortest` of its length; Diverged if the motion has gained spurious energy (energy_balance.py); StepTooLong
+    if
+    an explicit integrator cannot take the step; ValueError for a duration or step that is not positive.
     """
     if not (0.0 < step < math.inf and 0.0 < duration < math.inf):
         raise ValueError("duration and step must be positive")
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        return _March(problem, duration, step, observe).run()
+        return _TimeIntegration(problem, duration, step, observe).run()
 
 
-class _March:
-    """The record that grows while the body moves."""
+class _TimeIntegration:
+    """A time integration in progress, with its growing record."""
 
     def __init__(self, problem: Dynamics, duration: float, step: float, observe: Observer) -> None:
         self.problem, self.duration, self.step, self.observe = problem, duration, step, observe
-        self.system = System(problem, step)
+        self.system = DynamicSystem(problem, step)
         self.entries: list[tuple[float, ...]] = []
         self.impulses: Any = None
         self.names: tuple[str, ...] = NAMES
         self.times: list[float] = []
         self.observed: list[Any] = []
         self.costs: list[tuple[float, float]] = []  # wall, cpu
-        self.outcomes: list[Outcome] = []
+        self.outcomes: list[StepOutcome] = []
         self.events: list[Event] = []
-        self.account = Account()
+        self.account = EnergyAccount()
         self.ticks = 2 ** max(0, round(-math.log2(problem.shortest)))  # of the shortest step in a whole one
 
     def run(self) -> Trajectory:
-        """All steps. Raises NotConverged."""
+        """Make all steps. Raises NotConverged."""
         try:
             start = self.system.start()
             entry = open_entry(self.system, start)
         except StepFailed as failure:
             raise self._stopped(f"no start: {failure.reason}") from failure
-        if not (finite(entry) and self.problem.sound(start.x)):
+        if not (is_finite(entry) and self.problem.sound(start.x)):
             raise self._stopped("the initial state is outside the domain of the law or has inverted cells")
         self.problem.integrator.begin(self.system, start, self.step)
         self._keep(entry)
         self._follow(start)
-        past, ticks = Past(start), self.ticks
+        past, ticks = StepStart(start), self.ticks
         for number in range(math.ceil(self.duration / self.step - 1e-9)):
             past, entry, ticks = self._whole_step(number, past, entry, ticks)
         if self.account.over and not self.account.settles:
             raise self._diverged(past.now.time)
         return self._trajectory(complete=True)
 
-    def _whole_step(self, number: int, past: Past, entry: Entry, ticks: int) -> tuple[Past, Entry, int]:
-        """One step of the grid, in parts of `ticks` where need be; the size of the next part."""
+    def _whole_step(
+        self, number: int, past: StepStart, entry: EnergyEntry, ticks: int
+    ) -> tuple[StepStart, EnergyEntry, int]:
+        """Make one step of the grid, in parts of `ticks` if needed; also return the size of the next part."""
         start = number * self.step
         length = min(self.step, self.duration - start)
         done, wall, cpu = 0, time.perf_counter(), time.process_time()
@@ -93,7 +96,7 @@ class _March:
                 motion = self._attempt(past, end)
                 spent = (time.perf_counter() - wall, time.process_time() - cpu)
                 entry = self._sound(next_entry(self.system, entry, motion))
-            except TooSoft:
+            except BarrierTooSoft:
                 entry = entry.stiffened(self.system)
                 continue
             except StepFailed as failure:
@@ -104,14 +107,14 @@ class _March:
             self._keep(entry)
             if self.account.diverged:
                 raise self._diverged(motion.time)
-            past, entry, done = *self._accepted(Past(motion, past.now), entry), done + ticks
+            past, entry, done = *self._accepted(StepStart(motion, past.now), entry), done + ticks
             if ticks < self.ticks and done % (2 * ticks) == 0 and self._may_grow(length, ticks):
                 ticks *= 2
             wall, cpu = time.perf_counter(), time.process_time()
         return past, entry, ticks
 
-    def _accepted(self, past: Past, entry: Entry) -> tuple[Past, Entry]:
-        """The same, with rotations counted from where the step has ended, and memories of it."""
+    def _accepted(self, past: StepStart, entry: EnergyEntry) -> tuple[StepStart, EnergyEntry]:
+        """Accept a step: count rotations from its end, and update viscoelastic histories."""
         if self.problem.remembering is not None:
             self.problem.remembering.accepted()
         self._follow(past.now)
@@ -121,7 +124,7 @@ class _March:
         return past, replace(entry, motion=past.now)
 
     def _follow(self, motion: Motion) -> None:
-        """Keep an eye on contacts."""
+        """Record the contacts."""
         forces = self.system.forces
         if forces.impact is not None:
             own = slice(None, forces.impact.free)  # without free rigid bodies
@@ -130,7 +133,7 @@ class _March:
     def _may_grow(self, length: float, ticks: int) -> bool:
         return bool(length * (2 * ticks / self.ticks) <= self.system.longest)
 
-    def _attempt(self, past: Past, end: float) -> Motion:
+    def _attempt(self, past: StepStart, end: float) -> Motion:
         self.system.damping.begin(past.now.x)
         known, h = self.problem.remembering, end - past.now.time
         if known is not None:
@@ -144,13 +147,13 @@ class _March:
             impact.accept(past.now, motion, end)
         return replace(motion, time=end)
 
-    def _sound(self, entry: Entry) -> Entry:
-        if not finite(entry):
+    def _sound(self, entry: EnergyEntry) -> EnergyEntry:
+        if not is_finite(entry):
             raise StepFailed("the state is outside the domain of the law")
         return entry
 
     def _halved(self, now: float, length: float, ticks: int, failure: StepFailed) -> int:
-        """Half the step, noted. Raises NotConverged at the shortest."""
+        """Halve the step and record this event. Raises NotConverged at the shortest step."""
         if ticks == 1:
             shortest = length / self.ticks
             raise self._stopped(f"no step from {now:.6g} s, down to {shortest:.3g} s: {failure.reason}") from failure
@@ -158,7 +161,7 @@ class _March:
         self.events.append(Event(now, f"step halved to {size:.4g} s: {failure.reason}"))
         return ticks // 2
 
-    def _keep(self, entry: Entry) -> None:
+    def _keep(self, entry: EnergyEntry) -> None:
         self.times.append(entry.motion.time)
         self.names, self.impulses = entry.names, entry.impulses
         energies = dict(zip(entry.names, entry.values, strict=True))
@@ -167,14 +170,16 @@ class _March:
         self.observed.append(self.observe(entry.motion))
 
     def _noise(self, motion: Motion) -> float:
-        """What rounding of forces may do in work, J, ten thousandfold: a body at rest gains no energy from it."""
+        """Return the work that rounding errors of forces can do, J, times 10 000: a body at rest gains no energy from
+        it.
+        """
         way = max(float(np.abs(motion.x).max(initial=0.0)), self.step * float(np.abs(motion.v).max(initial=0.0)))
         return NOISE * self.system.forces.rounding(motion.x) * way
 
     def _diverged(self, now: float) -> Diverged:
         gain = self.account.balance.gain
         return Diverged(
-            f"at {now:.6g} s the motion has gained {_times(gain)} the energy that start, loads and supports brought",
+            f"at {now:.6g} s the motion has gained {_ratio_in_words(gain)} the energy that start, loads and supports brought",
             self._trajectory(complete=False),
             tuple(self.system.newton.history),
         )
@@ -208,17 +213,17 @@ class _March:
             self._touched(),
         )
 
-    def _impacts(self) -> tuple[Bounce, ...] | None:
-        """Where the body has hit rigid ones; None where there are none."""
+    def _impacts(self) -> tuple[ImpactEvent, ...] | None:
+        """Return the impacts on rigid bodies; None without rigid contacts."""
         impact = self.system.forces.impact
         if impact is None:
             return None
-        from softmark.solvers.dynamics.dynamic_contact import bounces
+        from softmark.solvers.dynamics.dynamic_contact import find_impacts
 
-        return tuple(bounces(impact.log))
+        return tuple(find_impacts(impact.log))
 
-    def _touched(self) -> Touched | None:
-        """What contacts did at every time; None where there are none."""
+    def _touched(self) -> ContactHistory | None:
+        """Return the contact history; None without contacts."""
         impact = self.system.forces.impact
         if impact is None or not impact.log:
             return None
@@ -227,14 +232,14 @@ class _March:
         rigid = len(impact.contacts)  # what pieces of the body do to each other comes after, and gives it nothing
         given = sum((act.step * act.force for seen in acts for act in seen[:rigid]), np.zeros(3))
         impulses = np.vstack([given, self.impulses])
-        return Touched(acts, tuple(impact.surfaces.states), tuple(impact.surfaces.nodes), impulses, change)
+        return ContactHistory(acts, tuple(impact.surfaces.states), tuple(impact.surfaces.nodes), impulses, change)
 
-    def _rubbed(self) -> tuple[tuple[Rubbed, ...], ...]:
-        """What friction made of contacts at every time."""
+    def _rubbed(self) -> tuple[tuple[FrictionResult, ...], ...]:
+        """Return the friction results of all contacts at every time."""
         impact = self.system.forces.impact
         return () if impact is None or not impact.rubs else tuple(seen.rubbed for seen in impact.log)
 
 
-def _times(share: float) -> str:
-    """`60 % of` or `3.2 times`."""
+def _ratio_in_words(share: float) -> str:
+    """Return a ratio in words, such as `60 % of` or `3.2 times`."""
     return f"{100 * share:.0f} % of" if share < 1.0 else f"{share:.3g} times"

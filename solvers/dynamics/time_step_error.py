@@ -1,11 +1,11 @@
-"""Time-step error of a motion, from the vibration modes that its loads excite.
+"""Time-step error of a motion, estimated from the vibration modes that its loads excite.
 
-Small motions about rest are a sum of modes. Load-dependent Ritz vectors (Wilson, Yuan and Dickens 1982) find those
-that the loads, the moving supports and the first velocity excite, each with its share. For every mode the integrator's
-recurrence is run beside the exact solution, under the same courses; their difference is the error of the step in that
-mode, and the shapes of the modes tell what it is at any point. Where a motion is large or a body meets others this is
-an estimate; in linear problems it lacks only the modes that loads hardly excite. Recurrences: Hughes (1987), section
-9.1; Chung and Hulbert (1993); Hairer, Norsett and Wanner (1993), section III.1.
+Small motions about rest are a sum of modes. Load-dependent Ritz vectors (Wilson, Yuan and Dickens 1982) find the modes
+that loads, moving supports and the initial velocity excite, each with its share. For every mode the integrator's
+recurrence is compared with the exact solution under the same amplitudes. Their difference is the time-step error of the
+mode, and the mode shapes give it at any point. For large motions and contact this is an estimate; for linear problems
+it lacks only modes that loads hardly excite. Recurrences: Hughes (1987), section 9.1; Chung and Hulbert (1993); Hairer,
+Norsett and Wanner (1993), section III.1.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from scipy import linalg as dense
 from softmark.records import dataclass
 from softmark.solvers.dynamics.bdf2 import BDF2
 from softmark.solvers.dynamics.central_differences import CentralDifferences
-from softmark.solvers.dynamics.dynamic_forces import Forces
+from softmark.solvers.dynamics.dynamic_forces import DynamicForces
 from softmark.solvers.dynamics.dynamic_problem import Dynamics
 from softmark.solvers.dynamics.generalized_alpha import GeneralizedAlpha
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
 from softmark.solvers.dynamics.implicit_midpoint import Midpoint
-from softmark.solvers.dynamics.load_amplitudes import Constant, Course, graded
+from softmark.solvers.dynamics.load_amplitudes import Amplitude, Constant, linear_step_load
 from softmark.solvers.dynamics.newmark import Newmark
 from softmark.solvers.dynamics.time_step_resolution import RIGID, free_rigid_motions, shifted_solver
 from softmark.solvers.dynamics.trapezoidal_rule import Trapezoidal
@@ -44,9 +44,9 @@ LARGEST = 300_000  # unknowns up to which the stiffness is factorised
 
 @dataclass(frozen=True)
 class StepError:
-    """Error of the time step, as a sum of modes: u_h(t) - u(t) = shapes @ error(t).
+    """Time-step error as a sum of modes: u_h(t) - u(t) = shapes @ error(t).
 
-    `shapes` (dofs, k), kg^-1/2, are zero where supports hold; `error` and `motion` (t, k), m kg^1/2, are the error and
+    `shapes` (dofs, k), kg^-1/2, are zero at supports; `error` and `motion` (t, k), m kg^1/2, are the error and
     the exact motion of each mode at `times` (t,), s, and `frequencies` (k,), rad/s, ascending.
     """
 
@@ -57,19 +57,19 @@ class StepError:
     error: Floats
 
     @property
-    def energetic(self) -> float:
-        """The largest error over time in the norm of the strain energy, relative to the largest motion."""
+    def energy_norm_error(self) -> float:
+        """Largest error over time in the strain-energy norm, relative to the largest motion."""
         own = np.linalg.norm(self.motion * self.frequencies, axis=1).max(initial=0.0)
         off = np.linalg.norm(self.error * self.frequencies, axis=1).max(initial=0.0)
         return float(off / own) if own > 0.0 else 0.0
 
 
-def step_error(problem: Dynamics, points: Floats, duration: float, step: float) -> StepError | None:
-    """The error of `step`, s, over `duration`, s; None where nothing vibrates or it cannot be estimated.
+def estimate_step_error(problem: Dynamics, points: Floats, duration: float, step: float) -> StepError | None:
+    """Return the error of `step`, s, over `duration`, s; None if nothing vibrates or it cannot be estimated.
 
-    `points` (n, 3), m, are those of the nodes.
+    `points` (n, 3), m, are the node positions.
     """
-    forces = Forces(problem)
+    forces = DynamicForces(problem)
     steps = math.ceil(duration / step - 1e-9)
     if forces.impact is not None or steps > LONGEST or len(forces.free) > LARGEST:
         return None
@@ -96,11 +96,13 @@ def step_error(problem: Dynamics, points: Floats, duration: float, step: float) 
 
 
 def _modes(
-    forces: Forces, problem: Dynamics, points: Floats
-) -> tuple[Floats, Floats, Floats, list[Course], Floats] | None:
-    """Frequencies (k,), shapes (free, k), modal loads (k, l) with their courses, and modal velocities (k,) at first."""
+    forces: DynamicForces, problem: Dynamics, points: Floats
+) -> tuple[Floats, Floats, Floats, list[Amplitude], Floats] | None:
+    """Return frequencies (k,), shapes (free, k), modal loads (k, l) with their amplitudes, and initial modal velocities
+    (k,).
+    """
     free = forces.free
-    patterns, courses = _patterns(forces, problem, points)
+    patterns, courses = _excitation_forces(forces, problem, points)
     K, M = forces.tangent(problem.rest, forces.factors(0.0)), forces.M_free
     speed = problem.velocity[free]
     starts = [f for f in (*patterns, M @ speed) if np.any(f)]
@@ -110,7 +112,7 @@ def _modes(
     if shifted is None:
         return None
     solve, top = shifted
-    V = _ritz(M, solve, starts, free_rigid_motions(forces, points, M))
+    V = _ritz_vectors(M, solve, starts, free_rigid_motions(forces, points, M))
     if V is None:
         return None
     stiff = V.T @ (K @ V)
@@ -123,10 +125,12 @@ def _modes(
     return np.sqrt(squares[good]), shapes, pushes, courses, shapes.T @ (M @ speed)
 
 
-def _patterns(forces: Forces, problem: Dynamics, points: Floats) -> tuple[list[Floats], list[Course]]:
-    """Forces (free,), N, of every load at full size, and of supports that move, with their courses."""
+def _excitation_forces(
+    forces: DynamicForces, problem: Dynamics, points: Floats
+) -> tuple[list[Floats], list[Amplitude]]:
+    """Return the forces (free,), N, of every load at full size, and of moving supports, with their amplitudes."""
     patterns: list[Floats] = []
-    courses: list[Course] = []
+    courses: list[Amplitude] = []
     for load, course in zip(forces.loads, forces.courses, strict=True):
         f = np.zeros(forces.dofs)
         load.add_gradient(problem.rest, f)
@@ -142,8 +146,10 @@ def _patterns(forces: Forces, problem: Dynamics, points: Floats) -> tuple[list[F
     return patterns, courses
 
 
-def _ritz(M: Floats, solve: Callable[[Floats], Floats], starts: list[Floats], rigid: Floats | None) -> Floats | None:
-    """Load-dependent Ritz vectors (free, k), orthonormal in the mass M, of forces `starts`, N."""
+def _ritz_vectors(
+    M: Floats, solve: Callable[[Floats], Floats], starts: list[Floats], rigid: Floats | None
+) -> Floats | None:
+    """Return load-dependent Ritz vectors (free, k), orthonormal in the mass M, generated by forces `starts`, N."""
     basis: list[Floats] = [] if rigid is None else list(rigid.T)
     first = len(basis)
     block = starts
@@ -178,21 +184,21 @@ class _Modal:
     alpha: float  # 1/s, of the damping the part that is proportional to the mass
     drag: Floats  # (k,) 1/s
     pushes: Floats  # (k, l)
-    courses: list[Course]
+    courses: list[Amplitude]
 
     def loads(self, begin: float, end: float, weight: float = 0.5, ahead: float = 0.0) -> list[Floats]:
-        """Modal loads (k,) of a step: its start, end and mean, and those of its first and last acceleration."""
-        load = graded(self.courses, begin, end, weight, ahead)
+        """Return modal loads (k,) of a step: at its start, end and mean, and those of its first and last acceleration."""
+        load = linear_step_load(self.courses, begin, end, weight, ahead)
         return [self.pushes @ f for f in (load.start, load.end, load.mean, load.first, load.last)]
 
     def at_first(self, speed: Floats) -> Floats:
-        """Accelerations (k,) at time 0."""
+        """Return the accelerations (k,) at time 0."""
         found: Floats = self.pushes @ np.array([c.at(0.0) for c in self.courses]) - self.drag * speed
         return found
 
 
-def _exact(w: Floats, drag: Floats, pushes: Floats, courses: list[Course], speed: Floats, times: Floats) -> Floats:
-    """Modal displacements (t, k), exact under loads that are straight lines in each part of a step."""
+def _exact(w: Floats, drag: Floats, pushes: Floats, courses: list[Amplitude], speed: Floats, times: Floats) -> Floats:
+    """Return modal displacements (t, k), exact for loads that are linear in each part of a step."""
     modal, z = _Modal(w, 0.0, drag, pushes, courses), np.zeros((len(w), 2))
     z[:, 1] = speed
     steady = all(isinstance(c, Constant) for c in courses)
@@ -212,7 +218,7 @@ def _exact(w: Floats, drag: Floats, pushes: Floats, courses: list[Course], speed
 
 
 def _propagator(w: Floats, drag: Floats, h: float) -> Floats:
-    """Matrices (k, 4, 4) that take (q, q', load, slope of the load) over a time h, s."""
+    """Return matrices (k, 4, 4) that advance (q, q', load, slope of the load) by a time h, s."""
     A = np.zeros((len(w), 4, 4))
     A[:, 0, 1] = A[:, 1, 2] = A[:, 2, 3] = 1.0
     A[:, 1, 0], A[:, 1, 1] = -(w**2), -drag
@@ -226,7 +232,7 @@ Recurrence = Callable[[_Modal, Floats, Floats], Floats]
 
 
 def _recurrence(integrator: Integrator) -> Recurrence | None:
-    """The steps of an integrator for a sum of modes; None of one that is not known here."""
+    """Return the recurrence of an integrator for modal equations; None for an unknown integrator."""
     match integrator:
         case ImplicitEuler():
             return _euler
@@ -245,7 +251,7 @@ def _recurrence(integrator: Integrator) -> Recurrence | None:
 
 
 def _mean_step(modal: _Modal, x: Floats, v: Floats, F: Floats, h: float) -> tuple[Floats, Floats]:
-    """One step of the trapezoidal rule under the mean load F (k,)."""
+    """Make one step of the trapezoidal rule under the mean load F (k,)."""
     w, c = modal.w, modal.drag
     rest = (1.0 / h - 0.5 * c) * v - w**2 * x - 0.25 * h * w**2 * v + F
     end = rest / (1.0 / h + 0.5 * c + 0.25 * h * w**2)

@@ -1,9 +1,9 @@
-"""How well a time step resolves the slowest vibration that loads excite, and what an integrator makes of it.
+"""Time-step resolution: steps per period of the slowest vibration that loads excite, and the integrator's error in it.
 
-The vibration is the lowest mode with a share in the loads: inverse iteration from their static deflection, which is
-Rayleigh's quotient (Rayleigh 1877, section 88), carried on. What an integrator makes of it is known in closed form: in
-a step h a mode of angular frequency w turns by theta in place of w h and shrinks by |z|, the modulus of the principal
-eigenvalue of its amplification matrix (Hughes 1987, section 9.1; Hairer, Norsett and Wanner 1993).
+The vibration is the lowest mode with a share in the loads: inverse iteration from their static deflection, which
+continues Rayleigh's quotient (Rayleigh 1877, section 88). The effect of an integrator is known in closed form: in a
+step h a mode of angular frequency w advances by a phase theta instead of w h and is scaled by |z|, the modulus of the
+principal eigenvalue of its amplification matrix (Hughes 1987, section 9.1; Hairer, Norsett and Wanner 1993).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from scipy import sparse
 from softmark.records import dataclass
 from softmark.solvers.dynamics.bdf2 import BDF2
 from softmark.solvers.dynamics.central_differences import CentralDifferences
-from softmark.solvers.dynamics.dynamic_forces import Forces
+from softmark.solvers.dynamics.dynamic_forces import DynamicForces
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.generalized_alpha import GeneralizedAlpha
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
@@ -40,7 +40,7 @@ WRONG = 0.05  # of its swing, at the end
 
 @dataclass(frozen=True)
 class Resolution:
-    """The slowest loaded vibration, and how steps follow it."""
+    """Slowest loaded vibration, and its resolution by the time step."""
 
     period: float  # s
     steps: float  # to a period
@@ -52,32 +52,34 @@ class Resolution:
 
     @property
     def doubtful(self) -> bool:
-        """Fewer than `few` steps to a period, or an error of more than WRONG at the end."""
+        """True with fewer than `few` steps per period, or an error of more than WRONG at the end."""
         return self.steps < self.few or self.error > WRONG
 
     @property
     def facts(self) -> dict[str, float | str]:
-        """What a report says of it."""
+        """Return the facts shown in a report."""
         return {
             "of": self.motion, "period_s": self.period, "steps_per_period": self.steps, "period_error": self.slow,
             "kept_per_period": self.kept, "error_at_end": self.error,
         }  # fmt: skip
 
 
-def resolution(problem: Dynamics, points: Floats, duration: float, step: float) -> Resolution | None:
-    """How steps resolve the motion of a problem; None where none but rigid motion is excited, or none can be told."""
-    w = loaded_frequency(Forces(problem), problem, points)
-    return None if w is None else resolved(problem.integrator, problem.damping, w, duration, step)
+def find_resolution(problem: Dynamics, points: Floats, duration: float, step: float) -> Resolution | None:
+    """Return how well steps resolve the motion of a problem; None if only rigid motion is excited, or it is unknown."""
+    w = loaded_frequency(DynamicForces(problem), problem, points)
+    return None if w is None else resolve_vibration(problem.integrator, problem.damping, w, duration, step)
 
 
-def resolved(integrator: Integrator, damping: Rayleigh, w: float, duration: float, step: float) -> Resolution | None:
-    """How steps resolve a vibration of angular frequency w, rad/s; None for an integrator that is not known here."""
+def resolve_vibration(
+    integrator: Integrator, damping: Rayleigh, w: float, duration: float, step: float
+) -> Resolution | None:
+    """Return how well steps resolve a vibration of angular frequency w, rad/s; None for an unknown integrator."""
     z = amplification(integrator, w * step)
     if z is None:
         return None
     rate = 0.5 * damping.alpha + 0.5 * damping.beta * w**2  # 1/s, at which it fades
     if rate >= w:
-        return _returning(integrator, w, rate, duration, step)
+        return _resolve_overdamped(integrator, w, rate, duration, step)
     count, turn = duration / step, cmath.phase(z)
     fade = math.exp(-min(rate * duration, 700.0))
     kept = math.exp(max(count * math.log(abs(z)), -700.0)) if abs(z) > 0.0 else 0.0
@@ -90,11 +92,11 @@ def resolved(integrator: Integrator, damping: Rayleigh, w: float, duration: floa
     return Resolution(2.0 * math.pi / w, per, min(slow, 1e9), each, fade * apart)
 
 
-def _returning(integrator: Integrator, w: float, rate: float, duration: float, step: float) -> Resolution:
-    """How steps resolve the slower of the two ways on which an overdamped mode comes back to rest.
+def _resolve_overdamped(integrator: Integrator, w: float, rate: float, duration: float, step: float) -> Resolution:
+    """Return how well steps resolve the slower of the two decay modes of an overdamped mode.
 
-    There is no vibration: exp(-t / T), T = (rate + sqrt(rate^2 - w^2)) / w^2, of which a step makes (1 + h / T)^-1 in
-    implicit Euler, and Pade's (1 - h / 2T) / (1 + h / 2T) is near to what the others make.
+    There is no vibration but exp(-t / T), T = (rate + sqrt(rate^2 - w^2)) / w^2. Implicit Euler multiplies it by
+    (1 + h / T)^-1 per step; the other integrators are close to Pade's (1 - h / 2T) / (1 + h / 2T).
     """
     T = (rate + math.sqrt(rate**2 - w**2)) / w**2
     z = step / T
@@ -108,7 +110,7 @@ def _returning(integrator: Integrator, w: float, rate: float, duration: float, s
 
 
 def amplification(integrator: Integrator, wh: float) -> complex | None:
-    """The principal eigenvalue of a step of an undamped vibration, exp(i w h) to the order of the integrator."""
+    """Return the principal eigenvalue of one step of an undamped vibration: exp(i w h) to the order of the integrator."""
     match integrator:
         case ImplicitEuler():
             return 1.0 / complex(1.0, -wh)
@@ -131,7 +133,7 @@ def amplification(integrator: Integrator, wh: float) -> complex | None:
 
 
 def _newmark(beta: float, gamma: float, m: float, f: float, wh: float) -> complex:
-    """That of Newmark's formulas with weights m and f; unknowns (x, h v, h^2 a)."""
+    """Return the principal eigenvalue of Newmark's formulas with weights m and f; unknowns (x, h v, h^2 a)."""
     left = np.array([[1.0, 0.0, -beta], [0.0, 1.0, -gamma], [(1.0 - f) * wh**2, 0.0, 1.0 - m]])
     right = np.array([[1.0, 1.0, 0.5 - beta], [0.0, 1.0, 1.0 - gamma], [-f * wh**2, 0.0, -m]])
     values = np.linalg.eigvals(np.linalg.solve(left, right))
@@ -146,26 +148,26 @@ def _newmark(beta: float, gamma: float, m: float, f: float, wh: float) -> comple
 # ------------------------------------------------------------------ of bodies
 
 
-def loaded_frequency(forces: Forces, problem: Dynamics, points: Floats) -> float | None:
-    """The angular frequency of the lowest mode at rest that loads, supports or the first velocity excite, rad/s."""
+def loaded_frequency(forces: DynamicForces, problem: Dynamics, points: Floats) -> float | None:
+    """Return the angular frequency, rad/s, of the lowest mode that loads, supports or the initial velocity excite."""
     free = forces.free
     K, M = forces.tangent(problem.rest, forces.factors(0.0)), forces.M_free
-    push = _push(forces, problem, points)
+    push = _excitation(forces, problem, points)
     if not (len(free) and np.all(np.isfinite(K.data)) and np.all(np.isfinite(push)) and np.any(push)):
         return None
     shifted = shifted_solver(forces, K, M)
     if shifted is None:
         return None
     solve, top = shifted
-    return _inverse(K, M, solve, push, free_rigid_motions(forces, points, M), RIGID * top)
+    return _inverse_iteration(K, M, solve, push, free_rigid_motions(forces, points, M), RIGID * top)
 
 
 def shifted_solver(
-    forces: Forces, K: sparse.csr_matrix, M: sparse.csr_matrix
+    forces: DynamicForces, K: sparse.csr_matrix, M: sparse.csr_matrix
 ) -> tuple[Callable[[Floats], Floats], float] | None:
     """Return the solver of K + SHIFT top M and `top`, (rad/s)^2, the largest ratio of their diagonals.
 
-    None where that matrix is singular.
+    It is None if that matrix is singular.
     """
     top = float(np.max(K.diagonal() / np.maximum(M.diagonal(), 1e-300)))
     try:
@@ -174,14 +176,14 @@ def shifted_solver(
         return None
 
 
-def free_rigid_motions(forces: Forces, points: Floats, M: sparse.csr_matrix) -> Floats | None:
+def free_rigid_motions(forces: DynamicForces, points: Floats, M: sparse.csr_matrix) -> Floats | None:
     """Return the rigid motions of a free body; None if it is held, on a foundation or in reduced coordinates."""
     loose = not len(forces.fixed) and points.size == forces.dofs and not any(e.grounded for e in forces.internal)
     return rigid_motions(points, forces.free, M) if loose else None
 
 
-def _push(forces: Forces, problem: Dynamics, points: Floats) -> Floats:
-    """What sets the free degrees of freedom in motion, N; each cause in proportion to itself."""
+def _excitation(forces: DynamicForces, problem: Dynamics, points: Floats) -> Floats:
+    """Return the excitation of the free degrees of freedom, N, with each cause weighted by its own size."""
     pushes = [forces.inertia(problem.velocity)]
     for load in forces.loads:
         f = np.zeros(forces.dofs)
@@ -213,7 +215,7 @@ def rigid_motions(points: Floats, free: np.ndarray, M: sparse.csr_matrix) -> Flo
     return basis
 
 
-def _inverse(
+def _inverse_iteration(
     K: sparse.csr_matrix,
     M: sparse.csr_matrix,
     solve: Callable[[Floats], Floats],
@@ -221,7 +223,9 @@ def _inverse(
     rigid: Floats | None,
     least: float,
 ) -> float | None:
-    """Inverse iteration from the static deflection, without rigid motions; None where nothing else is left."""
+    """Return the frequency by inverse iteration from the static deflection, without rigid motions; None if none is
+    left.
+    """
 
     def strained(u: Floats) -> Floats:
         return u if rigid is None else u - rigid @ (rigid.T @ (M @ u))

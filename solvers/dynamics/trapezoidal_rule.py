@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from softmark.records import dataclass
-from softmark.solvers.dynamics.integrator import Motion, Past, Stage
+from softmark.solvers.dynamics.integrator import Motion, Stage, StepStart
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.implicit_step import System
+    from softmark.solvers.dynamics.implicit_step import DynamicSystem
 
 
 @dataclass(frozen=True)
@@ -24,17 +24,20 @@ class Trapezoidal:
 
     explicit: ClassVar[bool] = False
 
-    def begin(self, system: System, start: Motion, step: float) -> None:
-        """Nothing to refuse."""
+    def begin(self, system: DynamicSystem, start: Motion, step: float) -> None:
+        """Do nothing: every problem is accepted."""
 
-    def advance(self, system: System, past: Past, step: float) -> Motion:
-        """The step of average acceleration, as a balance of means."""
+    def advance(self, system: DynamicSystem, past: StepStart, step: float) -> Motion:
+        """Make one step of average acceleration, as a balance of means."""
         return system.solve(mean_stage(system, past.now, step))
 
 
-def mean_stage(system: System, now: Motion, h: float) -> Stage:
-    """M (v1 - v0) / h + C (v0 + v1) / 2 + (f0 + f1) / 2 = 0: Newmark's formulas for beta = 1/4 and gamma = 1/2 with
-    the acceleration of the start put in. What damping takes, h times its power at the mean velocity, is never negative.
+def mean_stage(system: DynamicSystem, now: Motion, h: float) -> Stage:
+    """Return the stage equations M (v1 - v0) / h + C (v0 + v1) / 2 + (f0 + f1) / 2 = 0.
+
+    They are Newmark's formulas for beta = 1/4 and gamma = 1/2 with the acceleration of the start inserted. The energy
+    lost
+    to damping, h times its power at the mean velocity, is never negative.
     """
     load = system.forces.graded(now.time, now.time + h)
     coast = now.x + h * now.v

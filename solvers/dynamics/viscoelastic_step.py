@@ -1,4 +1,4 @@
-"""What bodies in motion remember: the energies of the next step, and memories that are taken on once it is accepted."""
+"""Viscoelastic histories in a time step: energies of the next step, and the history update once it is accepted."""
 
 from __future__ import annotations
 
@@ -8,18 +8,19 @@ from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.viscoelastic_memory import BodyHistory
 
 
-class Acting(Protocol):
-    """Forces: internal energies of a step, and those `now`, at its start."""
+class StepForces(Protocol):
+    """Interface of forces with history: `internal` energies of a step, and those at its start, `now`."""
 
     internal: tuple[Energy, ...]
     now: tuple[Energy, ...] | None
 
 
-class Remembering:
-    """What is remembered at the start of a step, and once it is tried at its end.
+class ViscoelasticStep:
+    """Viscoelastic histories at the start of a step, and provisional ones at the end of a trial step.
 
-    Forces within a step are those of energies over the step, at its end; with `between`, as of the midpoint rule, over
-    half of it. Forces at its start are those of no time at all.
+    Forces within a step are those of the energies over the step, at its end; with `between`, as for the midpoint rule,
+    over
+    half of it. Forces at its start are those of a step of zero length.
     """
 
     def __init__(self, memories: BodyHistory, between: bool = False) -> None:
@@ -27,38 +28,38 @@ class Remembering:
         self.share = 0.5 if between else 1.0
         self.losses = [0.0]  # dissipated up to the end of every step, J
 
-    def reset(self, forces: Acting, x: Floats) -> None:
-        """As of a body that has always been at rest, and is in the state x at once."""
+    def reset(self, forces: StepForces, x: Floats) -> None:
+        """Start from a body that has always been at rest and is suddenly in state x."""
         self._known = self._next = self._first.accepted(x, 0.0)
         self.losses = [0.0]
         forces.now = forces.internal = self._next.over(0.0)
 
-    def begin(self, forces: Acting, h: float) -> None:
-        """Before a step of h s is tried."""
+    def begin(self, forces: StepForces, h: float) -> None:
+        """Prepare the energies of a trial step of h s."""
         self._next = self._known
         forces.now = self._known.over(0.0)
         forces.internal = self._known.over(self.share * h)
 
-    def tried(self, forces: Acting, x: Floats, h: float) -> None:
-        """After it has led to the state x."""
+    def tried(self, forces: StepForces, x: Floats, h: float) -> None:
+        """Compute the provisional history after a trial step to state x."""
         self._next = self._known.accepted(x, h)
         forces.internal = self._next.over(0.0)
 
     def accepted(self) -> None:
-        """It is kept."""
+        """Accept the provisional history."""
         self.losses.append(self.losses[-1] + self.lost)
         self._known = self._next
 
     def stored(self, x: Floats) -> float:
-        """Energy of all springs in the state x, J."""
+        """Return the energy of all springs in state x, J."""
         return self._next.stored(x)
 
     @property
     def unknown(self) -> bool:
-        """Whether what is stored or dissipated was not found somewhere."""
+        """True if the stored or dissipated energy could not be computed at some point."""
         return self._next.unknown
 
     @property
     def lost(self) -> float:
-        """What the step has dissipated, J."""
+        """Energy dissipated in the step, J."""
         return self._next.dissipated - self._known.dissipated

@@ -1,7 +1,7 @@
-"""Finite elements: all that is known of a cell by itself, nothing of any law.
+"""Finite elements: shape functions, quadrature and geometry of a cell, independent of any material law.
 
-Those of plane problems are slices of others (plane/).
-To add an element: one file with its class (element.py says what it needs), one line in ELEMENTS.
+Elements of plane problems are slices of solid ones (plane/).
+To add an element: one file with its class (element.py lists its members), one line in ELEMENTS.
 """
 
 from __future__ import annotations
@@ -37,27 +37,27 @@ CELLS: Mapping[str, type[Element]] = ChainMap(ELEMENTS, SLICES)  # of meshes
 WORDS: Mapping[str, type[Element]] = ChainMap(dict(PLANE), ELEMENTS)  # for scenes
 
 
-def sliced(name: str) -> str:
-    """The element that cells of a mesh have: of a plane one, that which it is a slice of."""
+def solid_element_name(name: str) -> str:
+    """Return the solid element of a mesh's cells; for a plane element, the one that it is a slice of."""
     return PLANE[name].slice_of if name in PLANE else name
 
 
 class UnknownElement(ValueError):
-    """There is no such element; the message has its name, and those that there are."""
+    """There is no such element; the message gives its name and the available ones."""
 
 
 def element_of(name: str) -> type[Element]:
-    """The class of an element by its word. Raises UnknownElement."""
+    """Return the class of a solid element by its name. Raises UnknownElement."""
     if name not in CELLS:
-        raise unknown(name)
+        raise unknown_element_error(name)
     return CELLS[name]
 
 
-def unknown(name: str) -> UnknownElement:
-    """That there is no such element."""
+def unknown_element_error(name: str) -> UnknownElement:
+    """Return the error for an unknown element name."""
     return UnknownElement(f"there is no element `{name}`: elements are {', '.join(ELEMENTS)}")
 
 
-def named(word: str) -> type[Element]:
-    """What a model calls its element, those of plane bodies too. Raises UnknownElement."""
+def find_element(word: str) -> type[Element]:
+    """Return the class of an element by the name used in models, including plane ones. Raises UnknownElement."""
     return PLANE[word] if word in PLANE else element_of(word)

@@ -1,6 +1,6 @@
 """Boundary facets of solid elements: triangles of three and six nodes, quadrilaterals of four, eight and nine.
 
-To add a facet: its class (element.py says what it needs), and a line in FACETS.
+To add a facet: its class (element.py lists its members), and a line in FACETS.
 """
 
 from __future__ import annotations
@@ -35,17 +35,17 @@ class Triangle:
 
     @staticmethod
     def powers(degree: int) -> Floats:
-        """Exponents of the monomials (k, 2) of a total degree."""
+        """Return the exponents of the monomials (k, 2) of a total degree."""
         return np.array([(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)], dtype=float)
 
     @staticmethod
     def lattice(steps: int) -> Floats:
-        """Local points (k, 2) of so many equal steps along each side."""
+        """Return local points (k, 2) at `steps` equal steps along each side."""
         return Triangle.powers(steps) / steps
 
     @staticmethod
     def folded(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
-        """A rule of the square [-1, 1]^2, folded into the triangle: points (q, 2) and weights (q,)."""
+        """Return a rule of the square [-1, 1]^2, mapped to the triangle: points (q, 2) and weights (q,)."""
         a, b = 0.5 * (a + 1.0), 0.5 * (b + 1.0)
         return np.stack([a, (1.0 - a) * b], axis=1), 0.25 * w * (1.0 - a)
 
@@ -61,18 +61,18 @@ class Quadrilateral:
 
     @staticmethod
     def powers(degree: int) -> Floats:
-        """Exponents of the monomials (k, 2) of a degree in each coordinate."""
+        """Return the exponents of the monomials (k, 2) of a degree in each coordinate."""
         return np.array(list(product(range(degree + 1), repeat=2)), dtype=float)
 
     @staticmethod
     def lattice(steps: int) -> Floats:
-        """Local points (k, 2) of so many equal steps along each side."""
+        """Return local points (k, 2) at `steps` equal steps along each side."""
         found: Floats = 2.0 * Quadrilateral.powers(steps) / steps - 1.0
         return found
 
     @staticmethod
     def folded(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
-        """A rule of the square as it is."""
+        """Return the rule of the square unchanged."""
         return np.stack([a, b], axis=1), w
 
 
@@ -88,22 +88,22 @@ class Tri3(Triangle):
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """The centroid: exact, since the triangle stays flat."""
+        """Return the centroid: exact, since the triangle stays flat."""
         return np.full((1, 2), 1 / 3), np.full(1, 0.5)
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """N (m, 3)."""
+        """Return N (m, 3)."""
         return np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1)
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """dN/dxi (m, 3, 2)."""
+        """Return dN/dxi (m, 3, 2)."""
         return np.broadcast_to(np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]]), (len(xi), 3, 2))
 
 
 class Tri6(Triangle):
-    """Six-node triangle, sides of second degree: corners L (2 L - 1), then mid-sides 4 L L' of 01, 12, 20."""
+    """Six-node triangle with quadratic sides: corners L (2 L - 1), then mid-sides 4 L L' of 01, 12, 20."""
 
     nodes: ClassVar[int] = 6
     between: ClassVar[Rows] = ((0, 1), (1, 2), (2, 0))
@@ -114,7 +114,7 @@ class Tri6(Triangle):
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Six points of degree four (Strang and Fix 1973; Dunavant 1985): N times the area vector."""
+        """Return six points of degree four (Strang and Fix 1973; Dunavant 1985), for N times the area vector."""
         a, b = 0.445948490915965, 0.091576213509771
         wa, wb = 0.111690794839005, 0.054975871827661
         xi = [(a, a), (1 - 2 * a, a), (a, 1 - 2 * a), (b, b), (1 - 2 * b, b), (b, 1 - 2 * b)]
@@ -122,13 +122,13 @@ class Tri6(Triangle):
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """N (m, 6)."""
+        """Return N (m, 6)."""
         L = Tri3.shape(xi)
         return np.concatenate([L * (2 * L - 1), 4 * L * L[:, [1, 2, 0]]], axis=1)
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """dN/dxi (m, 6, 2)."""
+        """Return dN/dxi (m, 6, 2)."""
         L, dL = Tri3.shape(xi)[:, :, None], Tri3.gradient(xi)
         after = [1, 2, 0]
         return np.concatenate([(4 * L - 1) * dL, 4 * (L * dL[:, after] + L[:, after] * dL)], axis=1)
@@ -146,26 +146,26 @@ class Quad4(Quadrilateral):
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Two by two Gauss points: exact for N times the area vector."""
+        """Return two by two Gauss points: exact for N times the area vector."""
         g = 3**-0.5
         return np.array([(-g, -g), (g, -g), (g, g), (-g, g)]), np.ones(4)
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """N (m, 4)."""
+        """Return N (m, 4)."""
         a, b = np.array(Quad4.rim).T
         N: Floats = (1 + a * xi[:, :1]) * (1 + b * xi[:, 1:]) / 4
         return N
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """dN/dxi (m, 4, 2)."""
+        """Return dN/dxi (m, 4, 2)."""
         a, b = np.array(Quad4.rim).T
         return np.stack([a * (1 + b * xi[:, 1:]) / 4, b * (1 + a * xi[:, :1]) / 4], axis=2)
 
 
 class Quad8(Quadrilateral):
-    """Eight-node quadrilateral of serendipity: corners, then middles of the sides 01, 12, 23, 30."""
+    """Eight-node serendipity quadrilateral: corners, then middles of the sides 01, 12, 23, 30."""
 
     nodes: ClassVar[int] = 8
     between: ClassVar[Rows] = ((0, 1), (1, 2), (2, 3), (3, 0))
@@ -176,27 +176,27 @@ class Quad8(Quadrilateral):
 
     @staticmethod
     def places() -> Floats:
-        """Local points of the nodes (8, 2)."""
+        """Return the local points of the nodes (8, 2)."""
         return _with_middles(Quad8.between)
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Three by three Gauss points: exact for N times the area vector."""
-        return quadratic_shape_functions.gauss(2)
+        """Return three by three Gauss points: exact for N times the area vector."""
+        return quadratic_shape_functions.gauss_rule(2)
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """N (m, 8)."""
+        """Return N (m, 8)."""
         return quadratic_shape_functions.serendipity(Quad8.places(), xi)
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """dN/dxi (m, 8, 2)."""
+        """Return dN/dxi (m, 8, 2)."""
         return quadratic_shape_functions.serendipity_gradient(Quad8.places(), xi)
 
 
 class Quad9(Quadrilateral):
-    """Nine-node quadrilateral of Lagrange: corners, middles of the sides 01, 12, 23, 30, and the middle."""
+    """Nine-node Lagrange quadrilateral: corners, middles of the sides 01, 12, 23, 30, and the centre."""
 
     nodes: ClassVar[int] = 9
     between: ClassVar[Rows] = (*Quad8.between, (0, 1, 2, 3))
@@ -209,27 +209,27 @@ class Quad9(Quadrilateral):
 
     @staticmethod
     def places() -> Floats:
-        """Local points of the nodes (9, 2)."""
+        """Return the local points of the nodes (9, 2)."""
         return _with_middles(Quad9.between)
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Three by three Gauss points: exact for N times the area vector."""
-        return quadratic_shape_functions.gauss(2)
+        """Return three by three Gauss points: exact for N times the area vector."""
+        return quadratic_shape_functions.gauss_rule(2)
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """N (m, 9)."""
+        """Return N (m, 9)."""
         return quadratic_shape_functions.lagrange(Quad9.places(), xi)
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """dN/dxi (m, 9, 2)."""
+        """Return dN/dxi (m, 9, 2)."""
         return quadratic_shape_functions.lagrange_gradient(Quad9.places(), xi)
 
 
 def _with_middles(between: Rows) -> Floats:
-    """Corners of the square, and what lies between them (k, 2)."""
+    """Return the corners of the square and the points `between` them (k, 2)."""
     rim = np.array(Quadrilateral.rim)
     return np.array([*rim, *(rim[list(ends)].mean(axis=0) for ends in between)])
 

@@ -1,7 +1,7 @@
-"""What an element is, and what a facet of one is: all that is known of either, in one class.
+"""Interfaces of an element and of a boundary facet.
 
-A class of an element derives from the reference cell that it lives on (reference_cells.py), one of a facet from its
-triangle or square (boundary_facets.py): they know what follows from the shape alone.
+An element's class derives from its reference cell (reference_cells.py), a facet's class from its triangle or square
+(boundary_facets.py), which provide what follows from the shape only.
 """
 
 from __future__ import annotations
@@ -36,27 +36,27 @@ class Facet(Protocol):
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Points (q, 2) and weights (q,) that integrate a pressure on the facet as it deforms."""
+        """Return points (q, 2) and weights (q,) that integrate a pressure on the facet as it deforms."""
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """Shape functions N (m, k) at local points xi (m, 2)."""
+        """Return the shape functions N (m, k) at local points xi (m, 2)."""
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """dN/dxi (m, k, 2) at local points xi (m, 2)."""
+        """Return dN/dxi (m, k, 2) at local points xi (m, 2)."""
 
     @staticmethod
     def powers(degree: int) -> Floats:
-        """Exponents (k, 2) of the monomials of a degree."""
+        """Return the exponents (k, 2) of the monomials of a degree."""
 
     @staticmethod
     def lattice(steps: int) -> Floats:
-        """Local points (k, 2) of so many equal steps along each side."""
+        """Return local points (k, 2) at `steps` equal steps along each side."""
 
     @staticmethod
     def folded(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
-        """Points (q, 2) and weights (q,) of a rule a, b, w (q,) of the square [-1, 1]^2."""
+        """Return points (q, 2) and weights (q,) of a rule a, b, w (q,) of the square [-1, 1]^2, mapped to the facet."""
 
 
 class Element(Protocol):
@@ -74,7 +74,7 @@ class Element(Protocol):
     monomials: ClassVar[Rows]  # exponents of xi, eta, zeta that its shape functions are made of
     order: ClassVar[int]  # of the complete polynomials in its shape functions
     warp: ClassVar[int]  # degree of det dX/dxi, in all on tetrahedra, in each coordinate on hexahedra
-    constant: ClassVar[bool]  # whether strain is the same everywhere in a cell
+    constant: ClassVar[bool]  # whether strain is uniform in a cell
     locks: ClassVar[float]  # Poisson's ratio from which it is visibly too stiff; 0.5 where it never is
     most: ClassVar[float]  # cells that fit in memory
     pressures: ClassVar[str | None]  # that go with it: linear between `corners`, one in each `cell`
@@ -88,7 +88,7 @@ class Element(Protocol):
     family: ClassVar[str]  # tetrahedra | hexahedra
     dimension: ClassVar[int]
     corners: ClassVar[int]  # the first nodes
-    linear: ClassVar[str]  # the element of the corners alone
+    linear: ClassVar[str]  # element of the corners only
     centre: ClassVar[tuple[float, float, float]]
     inner: ClassVar[tuple[float, float, float]]  # a point within, on no face of `tetrahedra`
     volume: ClassVar[float]  # of the reference cell
@@ -100,50 +100,50 @@ class Element(Protocol):
 
     @staticmethod
     def places() -> Floats:
-        """Local points of the nodes (a, 3)."""
+        """Return the local points of the nodes (a, 3)."""
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Points (q, 3) and weights (q,) that the stiffness needs."""
+        """Return points (q, 3) and weights (q,) for the stiffness."""
 
     @staticmethod
     def mass_quadrature() -> tuple[Floats, Floats]:
-        """Points (q, 3) and weights (q,) that the mass needs: they integrate products of shape functions."""
+        """Return points (q, 3) and weights (q,) for the mass, which integrate products of shape functions."""
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """Shape functions N (m, a) at local points xi (m, 3)."""
+        """Return the shape functions N (m, a) at local points xi (m, 3)."""
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """dN/dxi (m, a, 3) at local points xi (m, 3)."""
+        """Return dN/dxi (m, a, 3) at local points xi (m, 3)."""
 
     # ---- of its reference cell
 
     @staticmethod
     def clip(xi: Floats) -> Floats:
-        """Local points (m, 3) moved into the reference cell where they lie outside."""
+        """Return local points (m, 3), moved into the reference cell if they lie outside."""
 
     @staticmethod
     def strewn(rng: np.random.Generator, count: int) -> Floats:
-        """Local points at random (count, 3), evenly."""
+        """Return uniformly distributed random local points (count, 3)."""
 
     @staticmethod
     def children() -> Floats:
-        """Corners of the eight parts of the cell (8, c, 3)."""
+        """Return the corners of the eight parts of the cell (8, c, 3)."""
 
     @staticmethod
     def ratio(corners: Floats) -> Floats:
-        """Mean ratio (m,) of cells with corners (m, c, 3): 1 for the best, negative where one is inside out."""
+        """Return the mean ratio (m,) of cells with corners (m, c, 3): 1 at best, negative for an inverted cell."""
 
     @staticmethod
     def lattice(degree: int) -> Floats:
-        """Local points (k, 3) that determine a polynomial of a degree."""
+        """Return local points (k, 3) that determine a polynomial of a degree."""
 
     @staticmethod
     def bernstein(degree: int, xi: Floats) -> Floats:
-        """Bernstein's polynomials (m, k) of a degree at local points xi (m, 3)."""
+        """Return the Bernstein polynomials (m, k) of a degree at local points xi (m, 3)."""
 
     @staticmethod
     def eighths(degree: int) -> list[Floats]:
-        """The lattices (k, 3) of eight parts of the cell."""
+        """Return the lattices (k, 3) of eight parts of the cell."""

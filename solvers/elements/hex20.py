@@ -1,4 +1,4 @@
-"""The twenty-node hexahedron: quadratic shape functions of serendipity, three by three by three Gauss points."""
+"""Twenty-node serendipity hexahedron: quadratic shape functions, three by three by three Gauss points."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 from softmark.solvers.elements import quadratic_shape_functions
 from softmark.solvers.elements.boundary_facets import Quad8
 from softmark.solvers.elements.quadratic_hexahedron import QuadraticHexahedron
-from softmark.solvers.elements.reference_cells import Hexahedron, joined, mirrored
+from softmark.solvers.elements.reference_cells import Hexahedron, facet_nodes, mirrored_order
 
 if TYPE_CHECKING:
     import numpy as np
@@ -21,13 +21,14 @@ EDGES = Hexahedron.edges  # corners of the nodes 8 to 19
 
 
 class Hex20(QuadraticHexahedron):
-    """Twenty-node hexahedron of serendipity, quadratic displacement: bends well with few unknowns, follows curves.
+    """Twenty-node serendipity hexahedron, quadratic displacement: accurate in bending with few unknowns, follows
+    curves.
 
-    Corners and middles of edges; 27 Gauss points. Displacements converge with h^3 and strains with h^2 where cells are
-    near to parallelepipeds; in cells that are much distorted it loses what `hex27` keeps (Arnold, Boffi and Falk 2002).
+    Corners and middles of edges; 27 Gauss points. Displacements converge with h^3 and strains with h^2 in nearly
+    parallelepipedal cells; in strongly distorted cells it is less accurate than `hex27` (Arnold, Boffi and Falk 2002).
     On a cylinder its mid-edge nodes lie on the true surface. Near incompressibility it locks, later than linear cells
     and sooner than `tet10`: in a thick sphere of two cells at a Poisson ratio of 0.49 it loses 4 %, at 0.499 a third.
-    `formulation = mixed` gives it pressures that are linear between corners, and takes that away. Source: Zienkiewicz,
+    `formulation = mixed` adds pressures that are linear between corners, and removes the locking. Source: Zienkiewicz,
     Taylor and Zhu (2013), section 6.
     """
 
@@ -40,8 +41,8 @@ class Hex20(QuadraticHexahedron):
     finer: ClassVar[str] = "hex20"
     most: ClassVar[float] = 1e6
     between: ClassVar[Rows] = EDGES
-    turned: ClassVar[tuple[int, ...]] = mirrored(Hexahedron.mirror, EDGES)
-    facets: ClassVar[Rows] = joined(Hexahedron.sides, 8, EDGES, Quad8)
+    turned: ClassVar[tuple[int, ...]] = mirrored_order(Hexahedron.mirror, EDGES)
+    facets: ClassVar[Rows] = facet_nodes(Hexahedron.sides, 8, EDGES, Quad8)
     facet: ClassVar[type[Facet]] = Quad8
     monomials: ClassVar[Rows] = (
         (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (2, 0, 0), (0, 2, 0), (0, 0, 2), (1, 1, 0), (0, 1, 1), (1, 0, 1),
@@ -50,10 +51,10 @@ class Hex20(QuadraticHexahedron):
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """Shape functions N (m, 20) at local points xi (m, 3)."""
+        """Return the shape functions N (m, 20) at local points xi (m, 3)."""
         return quadratic_shape_functions.serendipity(Hex20.places(), xi)
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """dN/dxi (m, 20, 3) at local points xi (m, 3)."""
+        """Return dN/dxi (m, 20, 3) at local points xi (m, 3)."""
         return quadratic_shape_functions.serendipity_gradient(Hex20.places(), xi)

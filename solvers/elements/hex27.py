@@ -1,4 +1,4 @@
-"""The 27-node hexahedron: quadratic shape functions of Lagrange, three by three by three Gauss points."""
+"""27-node Lagrange hexahedron: quadratic shape functions, three by three by three Gauss points."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from softmark.solvers.elements import quadratic_shape_functions
 from softmark.solvers.elements.boundary_facets import Quad9
 from softmark.solvers.elements.quadratic_hexahedron import QuadraticHexahedron
-from softmark.solvers.elements.reference_cells import Hexahedron, joined, mirrored
+from softmark.solvers.elements.reference_cells import Hexahedron, facet_nodes, mirrored_order
 
 if TYPE_CHECKING:
     import numpy as np
@@ -28,13 +28,13 @@ BETWEEN = (
 
 
 class Hex27(QuadraticHexahedron):
-    """27-node hexahedron, triquadratic displacement: as `hex20`, and good in distorted cells too.
+    """27-node hexahedron, triquadratic displacement: like `hex20`, and accurate in distorted cells too.
 
     Nodes in the middles of edges and faces and of the cell; 27 Gauss points. Displacements converge with h^3 and
     strains with h^2, whatever the shape of the cells. On a cylinder the nodes of its curved facets lie on the true
     surface. Near incompressibility it locks on coarse meshes: in a thick sphere of two cells at a Poisson ratio of
-    0.499 it loses 3 %, at 0.4999 a sixth; `formulation = mixed` gives it pressures that are linear between corners, and
-    takes that away. Twice the unknowns of `hex20` on the same cells. Source: Zienkiewicz, Taylor and Zhu (2013), 6.
+    0.499 it loses 3 %, at 0.4999 a sixth; `formulation = mixed` adds pressures that are linear between corners, and
+    removes the locking. Twice the unknowns of `hex20` on the same cells. Source: Zienkiewicz, Taylor and Zhu (2013), 6.
     """
 
     name: ClassVar[str] = "hex27"
@@ -46,17 +46,17 @@ class Hex27(QuadraticHexahedron):
     finer: ClassVar[str] = "hex27"
     most: ClassVar[float] = 5e5
     between: ClassVar[Rows] = BETWEEN
-    turned: ClassVar[tuple[int, ...]] = mirrored(Hexahedron.mirror, BETWEEN)
-    facets: ClassVar[Rows] = joined(Hexahedron.sides, 8, BETWEEN, Quad9)
+    turned: ClassVar[tuple[int, ...]] = mirrored_order(Hexahedron.mirror, BETWEEN)
+    facets: ClassVar[Rows] = facet_nodes(Hexahedron.sides, 8, BETWEEN, Quad9)
     facet: ClassVar[type[Facet]] = Quad9
     monomials: ClassVar[Rows] = tuple(product(range(3), repeat=3))
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """Shape functions N (m, 27) at local points xi (m, 3)."""
+        """Return the shape functions N (m, 27) at local points xi (m, 3)."""
         return quadratic_shape_functions.lagrange(Hex27.places(), xi)
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """dN/dxi (m, 27, 3) at local points xi (m, 3)."""
+        """Return dN/dxi (m, 27, 3) at local points xi (m, 3)."""
         return quadratic_shape_functions.lagrange_gradient(Hex27.places(), xi)

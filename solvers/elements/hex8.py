@@ -1,4 +1,4 @@
-"""The eight-node hexahedron: trilinear shape functions, two by two by two Gauss points."""
+"""Eight-node hexahedron: trilinear shape functions, two by two by two Gauss points."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ else:
 
 
 class Hex8(Hexahedron):
-    """Eight-node hexahedron, trilinear displacement: better than linear tetrahedra, stiff in bending all the same.
+    """Eight-node hexahedron, trilinear displacement: better than linear tetrahedra, but still stiff in bending.
 
-    N_a = (1 + xi_a xi)(1 + eta_a eta)(1 + zeta_a zeta)/8 on [-1, 1]^3, eight Gauss points. Displacements
-    converge with h^2 and strains with h. With all eight points for everything (`integration = full`) it locks from a
-    Poisson ratio of about 0.45: the beam of 2008 at 0.49 sinks 127 mm where 133 mm are right. With `integration =
-    selective`, what belongs to the modulus lambda is taken once per cell, of its mean deformation gradient, and it does
-    not lock (Malkus and Hughes 1978; cells of any form pass the patch test: Flanagan and Belytschko 1981).
+    N_a = (1 + xi_a xi)(1 + eta_a eta)(1 + zeta_a zeta)/8 on [-1, 1]^3, eight Gauss points. Displacements converge with
+    h^2 and strains with h. With full integration (`integration = full`) it locks from a Poisson ratio of about 0.45:
+    the beam of 2008 at 0.49 sinks 127 mm instead of 133 mm. With `integration = selective`, the terms of the modulus
+    lambda are evaluated once per cell, from its mean deformation gradient, and it does not lock (Malkus and Hughes
+    1978; cells of any form pass the patch test: Flanagan and Belytschko 1981).
     Source: Zienkiewicz, Taylor and Zhu (2013), sections 6 and 10.
     """
 
@@ -55,29 +55,29 @@ class Hex8(Hexahedron):
 
     @staticmethod
     def places() -> Floats:
-        """Local points of the nodes (8, 3)."""
+        """Return the local points of the nodes (8, 3)."""
         return Hexahedron.rim()
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Points (8, 3) and weights (8,) on the cube [-1, 1]^3."""
+        """Return points (8, 3) and weights (8,) on the cube [-1, 1]^3."""
         return Hex8.places() / 3**0.5, np.ones(8)
 
     @staticmethod
     def mass_quadrature() -> tuple[Floats, Floats]:
-        """The same points."""
+        """Return the same points as `quadrature`."""
         return Hex8.quadrature()
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """Shape functions N (m, 8) at local points xi (m, 3)."""
+        """Return the shape functions N (m, 8) at local points xi (m, 3)."""
         factors = 1 + xi[:, None, :] * Hex8.places()  # (m, 8, 3)
         N: Floats = factors.prod(axis=2) / 8
         return N
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """dN/dxi (m, 8, 3) at local points xi (m, 3)."""
+        """Return dN/dxi (m, 8, 3) at local points xi (m, 3)."""
         corners = Hex8.places()
         x, y, z = np.moveaxis(1 + xi[:, None, :] * corners, 2, 0)  # (m, 8) each
         return np.stack([y * z, z * x, x * y], axis=2) * corners / 8

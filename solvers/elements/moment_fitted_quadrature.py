@@ -1,4 +1,4 @@
-"""Fixed points on facets at which weights stand for any part of them: exact for a pressure on the part as it deforms.
+"""Moment-fitted quadrature on parts of facets: fixed points, with weights exact for a pressure on the deforming part.
 
 The weight of a point is the integral over the part of the polynomial that is one there and zero at the other points.
 """
@@ -21,19 +21,19 @@ else:
 
 @cache
 def _powers(nodes: int) -> Floats:
-    """Exponents of the monomials (q, 2): of a degree in all on triangles, in each coordinate on squares."""
+    """Return exponents of the monomials (q, 2): of a total degree on triangles, in each coordinate on squares."""
     return FACETS[nodes].powers(FACETS[nodes].pressed)
 
 
 @cache
-def places(nodes: int) -> Floats:
-    """The points (q, 2) of a facet of so many nodes, in its local coordinates."""
+def point_positions(nodes: int) -> Floats:
+    """Return the points (q, 2) of a facet with `nodes` nodes, in its local coordinates."""
     return FACETS[nodes].lattice(FACETS[nodes].pressed)
 
 
 @cache
 def _coefficients(nodes: int) -> Floats:
-    return np.asarray(np.linalg.inv(_monomials(nodes, places(nodes))), dtype=np.float64)
+    return np.asarray(np.linalg.inv(_monomials(nodes, point_positions(nodes))), dtype=np.float64)
 
 
 def _monomials(nodes: int, xi: Floats) -> Floats:
@@ -41,23 +41,23 @@ def _monomials(nodes: int, xi: Floats) -> Floats:
     return found
 
 
-def basis(nodes: int, xi: Floats) -> Floats:
-    """The polynomials (m, q), each one at its own point, at local points xi (m, 2)."""
+def basis_polynomials(nodes: int, xi: Floats) -> Floats:
+    """Return the polynomials (m, q), each one at its own point, at local points xi (m, 2)."""
     found: Floats = _monomials(nodes, xi) @ _coefficients(nodes)
     return found
 
 
 @cache
-def whole(nodes: int) -> Floats:
-    """The weights (q,) of a whole facet."""
-    xi, w = fine(nodes)
-    found: Floats = w @ basis(nodes, xi)
+def full_facet_weights(nodes: int) -> Floats:
+    """Return the weights (q,) of a whole facet."""
+    xi, w = gauss_rule(nodes)
+    found: Floats = w @ basis_polynomials(nodes, xi)
     return found
 
 
 @cache
-def fine(nodes: int, n: int = 10) -> tuple[Floats, Floats]:
-    """n^2 Gauss points (q, 2) and weights (q,) of a whole facet, for what is smooth and no polynomial: its area."""
+def gauss_rule(nodes: int, n: int = 10) -> tuple[Floats, Floats]:
+    """Return n^2 Gauss points (q, 2) and weights (q,) of a whole facet, for smooth non-polynomial functions (its area)."""
     x, w = np.polynomial.legendre.leggauss(n)
     a, b = (t.ravel() for t in np.meshgrid(x, x))
     return FACETS[nodes].folded(a, b, np.outer(w, w).ravel())

@@ -1,4 +1,4 @@
-"""What quadratic hexahedra share, whatever lies between their corners."""
+"""Common base of quadratic hexahedra, independent of the nodes between their corners."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ else:
 
 
 class QuadraticHexahedron(Hexahedron):
-    """Nodes in corners and, `between` them, in middles; 27 Gauss points, and pressures that are linear in `mixed`."""
+    """Hexahedron with corner nodes and midside nodes `between` them; 27 Gauss points, linear pressures if `mixed`."""
 
     order: ClassVar[int] = 2
     constant: ClassVar[bool] = False
@@ -33,16 +33,16 @@ class QuadraticHexahedron(Hexahedron):
 
     @classmethod
     def places(cls) -> Floats:
-        """Local points of the nodes (a, 3)."""
+        """Return the local points of the nodes (a, 3)."""
         corners = Hexahedron.rim()
         return np.array([*corners, *(corners[list(ends)].mean(axis=0) for ends in cls.between)])
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Points (27, 3) and weights (27,) on the cube [-1, 1]^3."""
-        return quadratic_shape_functions.gauss(3)
+        """Return points (27, 3) and weights (27,) on the cube [-1, 1]^3."""
+        return quadratic_shape_functions.gauss_rule(3)
 
     @staticmethod
     def mass_quadrature() -> tuple[Floats, Floats]:
-        """The same points, exact for products of shape functions in cells that are boxes."""
-        return quadratic_shape_functions.gauss(3)
+        """Return the same points, exact for products of shape functions in cells that are boxes."""
+        return quadratic_shape_functions.gauss_rule(3)

@@ -1,4 +1,4 @@
-"""Reference cells: what all elements on the unit tetrahedron, or on the cube [-1, 1]^3, have in common."""
+"""Reference cells: the common part of all elements on the unit tetrahedron or on the cube [-1, 1]^3."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ else:
     from softmark.solvers.runtime.lazy_modules import np
 
 
-def mirrored(corners: tuple[int, ...], between: Rows) -> tuple[int, ...]:
-    """Nodes of a cell that is inside out in an order that is not: `corners` that way, others between their corners."""
+def mirrored_order(corners: tuple[int, ...], between: Rows) -> tuple[int, ...]:
+    """Return the node order that turns an inverted cell around: `corners` in that order, other nodes between them."""
     number = {frozenset(ends): len(corners) + k for k, ends in enumerate(between)}
     return (*corners, *(number[frozenset(corners[c] for c in ends)] for ends in between))
 
 
-def joined(sides: Rows, corners: int, between: Rows, facet: type[Facet]) -> Rows:
-    """Nodes of each facet: its corners as `sides` has them, then what lies between these, in the facet's order.
+def facet_nodes(sides: Rows, corners: int, between: Rows, facet: type[Facet]) -> Rows:
+    """Return the nodes of each facet: its corners from `sides`, then the nodes between these, in the facet's order.
 
-    Between a corner and itself lies the corner.
+    A pair of equal corners gives the corner itself.
     """
     number = {frozenset((k,)): k for k in range(corners)}
     number |= {frozenset(ends): corners + k for k, ends in enumerate(between)}
@@ -60,26 +60,27 @@ class Tetrahedron:
 
     @staticmethod
     def rim() -> Floats:
-        """Local points of the corners (4, 3)."""
+        """Return the local points of the corners (4, 3)."""
         return np.concatenate([np.zeros((1, 3)), np.eye(3)])
 
     @staticmethod
     def clip(xi: Floats) -> Floats:
-        """Barycentric coordinates below zero become zero, and the others keep their proportions."""
+        """Return points with negative barycentric coordinates set to zero, and the others in proportion."""
         N = np.maximum(np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1), 0.0)
         inside: Floats = N[:, 1:] / N.sum(axis=1, keepdims=True)
         return inside
 
     @staticmethod
     def strewn(rng: np.random.Generator, count: int) -> Floats:
-        """Local points at random (count, 3), evenly."""
+        """Return uniformly distributed random local points (count, 3)."""
         return rng.dirichlet(np.ones(4), size=count)[:, 1:]
 
     @staticmethod
     def children() -> Floats:
-        """Corners of the eight parts of the cell (8, 4, 3): one at each corner, four in the octahedron left (Bey 1995).
+        """Return corners of the eight parts of the cell (8, 4, 3): one at each corner, four in the remaining
+        octahedron.
 
-        These are around its diagonal between the middles of edges 02 and 13.
+        These lie around its diagonal between the middles of edges 02 and 13 (Bey 1995).
         """
         rim = Tetrahedron.rim()
         nodes = np.concatenate([rim, rim[np.array(Tetrahedron.edges)].mean(axis=1)])
@@ -92,7 +93,8 @@ class Tetrahedron:
 
     @staticmethod
     def ratio(corners: Floats) -> Floats:
-        """Mean ratio (m,) of cells with corners (m, 4, 3): 12 (3 V)^(2/3) over the sum of squared edges, with V's sign.
+        """Return the mean ratio (m,) of cells with corners (m, 4, 3): 12 (3 V)^(2/3) over the sum of squared edges,
+        signed as V.
 
         Source: Liu and Joe (1994).
         """
@@ -104,29 +106,29 @@ class Tetrahedron:
 
     @staticmethod
     def mass_quadrature() -> tuple[Floats, Floats]:
-        """Points (q, 3) and weights (q,) that integrate products of quadratic shape functions.
+        """Return points (q, 3) and weights (q,) that integrate products of quadratic shape functions.
 
-        Stiffness needs fewer: its one point of the linear tetrahedron would make the mass singular.
+        Stiffness needs fewer: the single point of the linear tetrahedron would make the mass singular.
         """
-        return conical(3)
+        return conical_product_rule(3)
 
     # -------------------------------------------------------------- polynomials by Bernstein's basis
 
     @staticmethod
     @cache
     def powers(degree: int) -> Ints:
-        """Exponents of barycentric coordinates (k, 4), of a total degree."""
+        """Return exponents of barycentric coordinates (k, 4), of a total degree."""
         return np.array([p for p in product(range(degree + 1), repeat=4) if sum(p) == degree])
 
     @staticmethod
     def lattice(degree: int) -> Floats:
-        """Local points (k, 3) that determine a polynomial."""
+        """Return local points (k, 3) that determine a polynomial."""
         found: Floats = Tetrahedron.powers(degree)[:, 1:] / degree
         return found
 
     @staticmethod
     def bernstein(degree: int, xi: Floats) -> Floats:
-        """Bernstein's polynomials (m, k) of a total degree at local points (m, 3)."""
+        """Return the Bernstein polynomials (m, k) of a total degree at local points (m, 3)."""
         powers = Tetrahedron.powers(degree)
         many = np.array([factorial(degree) / np.prod([factorial(i) for i in p]) for p in powers])
         L = np.column_stack([1.0 - xi.sum(axis=1), xi])
@@ -135,7 +137,7 @@ class Tetrahedron:
 
     @staticmethod
     def eighths(degree: int) -> list[Floats]:
-        """The lattices (k, 3) of eight parts: corners and middles of edges make them."""
+        """Return the lattices (k, 3) of eight parts, made by corners and middles of edges."""
         v = Tetrahedron.rim()
         m = {(a, b): 0.5 * (v[a] + v[b]) for a in range(4) for b in range(a + 1, 4)}
         inner = [(m[0, 1], m[2, 3], m[0, 2], m[1, 2]), (m[0, 1], m[2, 3], m[1, 2], m[1, 3]),
@@ -179,30 +181,31 @@ class Hexahedron:
 
     @staticmethod
     def rim() -> Floats:
-        """Local points of the corners (8, 3)."""
+        """Return the local points of the corners (8, 3)."""
         low = [(-1.0, -1.0, -1.0), (1.0, -1.0, -1.0), (1.0, 1.0, -1.0), (-1.0, 1.0, -1.0)]
         return np.array([*low, *((x, y, 1.0) for x, y, _ in low)])
 
     @staticmethod
     def clip(xi: Floats) -> Floats:
-        """Each coordinate within [-1, 1]."""
+        """Return points with each coordinate clipped to [-1, 1]."""
         return np.clip(xi, -1.0, 1.0)
 
     @staticmethod
     def strewn(rng: np.random.Generator, count: int) -> Floats:
-        """Local points at random (count, 3), evenly."""
+        """Return uniformly distributed random local points (count, 3)."""
         return rng.uniform(-1.0, 1.0, size=(count, 3))
 
     @staticmethod
     def children() -> Floats:
-        """Corners of the eight parts of the cell (8, 8, 3)."""
+        """Return the corners of the eight parts of the cell (8, 8, 3)."""
         corners = Hexahedron.rim()
         found: Floats = 0.5 * corners[:, None] + 0.5 * corners
         return found
 
     @staticmethod
     def ratio(corners: Floats) -> Floats:
-        """Mean ratio (m,) of cells with corners (m, 8, 3): the least of 3 det(J)^(2/3) / |J|^2 over the corners.
+        """Return the mean ratio (m,) of cells with corners (m, 8, 3): the least of 3 det(J)^(2/3) / |J|^2 over the
+        corners.
 
         J are the three edges of a corner; the sign is that of det(J). Source: Knupp (2001).
         """
@@ -216,12 +219,12 @@ class Hexahedron:
 
     @staticmethod
     def lattice(degree: int) -> Floats:
-        """Local points (k, 3) that determine a polynomial."""
+        """Return local points (k, 3) that determine a polynomial."""
         return np.array(list(product(np.linspace(-1.0, 1.0, degree + 1).tolist(), repeat=3)))
 
     @staticmethod
     def bernstein(degree: int, xi: Floats) -> Floats:
-        """Bernstein's polynomials (m, k) of a degree in each coordinate at local points (m, 3)."""
+        """Return the Bernstein polynomials (m, k) of a degree in each coordinate at local points (m, 3)."""
         t = 0.5 * (1.0 + xi)  # (m, 3)
         n = degree
         one = np.stack([comb(n, i) * t**i * (1.0 - t) ** (n - i) for i in range(n + 1)])  # (n + 1, m, 3)
@@ -230,14 +233,16 @@ class Hexahedron:
 
     @staticmethod
     def eighths(degree: int) -> list[Floats]:
-        """The lattices (k, 3) of eight parts."""
+        """Return the lattices (k, 3) of eight parts."""
         at = Hexahedron.lattice(degree)
         return [0.5 * (at + np.array(corner)) for corner in product((-1.0, 1.0), repeat=3)]
 
 
-def conical(n: int) -> tuple[Floats, Floats]:
-    """n^3 points (q, 3) on the unit tetrahedron and weights (q,), degree 2n - 1: Gauss-Jacobi along three edges of a
-    collapsed cube (Stroud 1971)."""
+def conical_product_rule(n: int) -> tuple[Floats, Floats]:
+    """Return n^3 points (q, 3) on the unit tetrahedron and weights (q,), exact to degree 2n - 1.
+
+    They are Gauss-Jacobi points along three edges of a collapsed cube (Stroud 1971).
+    """
     from softmark.solvers.runtime.gauss_jacobi import gauss_jacobi
 
     rules = [gauss_jacobi(n, power) for power in (2, 1, 0)]
@@ -248,6 +253,6 @@ def conical(n: int) -> tuple[Floats, Floats]:
 
 
 def determinants(J: Any) -> Floats:
-    """Triple products of three rows (..., 3, 3): to the last digit where they are small, as an LU's are not."""
+    """Return triple products of three rows (..., 3, 3), accurate to the last digit even if small, unlike an LU's."""
     det: Floats = np.einsum("...i,...i->...", np.cross(J[..., 0, :], J[..., 1, :]), J[..., 2, :])
     return det

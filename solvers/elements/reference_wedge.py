@@ -1,7 +1,7 @@
 """The reference wedge: a triangle with corners (0, 0), (1, 0), (0, 1), for zeta from -1 to 1.
 
-Plane triangles are slices of it (triangles.py). Its ends are triangles among facets with four sides: a triangle is one
-whose last two corners are the same, which has the same area and the same points.
+Plane triangles are slices of it (triangles.py). Its triangular ends are stored as facets with four sides whose last two
+corners are the same, which have the same area and the same points.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ else:
 
 
 class Wedge:
-    """A triangle, one thick."""
+    """A wedge: a triangle times the interval [-1, 1]."""
 
     family: ClassVar[str] = "wedges"
     dimension: ClassVar[int] = 3
@@ -47,24 +47,24 @@ class Wedge:
 
     @staticmethod
     def rim() -> Floats:
-        """Local points of the corners (6, 3)."""
+        """Return the local points of the corners (6, 3)."""
         return np.array([(x, y, z) for z in (-1.0, 1.0) for x, y in Tri3.rim])
 
     @staticmethod
     def clip(xi: Floats) -> Floats:
-        """Barycentric coordinates below zero become zero, and the others keep their proportions; zeta is cut off."""
+        """Return points with negative barycentric coordinates set to zero, the others in proportion, and zeta clipped."""
         L = np.maximum(Tri3.shape(xi[:, :2]), 0.0)
         inside: Floats = L[:, 1:] / L.sum(axis=1, keepdims=True)
         return np.column_stack([inside, np.clip(xi[:, 2], -1.0, 1.0)])
 
     @staticmethod
     def strewn(rng: np.random.Generator, count: int) -> Floats:
-        """Local points at random (count, 3), evenly."""
+        """Return uniformly distributed random local points (count, 3)."""
         return np.column_stack([rng.dirichlet(np.ones(3), size=count)[:, 1:], rng.uniform(-1.0, 1.0, count)])
 
     @staticmethod
     def children() -> Floats:
-        """Corners of the eight parts of the cell (8, 6, 3): four triangles below and above its middle."""
+        """Return the corners of the eight parts of the cell (8, 6, 3): four triangles below and above its middle."""
         nodes = np.concatenate([np.array(Tri3.rim), 0.5 * (np.array(Tri3.rim) + np.roll(Tri3.rim, -1, axis=0))])
         found = [
             [(*nodes[corner], z) for z in ends for corner in triangle]
@@ -75,10 +75,11 @@ class Wedge:
 
     @staticmethod
     def ratio(corners: Floats) -> Floats:
-        """Mean ratio (m,) of cells with corners (m, 6, 3): the least of 3 det(J)^(2/3) / |J|^2 over the corners.
+        """Return the mean ratio (m,) of cells with corners (m, 6, 3): the least of 3 det(J)^(2/3) / |J|^2 over the
+        corners.
 
-        J takes the edges of the best wedge, an equilateral triangle as high as its sides are long, to those of a
-        corner; the sign is that of det(J). Source: Knupp (2001).
+        J maps the edges of the best wedge, an equilateral triangle as high as its sides are long, to those of a corner;
+        the sign is that of det(J). Source: Knupp (2001).
         """
         others = np.array([[1, 2, 3], [2, 0, 4], [0, 1, 5], [5, 4, 0], [3, 5, 1], [4, 3, 2]])
         e = corners[:, others] - corners[:, :, None]  # (m, 6, 3, 3), right-handed
@@ -89,20 +90,22 @@ class Wedge:
 
     @staticmethod
     def mass_quadrature() -> tuple[Floats, Floats]:
-        """Points (18, 3) and weights (18,) that integrate products of quadratic shape functions."""
-        return through(Tri6.quadrature(), 3)
+        """Return points (18, 3) and weights (18,) that integrate products of quadratic shape functions."""
+        return wedge_rule(Tri6.quadrature(), 3)
 
     # -------------------------------------------------------------- polynomials by Bernstein's basis
 
     @staticmethod
     def lattice(degree: int) -> Floats:
-        """Local points (k, 3) that determine a polynomial of a degree in the triangle and along it."""
+        """Return local points (k, 3) that determine a polynomial of a degree in the triangle and along it."""
         along = np.linspace(-1.0, 1.0, degree + 1).tolist()
         return np.array([(*at, z) for at, z in product((Tri3.powers(degree) / degree).tolist(), along)])
 
     @staticmethod
     def bernstein(degree: int, xi: Floats) -> Floats:
-        """Bernstein's polynomials (m, k) of a total degree in the triangle, times those along it, at points (m, 3)."""
+        """Return Bernstein polynomials (m, k) of a total degree in the triangle, times those along it, at points (m,
+        3).
+        """
         n, t, L = degree, 0.5 * (1.0 + xi[:, 2]), Tri3.shape(xi[:, :2])
         powers = [(n - i - j, i, j) for i, j in Tri3.powers(n).astype(int).tolist()]
         flat = [factorial(n) / np.prod([factorial(k) for k in p]) * np.prod(L ** np.array(p), axis=1) for p in powers]
@@ -111,14 +114,14 @@ class Wedge:
 
     @staticmethod
     def eighths(degree: int) -> list[Floats]:
-        """The lattices (k, 3) of eight parts."""
+        """Return the lattices (k, 3) of eight parts."""
         at = Wedge.lattice(degree)
         L, t = Tri3.shape(at[:, :2]), 0.5 * (1.0 + at[:, 2:])
         return [np.concatenate([L * (1.0 - t), L * t], axis=1) @ part for part in Wedge.children()]
 
 
-def through(flat: tuple[Floats, Floats], many: int) -> tuple[Floats, Floats]:
-    """Points (q, 3) and weights (q,) of a rule of the triangle, times so many Gauss points along the wedge."""
+def wedge_rule(flat: tuple[Floats, Floats], many: int) -> tuple[Floats, Floats]:
+    """Return points (q, 3) and weights (q,) of a triangle rule times `many` Gauss points along the wedge."""
     z, v = np.polynomial.legendre.leggauss(many)
     xi = np.array([(*at, h) for at, h in product(flat[0].tolist(), z.tolist())])
     return xi, np.outer(flat[1], v).ravel()

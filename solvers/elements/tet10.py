@@ -1,11 +1,11 @@
-"""The ten-node tetrahedron: quadratic shape functions, four integration points."""
+"""Ten-node tetrahedron: quadratic shape functions, four integration points."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
 from softmark.solvers.elements.boundary_facets import Tri6
-from softmark.solvers.elements.reference_cells import Tetrahedron, joined, mirrored
+from softmark.solvers.elements.reference_cells import Tetrahedron, facet_nodes, mirrored_order
 from softmark.solvers.elements.tet4 import Tet4
 
 if TYPE_CHECKING:
@@ -22,13 +22,13 @@ EDGES = Tetrahedron.edges  # corners of the nodes 4 to 9
 
 
 class Tet10(Tetrahedron):
-    """Ten-node tetrahedron, quadratic displacement: bends well, follows curved surfaces, locks mildly only.
+    """Ten-node tetrahedron, quadratic displacement: accurate in bending, follows curved surfaces, locks only mildly.
 
     Corners L_a (2 L_a - 1), mid-edge nodes 4 L_a L_b of the edges 01, 12, 02, 03, 13, 23, with L the barycentric
-    coordinates; four integration points of degree two (Hammer, Marlowe and Stroud 1956). Displacements converge
-    with h^3 and strains with h^2. On a cylinder its mid-edge nodes lie on the true surface. Near incompressibility
-    pressures oscillate, while displacements stay close: at a Poisson ratio of 0.499 refine and compare.
-    Costs about eight times a four-node tetrahedron. Source: Zienkiewicz, Taylor and Zhu (2013), section 6.
+    coordinates; four integration points of degree two (Hammer, Marlowe and Stroud 1956). Displacements converge with
+    h^3 and strains with h^2. On a cylinder its mid-edge nodes lie on the true surface. Near incompressibility pressures
+    oscillate, while displacements stay accurate: at a Poisson ratio of 0.499 refine and compare. Costs about eight
+    times a four-node tetrahedron. Source: Zienkiewicz, Taylor and Zhu (2013), section 6.
     """
 
     name: ClassVar[str] = "tet10"
@@ -47,8 +47,8 @@ class Tet10(Tetrahedron):
     integrations: ClassVar[tuple[str, ...]] = ("full",)
     springs: ClassVar[bool] = False
     between: ClassVar[Rows] = EDGES
-    turned: ClassVar[tuple[int, ...]] = mirrored(Tetrahedron.mirror, EDGES)
-    facets: ClassVar[Rows] = joined(Tetrahedron.sides, 4, EDGES, Tri6)
+    turned: ClassVar[tuple[int, ...]] = mirrored_order(Tetrahedron.mirror, EDGES)
+    facets: ClassVar[Rows] = facet_nodes(Tetrahedron.sides, 4, EDGES, Tri6)
     facet: ClassVar[type[Facet]] = Tri6
     monomials: ClassVar[Rows] = (
         *Tet4.monomials, (2, 0, 0), (0, 2, 0), (0, 0, 2), (1, 1, 0), (0, 1, 1), (1, 0, 1),
@@ -57,26 +57,26 @@ class Tet10(Tetrahedron):
 
     @staticmethod
     def places() -> Floats:
-        """Local points of the nodes (10, 3)."""
+        """Return the local points of the nodes (10, 3)."""
         corners = Tet4.places()
         return np.concatenate([corners, corners[np.array(EDGES)].mean(axis=1)])
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Points (4, 3) and weights (4,) on the unit tetrahedron, whose volume is 1/6."""
+        """Return points (4, 3) and weights (4,) on the unit tetrahedron, whose volume is 1/6."""
         a = (5 - 5**0.5) / 20
         return a + (1 - 4 * a) * Tet4.places(), np.full(4, 1 / 24)
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """Shape functions N (m, 10) at local points xi (m, 3)."""
+        """Return the shape functions N (m, 10) at local points xi (m, 3)."""
         L = Tet4.shape(xi)
         a, b = np.array(EDGES).T
         return np.concatenate([L * (2 * L - 1), 4 * L[:, a] * L[:, b]], axis=1)
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """dN/dxi (m, 10, 3) at local points xi (m, 3)."""
+        """Return dN/dxi (m, 10, 3) at local points xi (m, 3)."""
         L, dL = Tet4.shape(xi)[:, :, None], Tet4.gradient(xi)
         a, b = np.array(EDGES).T
         return np.concatenate([(4 * L - 1) * dL, 4 * (L[:, a] * dL[:, b] + L[:, b] * dL[:, a])], axis=1)

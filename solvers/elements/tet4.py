@@ -1,4 +1,4 @@
-"""The four-node tetrahedron: linear shape functions, one integration point."""
+"""Four-node tetrahedron: linear shape functions, one integration point."""
 
 from __future__ import annotations
 
@@ -50,21 +50,21 @@ class Tet4(Tetrahedron):
 
     @staticmethod
     def places() -> Floats:
-        """Local points of the nodes (4, 3)."""
+        """Return the local points of the nodes (4, 3)."""
         return Tetrahedron.rim()
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Points (q, 3) and weights (q,) on the unit tetrahedron, whose volume is 1/6."""
+        """Return points (q, 3) and weights (q,) on the unit tetrahedron, whose volume is 1/6."""
         return np.full((1, 3), 0.25), np.full(1, 1.0 / 6.0)
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """Shape functions N (m, 4) at local points xi (m, 3)."""
+        """Return the shape functions N (m, 4) at local points xi (m, 3)."""
         return np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1)
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """dN/dxi (m, 4, 3) at local points xi (m, 3)."""
+        """Return dN/dxi (m, 4, 3) at local points xi (m, 3)."""
         dN = np.array([[-1.0, -1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
         return np.broadcast_to(dN, (len(xi), 4, 3))

@@ -1,12 +1,12 @@
-"""The fifteen-node wedge of serendipity: quadratic. Plane triangles of six nodes are slices of it."""
+"""Fifteen-node serendipity wedge: quadratic. Plane triangles of six nodes are slices of it."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
 from softmark.solvers.elements.boundary_facets import Quad8, Tri3, Tri6
-from softmark.solvers.elements.reference_cells import joined, mirrored
-from softmark.solvers.elements.reference_wedge import Wedge, through
+from softmark.solvers.elements.reference_cells import facet_nodes, mirrored_order
+from softmark.solvers.elements.reference_wedge import Wedge, wedge_rule
 
 if TYPE_CHECKING:
     import numpy as np
@@ -42,8 +42,8 @@ class Wedge15(Wedge):
     integrations: ClassVar[tuple[str, ...]] = ("full",)
     springs: ClassVar[bool] = False
     between: ClassVar[Rows] = Wedge.edges
-    turned: ClassVar[tuple[int, ...]] = mirrored(Wedge.mirror, Wedge.edges)
-    facets: ClassVar[Rows] = joined(Wedge.sides, 6, Wedge.edges, Quad8)
+    turned: ClassVar[tuple[int, ...]] = mirrored_order(Wedge.mirror, Wedge.edges)
+    facets: ClassVar[Rows] = facet_nodes(Wedge.sides, 6, Wedge.edges, Quad8)
     facet: ClassVar[type[Facet]] = Quad8
     monomials: ClassVar[Rows] = (
         *((p, q, r) for p, q in Tri6.monomials for r in (0, 1)),
@@ -53,19 +53,19 @@ class Wedge15(Wedge):
 
     @staticmethod
     def places() -> Floats:
-        """Local points of the nodes (15, 3)."""
+        """Return the local points of the nodes (15, 3)."""
         corners = Wedge.rim()
         return np.concatenate([corners, corners[np.array(Wedge.edges)].mean(axis=1)])
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Points (6, 3) and weights (6,) on the wedge, whose volume is 1."""
+        """Return points (6, 3) and weights (6,) on the wedge, whose volume is 1."""
         inner = 1 / 6 + 0.5 * np.array(Tri3.rim)
-        return through((inner, np.full(3, 1 / 6)), 2)
+        return wedge_rule((inner, np.full(3, 1 / 6)), 2)
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """Shape functions N (m, 15) at local points xi (m, 3)."""
+        """Return the shape functions N (m, 15) at local points xi (m, 3)."""
         L, z = Tri3.shape(xi[:, :2]), xi[:, 2:]
         rest, M = 0.5 * L * (1.0 - z**2), Tri6.shape(xi[:, :2])
         below, above = 0.5 * (1.0 - z) * M, 0.5 * (1.0 + z) * M
@@ -74,7 +74,7 @@ class Wedge15(Wedge):
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """dN/dxi (m, 15, 3) at local points xi (m, 3)."""
+        """Return dN/dxi (m, 15, 3) at local points xi (m, 3)."""
         L, M, z = Tri3.shape(xi[:, :2]), Tri6.shape(xi[:, :2]), xi[:, 2:]
         dL, dM, h = Tri3.gradient(xi[:, :2]), Tri6.gradient(xi[:, :2]), z[:, :, None]
         rest = np.concatenate([0.5 * dL * (1.0 - h**2), -(L * z)[:, :, None]], axis=2)

@@ -1,11 +1,11 @@
-"""The six-node wedge: linear in its triangle and along it. Plane triangles of three nodes are slices of it."""
+"""Six-node wedge: linear in its triangle and along it. Plane triangles of three nodes are slices of it."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
 from softmark.solvers.elements.boundary_facets import Quad4, Tri3
-from softmark.solvers.elements.reference_wedge import Wedge, through
+from softmark.solvers.elements.reference_wedge import Wedge, wedge_rule
 
 if TYPE_CHECKING:
     import numpy as np
@@ -48,23 +48,23 @@ class Wedge6(Wedge):
 
     @staticmethod
     def places() -> Floats:
-        """Local points of the nodes (6, 3)."""
+        """Return the local points of the nodes (6, 3)."""
         return Wedge.rim()
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Points (2, 3) and weights (2,) on the wedge, whose volume is 1."""
-        return through(Tri3.quadrature(), 2)
+        """Return points (2, 3) and weights (2,) on the wedge, whose volume is 1."""
+        return wedge_rule(Tri3.quadrature(), 2)
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """Shape functions N (m, 6) at local points xi (m, 3)."""
+        """Return the shape functions N (m, 6) at local points xi (m, 3)."""
         L, t = Tri3.shape(xi[:, :2]), 0.5 * (1.0 + xi[:, 2:])
         return np.concatenate([L * (1.0 - t), L * t], axis=1)
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """dN/dxi (m, 6, 3) at local points xi (m, 3)."""
+        """Return dN/dxi (m, 6, 3) at local points xi (m, 3)."""
         L, dL, t = Tri3.shape(xi[:, :2]), Tri3.gradient(xi[:, :2]), 0.5 * (1.0 + xi[:, 2:, None])
         flat = np.concatenate([dL * (1.0 - t), dL * t], axis=1)
         return np.concatenate([flat, np.concatenate([-0.5 * L, 0.5 * L], axis=1)[:, :, None]], axis=2)

@@ -103,17 +103,17 @@ class CorotationalTets(LaggedTangentEnergy):
         return bool(has_no_inverted_cell(np.ascontiguousarray(x).reshape(-1, 3), self.cells, self._G, np.empty((3, 3))))
 
     def value(self, x: Floats) -> float:
-        """Strain energy, J."""
+        """Return the strain energy, J."""
         up = self.magnification(x)
         return self._pass(VALUE, x if up == 1.0 else up * x, _NONE, _NONE, _NO_SLOTS, 1.0) / up / up
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Nodal elastic forces, N."""
+        """Add the nodal elastic forces, N."""
         up = self.magnification(x)
         self._pass(FORCE, x if up == 1.0 else up * x, g, _NONE, _NO_SLOTS, scale / up)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Tangent stiffness, N/m."""
+        """Add the tangent stiffness, N/m."""
         self._pass(TANGENT + PROJECTED * projected, x, _NONE, data, self._rows(slots), scale)
 
     def add_gradient_kept(self, x: Floats, g: Floats, traces: Floats) -> None:

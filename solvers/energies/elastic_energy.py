@@ -136,7 +136,7 @@ class Elastic(Energy):
         return self.law_of_cells(some).law if self.varies else self.law
 
     def rounding(self, x: Floats) -> float:
-        """Norm of what rounding leaves in the gradient, N."""
+        """Return the norm of the rounding error in the gradient, N."""
         return self._noise / self.magnification(x)
 
     @cached_property
@@ -168,7 +168,7 @@ class Elastic(Energy):
         return float(np.linalg.norm(self.dNdX, axis=3).sum(axis=2).max(initial=0.0))
 
     def value(self, x: Floats) -> float:
-        """Strain energy, J."""
+        """Return the strain energy, J."""
         up = self.magnification(x)
         return self._value(x if up == 1.0 else x * x.dtype.type(up)) / up / up
 
@@ -182,7 +182,7 @@ class Elastic(Energy):
         return float(self.law.psi(self.F(x)) @ self.w.ravel())
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Nodal elastic forces, N."""
+        """Add the nodal elastic forces, N."""
         up = self.magnification(x)
         x, scale = (x, scale) if up == 1.0 else (x * x.dtype.type(up), scale / up)
         forces = g.reshape(-1, 3)
@@ -279,20 +279,20 @@ class EnergySum(Energy):
         return self.parts[0].stencils
 
     def rounding(self, x: Floats) -> float:
-        """Norm of what rounding leaves in the gradient, N."""
+        """Return the norm of the rounding error in the gradient, N."""
         return sum(part.rounding(x) for part in self.parts)
 
     def value(self, x: Floats) -> float:
-        """Energy, J."""
+        """Return the energy, J."""
         return sum(part.value(x) for part in self.parts)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Nodal forces, N."""
+        """Add the nodal forces, N."""
         for part in self.parts:
             part.add_gradient(x, g, scale)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Tangent stiffness, N/m."""
+        """Add the tangent stiffness, N/m."""
         for part in self.parts:
             part.add_hessian(x, data, slots, scale, projected)
 

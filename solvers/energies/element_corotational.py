@@ -48,7 +48,7 @@ class ElementCorotational(Energy):
         return float(np.finfo(np.float64).eps * np.linalg.norm(forces))
 
     def rounding(self, x: Floats) -> float:
-        """Norm of what rounding leaves in the gradient, N."""
+        """Return the norm of the rounding error in the gradient, N."""
         return self._noise
 
     def _turned(self, x: Floats) -> tuple[Floats, Floats, Floats]:
@@ -74,7 +74,7 @@ class ElementCorotational(Energy):
         return 0.5 * float(np.sum((z - self.X[self.cells]) * q))
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Nodal elastic forces, N."""
+        """Add the nodal elastic forces, N."""
         R, _, q = self._turned(x)
         np.add.at(g.reshape(-1, 3), self.cells, scale * (q @ R.transpose(0, 2, 1)))
 

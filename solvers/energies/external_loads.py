@@ -22,7 +22,7 @@ class DeadForces(Energy):
 
     @property
     def stencils(self) -> Ints:
-        """None: it has no Hessian."""
+        """Empty stencils: this load has no Hessian."""
         return no_stencils()
 
     def value(self, x: Floats) -> float:
@@ -34,10 +34,10 @@ class DeadForces(Energy):
         g -= scale * self.f
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Nothing: the forces are constant."""
+        """Do nothing: the forces are constant."""
 
     def rounding(self, x: Floats) -> float:
-        """None: the forces are constant."""
+        """Return zero: the forces are constant."""
         return 0.0
 
 
@@ -68,7 +68,7 @@ class FollowerPressure(Energy):
         facet = FACETS[nodes]
         xi, weights = facet.quadrature()
         if self.weights is not None:
-            xi, weights = moment_fitted_quadrature.places(nodes), self.weights
+            xi, weights = moment_fitted_quadrature.point_positions(nodes), self.weights
         dN = facet.gradient(xi)
         return facet.shape(xi), dN[:, :, 0], dN[:, :, 1], np.atleast_2d(weights)
 
@@ -113,7 +113,7 @@ class FollowerPressure(Energy):
         return block
 
     def rounding(self, x: Floats) -> float:
-        """Far below that of the body that carries it."""
+        """Return zero: the rounding error of this load is far below that of the loaded body."""
         return 0.0
 
 
@@ -162,7 +162,7 @@ class FaceMoment(Energy):
         return y, J, np.linalg.solve(J, self.moment)
 
     def value(self, x: Floats) -> float:
-        """There is none: what such a moment does depends on the way."""
+        """Return zero: a moment fixed in space has no potential, because its work depends on the path."""
         raise TypeError("a moment that stays in space has no energy")
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
@@ -183,7 +183,7 @@ class FaceMoment(Energy):
         add_blocks(scale * block.reshape(slots.shape), slots, data)
 
     def rounding(self, x: Floats) -> float:
-        """Far below that of the body that carries it."""
+        """Return zero: the rounding error of this load is far below that of the loaded body."""
         return 0.0
 
 
@@ -201,11 +201,11 @@ class ScaledLoad(Energy):
 
     @property
     def stencils(self) -> Ints:
-        """Those of the load."""
+        """Stencils of the load."""
         return self.energy.stencils
 
     def value(self, x: Floats) -> float:
-        """Energy, J."""
+        """Return the energy, J."""
         return self.share * self.energy.value(x)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
@@ -217,5 +217,5 @@ class ScaledLoad(Energy):
         self.energy.add_hessian(x, data, slots, self.share * scale, projected)
 
     def rounding(self, x: Floats) -> float:
-        """Norm of what rounding leaves in the gradient, N."""
+        """Return the norm of the rounding error in the gradient, N."""
         return abs(self.share) * self.energy.rounding(x)

@@ -133,7 +133,7 @@ class RodForces(Energy):
 
     @property
     def stencils(self) -> Ints:
-        """None: it has no Hessian."""
+        """Empty stencils: this load has no Hessian."""
         return no_stencils()
 
     @staticmethod
@@ -152,8 +152,8 @@ class RodForces(Energy):
         g.reshape(-1, 6)[:, :3] -= scale * self.forces
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Nothing: the forces are constant."""
+        """Do nothing: the forces are constant."""
 
     def rounding(self, x: Floats) -> float:
-        """None: the forces are constant."""
+        """Return zero: the forces are constant."""
         return 0.0

@@ -204,7 +204,7 @@ class MeanDilatation(Energy):
         return float(np.finfo(np.float64).eps * 3.0 * np.linalg.norm(share))
 
     def rounding(self, x: Floats) -> float:
-        """Norm of what rounding leaves in the gradient, N."""
+        """Return the norm of the rounding error in the gradient, N."""
         return self._shape.rounding(x) + self._noise / self._shape.magnification(x)
 
     @cached_property
@@ -234,14 +234,14 @@ class MeanDilatation(Energy):
         return means
 
     def value(self, x: Floats) -> float:
-        """Strain energy, J."""
+        """Return the strain energy, J."""
         F, up = _magnified(self._shape, x)
         g = self._means(F) / up
         total = self._shape.value(x) + 0.5 * float((self.bulk * self._volumes) @ g**2)
         return total if np.isfinite(total) else np.inf
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Nodal elastic forces, N."""
+        """Add the nodal elastic forces, N."""
         self._shape.add_gradient(x, g, scale)
         F, up = _magnified(self._shape, x)
         p = self.bulk * self._means(F) / up
@@ -303,7 +303,7 @@ class DisplacementEnergy(Energy):
 
     @property
     def conservative(self) -> bool:
-        """As the energy is."""
+        """True if the wrapped energy is conservative."""
         return self.energy.conservative
 
     @property
@@ -312,7 +312,7 @@ class DisplacementEnergy(Energy):
         return self.energy.stencils
 
     def value(self, x: Floats) -> float:
-        """Energy, J."""
+        """Return the energy, J."""
         return self.energy.value(x[: self.dofs])
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
@@ -324,7 +324,7 @@ class DisplacementEnergy(Energy):
         self.energy.add_hessian(x[: self.dofs], data, slots, scale, projected)
 
     def rounding(self, x: Floats) -> float:
-        """Norm of what rounding leaves in the gradient, N."""
+        """Return the norm of the rounding error in the gradient, N."""
         return self.energy.rounding(x[: self.dofs])
 
 

@@ -202,7 +202,7 @@ class PoreFluid(EnergyHistory):
 
     @classmethod
     def at_rest(cls, energy: PoroelasticSolid, held: NDArray[np.bool_]) -> PoreFluid:
-        """Those of what has always been at rest."""
+        """Return the pore fluid of a body that has always been at rest."""
         none = np.zeros(len(held))
         return cls(energy, held, none, none, none)
 

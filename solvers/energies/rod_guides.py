@@ -51,7 +51,7 @@ class GuidedTendon(RodElementEnergy):
         return self._chords(self.rest)[2]
 
     def value(self, x: Floats) -> float:
-        """Potential, zero in the undeformed state, J."""
+        """Return the potential, zero in the undeformed state, J."""
         return self.tension * float((self._chords(x)[2] - self._at_rest).sum())
 
     def nearest(self, x: Floats) -> Floats:
@@ -88,5 +88,5 @@ class GuidedTendon(RodElementEnergy):
         return found
 
     def rounding(self, x: Floats) -> float:
-        """Far below that of the rod."""
+        """Return zero: the rounding error of this load is far below that of the rod."""
         return 0.0

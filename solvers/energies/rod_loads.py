@@ -55,7 +55,7 @@ class EccentricRodForces(Energy):
         return found
 
     def value(self, x: Floats) -> float:
-        """Potential, zero in the undeformed state, J."""
+        """Return the potential, zero in the undeformed state, J."""
         return -float(np.sum(self.forces * (self._points(x) - self._at_rest)))
 
     @cached_property
@@ -79,7 +79,7 @@ class EccentricRodForces(Energy):
         add_blocks(scale * local, slots, data)
 
     def rounding(self, x: Floats) -> float:
-        """Far below that of the rod."""
+        """Return zero: the rounding error of this load is far below that of the rod."""
         return 0.0
 
 
@@ -97,7 +97,7 @@ class RodMoments(Energy):
         return _rotation_dofs(self.nodes)
 
     def value(self, x: Floats) -> float:
-        """There is none: what such a moment does depends on the way."""
+        """Return zero: a moment fixed in space has no potential, because its work depends on the path."""
         raise TypeError("a moment that stays in space has no energy")
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
@@ -112,5 +112,5 @@ class RodMoments(Energy):
         add_blocks(-0.5 * scale * cross_matrix(m), slots, data)
 
     def rounding(self, x: Floats) -> float:
-        """Far below that of the rod."""
+        """Return zero: the rounding error of this load is far below that of the rod."""
         return 0.0

@@ -82,7 +82,7 @@ class RodTendons(RodElementEnergy):
         return found
 
     def value(self, x: Floats) -> float:
-        """Potential, zero in the undeformed state, J."""
+        """Return the potential, zero in the undeformed state, J."""
         return float(self.tension @ (self.paths(x) - self.at_rest))
 
     @cached_property
@@ -117,5 +117,5 @@ class RodTendons(RodElementEnergy):
         return found + segments.hessians(self._carried(segments), np.zeros((len(self.lengths), 6)))
 
     def rounding(self, x: Floats) -> float:
-        """Far below that of the rod."""
+        """Return zero: the rounding error of this load is far below that of the rod."""
         return 0.0

@@ -56,7 +56,7 @@ class Springs(Energy):
         return float(np.finfo(np.float64).eps * largest * np.linalg.norm(self._stiffest))
 
     def value(self, x: Floats) -> float:
-        """Strain energy, J."""
+        """Return the strain energy, J."""
         return float(0.5 * self.k @ (self.lengths(x) - self.l0) ** 2)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:

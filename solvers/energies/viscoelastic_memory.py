@@ -81,11 +81,11 @@ class EnergyHistory(ABC):
 
     @abstractmethod
     def over(self, h: float) -> Energy:
-        """The energy of a step of h s from here: of its end."""
+        """Return the energy that governs the end of a step of h seconds from here."""
 
     @abstractmethod
     def accepted(self, x: Floats, h: float) -> EnergyHistory:
-        """The memory after a step of h s that ends in the state x."""
+        """Return the history after a step of h seconds that ends in state x."""
 
     @property
     @abstractmethod
@@ -95,7 +95,7 @@ class EnergyHistory(ABC):
     @property
     @abstractmethod
     def dissipated(self) -> float:
-        """Since the start, J."""
+        """Energy dissipated since the start, J."""
 
 
 def decay_factors(h: float, tau: Floats) -> tuple[Floats, Floats, Floats]:
@@ -127,20 +127,20 @@ class ViscoelasticHistory(EnergyHistory):
 
     @classmethod
     def at_rest(cls, energy: Any, series: RelaxationSeries) -> ViscoelasticHistory:
-        """That of what has always been at rest."""
+        """Return the history of a body that has always been at rest."""
         n, k = energy.w.size, len(series.g)
         none, each = np.zeros((n, 3, 3)), np.zeros(n)
         return cls(energy, series, none, each, none, np.zeros((k, n, 3, 3)), each, each)
 
     def over(self, h: float) -> Energy:
-        """The energy of a step of h s from here: of its end."""
+        """Return the energy that governs the end of a step of h seconds from here."""
         decay, mean, _ = decay_factors(h, self.series.tau)
         law = self.series.relaxed(self.energy.law, decay, mean, self.H, self.S, self.energy.w.shape)
         made: Energy = replace(self.energy, law=law)
         return made
 
     def accepted(self, x: Floats, h: float) -> ViscoelasticHistory:
-        """The memory after a step of h s that ends in the state x."""
+        """Return the history after a step of h seconds that ends in state x."""
         known, (decay, mean, _) = self.series, decay_factors(h, self.series.tau)
         F = self.energy.F(x)
         S, W, E = known.stress(F), known.energy(F), known.strain(F)
@@ -212,7 +212,7 @@ class ViscoelasticHistory(EnergyHistory):
 
     @property
     def dissipated(self) -> float:
-        """Since the start, J."""
+        """Energy dissipated since the start, J."""
         return float(self.lost @ self.energy.w.ravel())
 
 
@@ -252,7 +252,7 @@ class BodyHistory:
 
     @property
     def dissipated(self) -> float:
-        """Since the start, J."""
+        """Energy dissipated since the start, J."""
         return sum(memory.dissipated for memory in self._fading)
 
     @property

@@ -42,12 +42,12 @@ class RodHistory(EnergyHistory):
 
     @classmethod
     def at_rest(cls, energy: RodElastic | MovingRod, g: Floats, tau: Floats) -> RodHistory:
-        """That of what has always been at rest."""
+        """Return the history of a body that has always been at rest."""
         none = np.zeros((len(_rod(energy).elements), 6))
         return cls(energy, g, tau, none, np.zeros((len(tau), *none.shape)), none)
 
     def over(self, h: float) -> Energy:
-        """The energy of a step of h s from here: of its end."""
+        """Return the energy that governs the end of a step of h seconds from here."""
         held, stiffness = self._held(h)
         other = _rod(self.energy).stiffened(VaryingStiffness(stiffness), held / stiffness)
         energy: Any = self.energy
@@ -62,7 +62,7 @@ class RodHistory(EnergyHistory):
         return held, C * (1.0 - self.g.sum(axis=0) + grown.sum(axis=0))
 
     def accepted(self, x: Floats, h: float) -> RodHistory:
-        """The memory after a step of h s that ends in the state x."""
+        """Return the history after a step of h seconds that ends in state x."""
         E, C, (decay, mean, _) = self._strains(x), self._C, decay_factors(h, self.tau)
         way = E - self.E
         H = decay[:, None, None] * self.H + (self.g * mean[:, None])[:, None] * (C * way)
@@ -92,7 +92,7 @@ class RodHistory(EnergyHistory):
 
     @property
     def dissipated(self) -> float:
-        """Since the start, J."""
+        """Energy dissipated since the start, J."""
         return self.lost
 
     def _strains(self, x: Floats) -> Floats:

@@ -15,8 +15,8 @@ from scipy.spatial import cKDTree
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 LEAST = 1e-300
-ALIKE = 1e-6  # of a distance: of faces that are equally near, that which looks at the point rubs
-SAME = 1e-9  # of a distance: faces that are as near but for rounding, of which the first is taken
+ALIKE = 1e-6  # relative to a distance: among equally near faces, the one that faces the point has friction
+SAME = 1e-9  # relative to a distance: equally near up to rounding; the first face is used
 
 
 def find_candidate_pairs(p: Floats, x: Floats, faces: Ints, reach: float) -> Ints:
@@ -84,8 +84,7 @@ def contact_forces(
 
 
 def _iterate_simplices(v: int, faces: Ints, pairs: Ints) -> Iterator[tuple[Any, Any, Any]]:
-    """Yield points (c,), corners (c, k) of simplices of v corners, and their multiplicity (c,): faces, sides, corners.
-    """
+    """Yield points (c,), corners (c, k) of simplices of v corners, and their multiplicity (c,): faces, sides, corners."""
     k = faces.shape[1]
     corners = faces[pairs[:, 1]]
     yield pairs[:, 0], corners, np.ones(len(pairs))
@@ -113,7 +112,9 @@ def barycentric_coordinates(foot: Floats, t: Floats) -> Floats:
     return np.concatenate([1.0 - s.sum(axis=1, keepdims=True), s], axis=1)
 
 
-def friction_forces(p: Floats, x: Floats, faces: Ints, pairs: Ints, pull: Floats, most: Floats) -> tuple[Floats, Floats]:
+def friction_forces(
+    p: Floats, x: Floats, faces: Ints, pairs: Ints, pull: Floats, most: Floats
+) -> tuple[Floats, Floats]:
     """Return friction forces on points p (s, d) and corners x (v, d), N, from springs with forces `pull` limited to
     `most` (s,).
 
@@ -152,8 +153,7 @@ def normals(t: Floats) -> Floats:
 
 
 def _face_ranks(r: Floats, t: Floats) -> Floats:
-    """Return the key that selects the face for friction: the distance (c,), and the orientation among equal distances.
-    """
+    """Return the key that selects the face for friction: the distance (c,), and the orientation among equal distances."""
     far = np.sqrt((r**2).sum(axis=1))
     looks = np.abs((r * normals(t)).sum(axis=1)) / np.maximum(far, LEAST)
     found: Floats = far * (1.0 + ALIKE * (1.0 - looks))

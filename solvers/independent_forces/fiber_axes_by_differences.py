@@ -21,10 +21,10 @@ from softmark.solvers.independent_forces.solid_forces import (
     Stress,
     StressTerm,
     cofactor,
-    shape,
+    shape_functions,
 )
-from softmark.solvers.independent_forces.stress_by_differences import EnergyStress, Scalar, with_error
-from softmark.solvers.materials.material_axes import Frame
+from softmark.solvers.independent_forces.stress_by_differences import EnergyStress, Scalar, stress_with_error
+from softmark.solvers.materials.material_axes import MaterialFrame
 
 Axes = Callable[[Floats], Floats]  # of points (n, 3), m: rows f, s and f x s (n, 3, 3)
 EYE = np.eye(3)
@@ -34,7 +34,7 @@ def energy_along_axes(material: Any, axes: Floats, bulk: float | None) -> Scalar
     """Return psi of F (n, 3, 3), Pa, with a material's axes (n, 3, 3) or (1, 3, 3), rows f, s and n, and K in Pa."""
     f, s = (axes[:, i] for i in (0, 1))
     columns = (*f.T, *s.T) if len(axes) > 1 else (*map(float, f[0]), *map(float, s[0]))
-    new: dict[str, Any] = {"fibres": Frame(*columns), "bulk": bulk or None}
+    new: dict[str, Any] = {"fibres": MaterialFrame(*columns), "bulk": bulk or None}
     if "sheets" in vars(material):
         new["sheets"] = None
     psi: Scalar = batch_constants(replace(material, **new)).psi
@@ -65,8 +65,7 @@ def energy_with_shortening(psi: Scalar, s: Floats, f: Floats) -> Scalar:
 
 
 def split_off_pressure(material: Any, axes: Floats) -> SplitLaw:
-    """Return the law split for a pressure that replaces K (J - 1)^2 / 2 except a third, or half, of the shear modulus.
-    """
+    """Return the law split for a pressure that replaces K (J - 1)^2 / 2 except a third, or half, of the shear modulus."""
     third, K = material.shear_modulus / 3.0, material.bulk
     kept = third if K is None else min(third, 0.5 * K)
     compliance = 0.0 if K is None else 1.0 / (K - kept)
@@ -87,5 +86,5 @@ class AnisotropicBody(CheckedBody):
     def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
         if self.at is None:
             raise TypeError("a material without its directions")
-        X = (shape(self.kind, self._rule(at)[0]) @ self.points[cells]).reshape(-1, 3)
-        return with_error(self.at(X), F)
+        X = (shape_functions(self.kind, self._rule(at)[0]) @ self.points[cells]).reshape(-1, 3)
+        return stress_with_error(self.at(X), F)

@@ -20,12 +20,12 @@ from softmark.solvers.independent_forces.solid_forces import (
     Ints,
     Stress,
     StressTerm,
-    at_points,
+    interpolate,
     kinematics,
-    polar,
-    rule,
+    polar_rotation,
+    quadrature_rule,
 )
-from softmark.solvers.independent_forces.stress_by_differences import with_error
+from softmark.solvers.independent_forces.stress_by_differences import stress_with_error
 
 Measure = Literal["small", "turned", "green", "shape"]
 
@@ -83,13 +83,13 @@ class DisplacementHistory:
         """Return the relaxed stress at the points of a rule of some cells (m q, 3, 3), Pa: a second Piola-Kirchhoff
         stress.
         """
-        dNdX, _, hoop = kinematics(points, cells, kind, rule(kind), self.depth, mean)
+        dNdX, _, hoop = kinematics(points, cells, kind, quadrature_rule(kind), self.depth, mean)
         steps = remaining_fractions(self.times, self.g, self.tau)
         found = before = np.zeros((dNdX.shape[0] * dNdX.shape[1], 3, 3))
         for weight, u in zip(steps, self.states, strict=True):
             F = np.einsum("mai,mqaJ->mqiJ", u[cells] - u[cells[:, :1]], dNdX) + np.eye(3)
             if hoop is not None:
-                F[..., 2, 2] = 1.0 + at_points(hoop, u[cells][:, :, 0])
+                F[..., 2, 2] = 1.0 + interpolate(hoop, u[cells][:, :, 0])
             S = self.second(F.reshape(-1, 3, 3))
             found, before = found + weight * (S - before), S
         return found
@@ -100,7 +100,7 @@ class DisplacementHistory:
         if self.measure == "small":
             return P
         if self.measure == "turned":
-            S = np.einsum("nki,nkj->nij", polar(F), P)
+            S = np.einsum("nki,nkj->nij", polar_rotation(F), P)
             even: Floats = 0.5 * (S + S.transpose(0, 2, 1))
             return even
         size = np.linalg.det(F)[:, None, None] ** (2.0 / 3.0) if self.measure == "shape" else 1.0
@@ -109,7 +109,7 @@ class DisplacementHistory:
 
     def relaxed(self, whole: Stress, F: Floats, held: Floats) -> tuple[Floats, Any]:
         """Return P (n, 3, 3), Pa, of a law whose viscous part has relaxed, and the error of its entries, Pa."""
-        (P, error), (part, more), g = with_error(whole, F), with_error(self.part, F), float(self.g.sum())
+        (P, error), (part, more), g = stress_with_error(whole, F), stress_with_error(self.part, F), float(self.g.sum())
         found: Floats = P - g * part + self.pulled(F, held)
         return found, error + g * more
 
@@ -118,7 +118,7 @@ class DisplacementHistory:
         if self.measure == "small":
             return held
         if self.measure == "turned":
-            return 2.0 * F @ _solve_sylvester(np.einsum("nki,nkj->nij", polar(F), F), held)
+            return 2.0 * F @ _solve_sylvester(np.einsum("nki,nkj->nij", polar_rotation(F), F), held)
         tau = F @ held @ F.transpose(0, 2, 1)  # Kirchhoff's
         if self.measure == "shape":
             tau = tau - np.trace(tau, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)

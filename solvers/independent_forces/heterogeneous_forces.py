@@ -15,7 +15,12 @@ from softmark.records import dataclass
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.mixed_formulation_forces import MixedBody, SplitLaw, batch_constants, split_law
 from softmark.solvers.independent_forces.solid_forces import CheckedBody, Floats, Ints, Stress, StressTerm
-from softmark.solvers.independent_forces.stress_by_differences import EnergyStress, FreeFaces, Scalar, with_error
+from softmark.solvers.independent_forces.stress_by_differences import (
+    EnergyStress,
+    PlaneStressLaw,
+    Scalar,
+    stress_with_error,
+)
 from softmark.solvers.materials.heterogeneous import with_constants
 
 Constants = Callable[[Floats], tuple[Floats, Floats]]  # of points (n, 3), m: Young's modulus, Pa, and Poisson's ratio
@@ -40,7 +45,7 @@ class HeterogeneousBody(CheckedBody):
             return super()._stress(cells, term, F, at)
         tetrahedra = len(solid_forces.node_positions(self.kind)) == 4
         kind = "tet10" if tetrahedra else self.kind
-        xi, w = solid_forces.rule(kind) if self.rules is None else (self.rules[0][at], self.rules[1][at])
+        xi, w = solid_forces.quadrature_rule(kind) if self.rules is None else (self.rules[0][at], self.rules[1][at])
         X = positions_in_cells(self.points, cells, self.kind, xi)
         E, nu = self.constants(X.reshape(-1, 3))
         mu, lam = (m.reshape(len(cells), -1) for m in lame_moduli(E, nu))
@@ -49,7 +54,7 @@ class HeterogeneousBody(CheckedBody):
             w = w * X[..., 0] if self.depth else w  # of whole rings
             share = np.broadcast_to(w, mu.shape) / np.broadcast_to(w, mu.shape).sum(axis=1, keepdims=True)
             mu, lam = (mu * share).sum(axis=1), (lam * share).sum(axis=1)
-        return with_error(term.of(mu.ravel(), lam.ravel()), F)
+        return stress_with_error(term.of(mu.ravel(), lam.ravel()), F)
 
 
 @dataclass(frozen=True)
@@ -67,7 +72,7 @@ class HeterogeneousMixedBody(MixedBody):
 
 def positions_in_cells(points: Floats, cells: Ints, kind: str, xi: Floats) -> Floats:
     """Return the positions (m, q, 3), m, of local points xi: (q, 3) for all cells, or (m, q, 3) for each."""
-    found: Floats = solid_forces.shape(kind, xi) @ points[cells]
+    found: Floats = solid_forces.shape_functions(kind, xi) @ points[cells]
     return found
 
 
@@ -78,9 +83,10 @@ def lame_moduli(E: Floats, nu: Floats) -> tuple[Floats, Floats]:
 
 def stress_terms(material: Any, strain: str, selective: bool) -> tuple[HeterogeneousTerm, ...] | None:
     """Return the parts of the stress of a law; None if it has no finite-strain form, or cannot be split."""
-    law: Moduli | None = {"small": solid_forces.small_stress, "corotational": solid_forces.corotational_stress}.get(
-        strain
-    )
+    law: Moduli | None = {
+        "small": solid_forces.small_strain_stress,
+        "corotational": solid_forces.corotational_stress,
+    }.get(strain)
     if law is None:
         return _finite(material, selective)
     if not selective:
@@ -137,7 +143,9 @@ def with_constants_of(material: Any, young: Floats, poisson: Floats) -> Any:
 def plane_stress_term(term: HeterogeneousTerm) -> HeterogeneousTerm:
     """Return the term for a plate with stress-free faces."""
     of = term.of
-    return HeterogeneousTerm(term.stress, term.mean, None if of is None else lambda mu, lam: FreeFaces(of(mu, lam)))
+    return HeterogeneousTerm(
+        term.stress, term.mean, None if of is None else lambda mu, lam: PlaneStressLaw(of(mu, lam))
+    )
 
 
 def split_at_points(material: Any, strain: str, constants: Constants) -> Callable[[Floats], SplitLaw]:

@@ -19,7 +19,7 @@ from softmark.records import dataclass
 from softmark.solvers.elements import CELLS
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.solid_forces import CHUNK, EPS, Floats, Ints, Stress
-from softmark.solvers.independent_forces.stress_by_differences import EnergyStress, with_error
+from softmark.solvers.independent_forces.stress_by_differences import EnergyStress, stress_with_error
 
 Measure = Callable[[Floats], Floats]  # F (n, 3, 3) -> (n,), no unit
 
@@ -54,10 +54,16 @@ def split_law(material: object, strain: str, young: Any, nu: Any) -> SplitLaw | 
     mu, each = young / (2.0 * (1.0 + nu)), 1.0 - 2.0 * nu
     whole = each / (mu * (2.0 * nu + 2.0 / 3.0 * each))
     if strain == "small":
-        return SplitLaw(solid_forces.small_stress(mu, -2.0 / 3.0 * mu), _dilatation, _identity, _dilatation, whole)
+        return SplitLaw(
+            solid_forces.small_strain_stress(mu, -2.0 / 3.0 * mu), _dilatation, _identity, _dilatation, whole
+        )
     if strain == "corotational":
         return SplitLaw(
-            solid_forces.corotational_stress(mu, -2.0 / 3.0 * mu), _stretching, solid_forces.polar, _stretching, whole
+            solid_forces.corotational_stress(mu, -2.0 / 3.0 * mu),
+            _stretching,
+            solid_forces.polar_rotation,
+            _stretching,
+            whole,
         )
     parts = getattr(material, "finite_mixed", lambda: None)()
     if parts is None:
@@ -70,11 +76,13 @@ def split_law(material: object, strain: str, young: Any, nu: Any) -> SplitLaw | 
 
 
 def batch_constants(law: Any) -> Any:
-    """Return the law itself, or for constants at points (n,) a law that passes each batch of points its own constants.
-    """
-    from softmark.solvers.materials.heterogeneous import Varying, arrays  # not for materials that do not vary
+    """Return the law itself, or for constants at points (n,) a law that passes each batch of points its own constants."""
+    from softmark.solvers.materials.heterogeneous import (
+        HeterogeneousLaw,
+        iterate_arrays,
+    )  # not for materials that do not vary
 
-    return Varying(law) if next(arrays(law), None) is not None else law
+    return HeterogeneousLaw(law) if next(iterate_arrays(law), None) is not None else law
 
 
 def _identity(F: Floats) -> Floats:
@@ -88,7 +96,7 @@ def _dilatation(F: Floats) -> Floats:
 
 
 def _stretching(F: Floats) -> Floats:
-    R = solid_forces.polar(F)
+    R = solid_forces.polar_rotation(F)
     found: Floats = np.einsum("nij,nij->n", R, F - R)
     return found
 
@@ -128,10 +136,16 @@ class MixedBody:
 
     def _rule(self, some: slice) -> tuple[Floats, Floats]:
         """Return local points (q, 3) or (c, q, 3) of some cells, and weights."""
-        return solid_forces.rule(self.kind) if self.rules is None else (self.rules[0][some], self.rules[1][some])
+        return (
+            solid_forces.quadrature_rule(self.kind)
+            if self.rules is None
+            else (self.rules[0][some], self.rules[1][some])
+        )
 
     def _chunks(self) -> Iterator[slice]:
-        size = max(1, CHUNK // len(solid_forces.rule(self.kind)[1] if self.rules is None else self.rules[1][0]))
+        size = max(
+            1, CHUNK // len(solid_forces.quadrature_rule(self.kind)[1] if self.rules is None else self.rules[1][0])
+        )
         return (slice(at, at + size) for at in range(0, len(self.cells), size))
 
     def _deformed(self, some: slice) -> tuple[Floats, Floats, Floats, Floats | None]:
@@ -145,9 +159,9 @@ class MixedBody:
         F = np.einsum("mai,mqaJ->mqiJ", self.u[cells] - self.u[cells[:, :1]], dNdX) + np.eye(3)
         if not self.depth:
             return F, dNdX, weights * det, None
-        N = solid_forces.shape(self.kind, xi)
-        r = solid_forces.at_points(N, self.points[cells][:, :, 0])
-        F[..., 2, 2] = 1.0 + solid_forces.at_points(N, self.u[cells][:, :, 0]) / r
+        N = solid_forces.shape_functions(self.kind, xi)
+        r = solid_forces.interpolate(N, self.points[cells][:, :, 0])
+        F[..., 2, 2] = 1.0 + solid_forces.interpolate(N, self.u[cells][:, :, 0]) / r
         return F, dNdX, weights * det * (2.0 * np.pi * r / self.depth), N / r[..., None]
 
     @property
@@ -162,7 +176,7 @@ class MixedBody:
         """Return the pressure shape functions at the points of some cells (c, q, b), or of all (1, q, b)."""
         xi, element = self._rule(some)[0], CELLS[self.kind]
         if element.pressures == "corners":
-            N = solid_forces.shape(element.linear, xi)
+            N = solid_forces.shape_functions(element.linear, xi)
             return N if N.ndim == 3 else N[None]
         return np.ones((1, xi.shape[-2], 1))
 
@@ -189,11 +203,11 @@ class MixedBody:
                 p = np.broadcast_to(((w * g).sum(axis=1) / (w * each).sum(axis=1))[:, None], w.shape)
             else:
                 N = self._shares(some)
-                p = solid_forces.at_points(N, known[at[some]])
-                np.add.at(lacking, at[some], solid_forces.at_points(N.swapaxes(1, 2), w * (g - each * p)))
+                p = solid_forces.interpolate(N, known[at[some]])
+                np.add.at(lacking, at[some], solid_forces.interpolate(N.swapaxes(1, 2), w * (g - each * p)))
             stiff = max(stiff, float((1.0 / each).max())) if self.pressures is None else stiff
-            P, error = with_error(split.shape, flat)
-            slope, off = with_error(split.dg, flat)
+            P, error = stress_with_error(split.shape, flat)
+            slope, off = stress_with_error(split.dg, flat)
             P = (P + p.reshape(-1, 1, 1) * slope).reshape(F.shape)
             unsure = np.abs(w) * np.broadcast_to(error + off * np.abs(p.ravel()), w.size).reshape(w.shape)
             local = np.einsum("mq,mqiJ,mqaJ->mai", w, P, dNdX, optimize=True)

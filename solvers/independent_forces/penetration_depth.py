@@ -18,8 +18,8 @@ from softmark.solvers.independent_forces.rigid_contact_forces import Distance
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 LEVELS = 9  # times that triangles are cut in four
-COARSE = 3  # the same beside what is not convex, of which less is known
-FINE = 1e-3  # of the depth: what is not to be found more exactly
+COARSE = 3  # bound for bodies that are not convex
+FINE = 1e-3  # relative accuracy of the depth
 QUARTERS = np.array([(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)])  # of corners and the middles of sides 01, 12, 20
 
 

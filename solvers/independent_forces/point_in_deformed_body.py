@@ -11,12 +11,12 @@ import numpy as np
 
 from softmark.solvers.independent_forces.rigid_contact_forces import LEAST, Distance, Floats, solid_angle
 
-SURROUNDED = 1.0  # of 4 pi, or of 2 pi in the plane; 0 from outside: pi / 2 from a corner between mirrors
+SURROUNDED = 1.0  # relative to 4 pi, or 2 pi in the plane; 0 from outside, pi / 2 from a corner between symmetry planes
 ON = 1e-9  # sine of the angle above a triangle or a side: a point that low is on it
 EACH_WAY = 5  # places on a surface are those nearest to so many points along each coordinate
-AROUND = 0.1  # of the extent: these lie in a box that is so much larger on every side
-ROUNDS = 8  # of projection: beside what the plane cuts aslant, the nearest place is not in the plane
-CLOSE = 1e-3  # of the extent: what is left farther from the surface is not on it
+AROUND = 0.1  # margin of the sampling box, relative to the extent
+ROUNDS = 8  # rounds of projection: next to a surface inclined to the plane, the nearest point is not in it
+CLOSE = 1e-3  # relative to the extent: points left farther from the surface are not on it
 
 
 def is_inside_volume(x: Floats, X: Floats) -> bool:

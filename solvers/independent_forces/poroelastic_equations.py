@@ -17,8 +17,8 @@ from softmark.solvers.elements import CELLS
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.solid_forces import EPS, Floats, Ints
 
-FIRST = 1.0 - 2.0**-0.5  # of a step, its first stage
-SURE = 1e-6  # of a step: how well its first stage must be where it is taken to be
+FIRST = 1.0 - 2.0**-0.5  # end of the first stage, relative to the step
+SURE = 1e-6  # relative to a step: tolerance of the first stage's time
 
 
 @dataclass(frozen=True)
@@ -40,17 +40,17 @@ class PoroelasticBody:
 
     def _now(self, u: Floats) -> tuple[Floats, Floats, Floats]:
         """Return dN/dx (m, q, a, 3), 1/m, point volumes (m, q), m^3, and the distances of nodes from the axis, m."""
-        xi, weights = solid_forces.rule(self.kind)
+        xi, weights = solid_forces.quadrature_rule(self.kind)
         x = self.points if self.small else self.points + u
         dN, det = solid_forces.gradients(x, self.cells, self.kind, xi)
-        r = x[self.cells][:, :, 0] @ solid_forces.shape(self.kind, xi).T
+        r = x[self.cells][:, :, 0] @ solid_forces.shape_functions(self.kind, xi).T
         around = 2.0 * np.pi * r / self.depth if self.depth else 1.0
         return dN, weights * det * around, r
 
     @property
     def _corners(self) -> Floats:
         """Return the shape functions of pressures at the points (q, c)."""
-        return solid_forces.shape(CELLS[self.kind].linear, solid_forces.rule(self.kind)[0])
+        return solid_forces.shape_functions(CELLS[self.kind].linear, solid_forces.quadrature_rule(self.kind)[0])
 
     def _spread(self, each: Floats) -> Floats:
         """Return sums over cells (m, c) at the nodes (n,)."""
@@ -65,7 +65,9 @@ class PoroelasticBody:
         f = -np.einsum("mq,mqai->mai", w * p, dN)
         if self.depth:
             f[:, :, 2] = 0.0
-            f[:, :, 0] -= (w * p / r) @ solid_forces.shape(self.kind, solid_forces.rule(self.kind)[0])
+            f[:, :, 0] -= (w * p / r) @ solid_forces.shape_functions(
+                self.kind, solid_forces.quadrature_rule(self.kind)[0]
+            )
         found = np.zeros_like(self.points)
         for i in range(3):
             found[:, i] = np.bincount(self.cells.ravel(), f[:, :, i].ravel(), minlength=len(found))
@@ -78,7 +80,9 @@ class PoroelasticBody:
         if self.small:
             grown = np.einsum("mqai,mai->mq", dN, u[self.cells] - u[self.cells[:, :1]])
             grown = grown + (
-                u[self.cells][:, :, 0] @ solid_forces.shape(self.kind, solid_forces.rule(self.kind)[0]).T / r
+                u[self.cells][:, :, 0]
+                @ solid_forces.shape_functions(self.kind, solid_forces.quadrature_rule(self.kind)[0]).T
+                / r
                 if self.depth
                 else 0.0
             )
@@ -96,11 +100,11 @@ class PoroelasticBody:
 
     def _slopes(self, u: Floats) -> Floats:
         """Return the gradients of pressure shape functions (m, q, c, 3), 1/m, by the mesh with all its nodes."""
-        xi, _ = solid_forces.rule(self.kind)
+        xi, _ = solid_forces.quadrature_rule(self.kind)
         x = self.points if self.small else self.points + u
         X = x[self.cells] - x[self.cells[:, :1]]
-        cof, det = solid_forces.cofactor(np.einsum("mai,qaj->mqij", X, solid_forces.slope(self.kind, xi)))
-        corners = solid_forces.slope(CELLS[self.kind].linear, xi)
+        cof, det = solid_forces.cofactor(np.einsum("mai,qaj->mqij", X, solid_forces.shape_derivatives(self.kind, xi)))
+        corners = solid_forces.shape_derivatives(CELLS[self.kind].linear, xi)
         found: Floats = np.einsum("qcj,mqij->mqci", corners, cof / det[..., None, None])
         return found
 

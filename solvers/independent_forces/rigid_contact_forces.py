@@ -19,7 +19,7 @@ Distance = Callable[[Floats], tuple[Floats, Floats]]  # points (n, 3), m -> gaps
 Section = Callable[[Floats, Floats], tuple[Floats, Floats, Floats]]  # a, b (n,) -> gap, and its slopes along a and b
 
 PAIRS = 4_000_000  # points times triangles at a time
-MOST = 400_000_000  # of these: more are not gone through again
+MOST = 400_000_000  # largest number of these; with more, no independent check is made
 LEAST = 1e-300
 
 

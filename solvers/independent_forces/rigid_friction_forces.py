@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 LEAST = 1e-300
-SAME = 1e-8  # of shape functions: points that differ by less are one
+SAME = 1e-8  # tolerance of shape functions: points that differ by less coincide
 
 
 def match_points(of: Ints, N: Floats, known: Ints, shares: Floats) -> Ints:

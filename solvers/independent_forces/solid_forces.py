@@ -22,7 +22,7 @@ from softmark.records import dataclass
 from softmark.solvers.elements import CELLS
 from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.independent_forces.quadrature_rules import extend_along_wedge, rule_by_moments, strang_rule
-from softmark.solvers.independent_forces.stress_by_differences import with_error
+from softmark.solvers.independent_forces.stress_by_differences import stress_with_error
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -30,9 +30,9 @@ Stress = Callable[[Floats], Floats]  # F (n, 3, 3) -> first Piola-Kirchhoff stre
 
 CHUNK = 16_384  # integration points at a time
 MANY = 400_000  # integration points from which forces are found again at a sample of the nodes
-SAMPLE = 20_000  # nodes of such a sample
+SAMPLE = 20_000  # nodes of the sample
 EPS = float(np.finfo(np.float64).eps)
-THROUGH = 1e-9  # of the largest radius: what lies that far beyond the axis is no rounding
+THROUGH = 1e-9  # relative to the largest radius: points farther beyond the axis are not rounding
 
 # ------------------------------------------------------------------ shape functions from their nodes
 
@@ -47,22 +47,21 @@ def _cell_data(kind: Cell) -> Any:
 
 @cache
 def node_positions(kind: Cell) -> Floats:
-    """Return the local points of the nodes of a cell or facet (a, d), in VTK order: corners, then intermediate nodes.
-    """
+    """Return the local points of the nodes of a cell or facet (a, d), in VTK order: corners, then intermediate nodes."""
     known, d = _cell_data(kind), len(_cell_data(kind).monomials[0])
     cube = [[-1, 1, 1, -1, -1, 1, 1, -1], [-1, -1, 1, 1, -1, -1, 1, 1], [-1, -1, -1, -1, 1, 1, 1, 1]]
     simplex, wedge = [[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], [[0, 1, 0] * 2, [0, 0, 1] * 2, [-1] * 3 + [1] * 3]
-    rows = cube if square(kind) else wedge if wedged(kind) else simplex
+    rows = cube if is_tensor_product(kind) else wedge if is_wedge(kind) else simplex
     corners = np.array(rows, dtype=float).T[: known.corners, :d]
     return np.array([*corners, *(corners[list(ends)].mean(axis=0) for ends in known.between)])
 
 
-def square(kind: Cell) -> bool:
+def is_tensor_product(kind: Cell) -> bool:
     """Return whether a cell is a cube, or a facet a square (else a wedge, a tetrahedron or a triangle)."""
     return bool(_cell_data(kind).corners == 2 ** len(_cell_data(kind).monomials[0]))
 
 
-def wedged(kind: Cell) -> bool:
+def is_wedge(kind: Cell) -> bool:
     """Return whether a cell is a wedge."""
     return bool(_cell_data(kind).corners == 6)
 
@@ -77,19 +76,21 @@ def _monomials(xi: Floats, powers: Any) -> Floats:
 @cache
 def _coefficients(kind: Cell) -> Floats:
     """Return the matrix (a, a) from monomials to shape functions: N_a is one at its node and zero at the others."""
-    return np.asarray(np.linalg.inv(_monomials(node_positions(kind), np.array(_cell_data(kind).monomials))), dtype=np.float64)
+    return np.asarray(
+        np.linalg.inv(_monomials(node_positions(kind), np.array(_cell_data(kind).monomials))), dtype=np.float64
+    )
 
 
-def shape(kind: Cell, xi: Floats) -> Floats:
+def shape_functions(kind: Cell, xi: Floats) -> Floats:
     """Return the shape functions (..., a) at local points xi (..., d)."""
     found: Floats = _monomials(xi.reshape(-1, xi.shape[-1]), np.array(_cell_data(kind).monomials)) @ _coefficients(kind)
     return found.reshape(*xi.shape[:-1], found.shape[1])
 
 
-def slope(kind: Cell, xi: Floats) -> Floats:
+def shape_derivatives(kind: Cell, xi: Floats) -> Floats:
     """Return dN/dxi (..., a, d) at local points xi (..., d)."""
     if xi.ndim > 2:
-        flat = slope(kind, xi.reshape(-1, xi.shape[-1]))
+        flat = shape_derivatives(kind, xi.reshape(-1, xi.shape[-1]))
         return flat.reshape(*xi.shape[:-1], *flat.shape[1:])
     powers, columns = np.array(_cell_data(kind).monomials), []
     for axis in range(xi.shape[1]):
@@ -103,7 +104,7 @@ def slope(kind: Cell, xi: Floats) -> Floats:
 
 
 @cache
-def rule(kind: Cell) -> tuple[Floats, Floats]:
+def quadrature_rule(kind: Cell) -> tuple[Floats, Floats]:
     """Return local points (q, d) and weights (q,) that define the stiffness of a cell, or the load on a facet.
 
     Gauss rules for cubes and squares; Hammer, Marlowe and Stroud (1956) for ten-node tetrahedra, Strang and Fix (1973)
@@ -111,11 +112,11 @@ def rule(kind: Cell) -> tuple[Floats, Floats]:
     along.
     """
     d, many = len(_cell_data(kind).monomials[0]), len(_cell_data(kind).quadrature()[1])
-    if wedged(kind):
+    if is_wedge(kind):
         flat = node_positions(kind)[:3, :2]
         inner = flat.mean(axis=0, keepdims=True) if many == 2 else 1.0 / 6.0 + 0.5 * flat
         return extend_along_wedge((inner, np.full(len(inner), 0.5 / len(inner))), [-(3**-0.5), 3**-0.5])
-    if square(kind):
+    if is_tensor_product(kind):
         return _gauss(kind, round(many ** (1 / d)))
     if many == 4:
         a = (5.0 - np.sqrt(5.0)) / 20.0
@@ -139,9 +140,9 @@ def _gauss(kind: Cell, n: int) -> tuple[Floats, Floats]:
 @cache
 def _mass_rule(kind: str) -> tuple[Floats, Floats]:
     """Return points and weights for products of shape functions, of degree five for tetrahedra (Stroud 1971)."""
-    if square(kind):
-        return rule(kind)
-    if wedged(kind):
+    if is_tensor_product(kind):
+        return quadrature_rule(kind)
+    if is_wedge(kind):
         return extend_along_wedge(strang_rule(), [-np.sqrt(0.6), 0.0, np.sqrt(0.6)])
     (a, u), (b, v), (c, w) = (rule_by_moments(3, power) for power in (2, 1, 0))
     xi, weights = [], []
@@ -175,7 +176,7 @@ def kinematics(
     dNdX, det = gradients(points, cells, kind, rule[0])
     w, hoop = rule[1] * det, None
     if depth:
-        r = at_points(N := shape(kind, rule[0]), points[cells][:, :, 0])
+        r = interpolate(N := shape_functions(kind, rule[0]), points[cells][:, :, 0])
         w, hoop = w * (2.0 * np.pi * r / depth), N / r[..., None]
     if mean:
         V = w.sum(axis=1, keepdims=True)
@@ -184,7 +185,7 @@ def kinematics(
     return dNdX, w, hoop
 
 
-def at_points(N: Floats, nodal: Floats) -> Floats:
+def interpolate(N: Floats, nodal: Floats) -> Floats:
     """Return values (m, q) from nodal values (m, a), by shape functions of all cells (q, a), or of each (m, q, a)."""
     found: Floats = (N @ nodal[:, :, None])[:, :, 0]
     return found
@@ -196,7 +197,7 @@ def gradients(points: Floats, cells: Ints, kind: str, xi: Floats) -> tuple[Float
     Local points xi are the same in all cells (q, 3), or given for each (m, q, 3).
     """
     X = points[cells] - points[cells[:, :1]]  # far from the origin, positions have no digits to spare
-    dN = slope(kind, xi)
+    dN = shape_derivatives(kind, xi)
     cof, det = cofactor(X.swapaxes(1, 2)[:, None] @ dN)
     with np.errstate(divide="ignore", invalid="ignore"):
         return dN @ (cof / det[..., None, None]).swapaxes(2, 3), det
@@ -205,7 +206,7 @@ def gradients(points: Floats, cells: Ints, kind: str, xi: Floats) -> tuple[Float
 # ------------------------------------------------------------------ stress
 
 
-def polar(F: Floats) -> Floats:
+def polar_rotation(F: Floats) -> Floats:
     """Return the rotations nearest to F (n, 3, 3) by Newton's iteration R <- (R + R^-T)/2 (Higham 1986).
 
     If it does not apply (det F <= 0, or nearly flat), singular values are used, the smallest with the sign of det F.
@@ -224,9 +225,8 @@ def polar(F: Floats) -> Floats:
     return rotations
 
 
-def small_stress(mu: Any, lam: Any) -> Stress:
-    """Return Hooke's law of the displacement gradient: 2 mu eps + lam tr(eps) I; moduli are numbers, or one for each F.
-    """
+def small_strain_stress(mu: Any, lam: Any) -> Stress:
+    """Return Hooke's law of the displacement gradient: 2 mu eps + lam tr(eps) I; moduli are numbers, or one for each F."""
     m, l = (np.reshape(modulus, (-1, 1, 1)) for modulus in (mu, lam))
 
     def stress(F: Floats) -> Floats:
@@ -240,10 +240,10 @@ def small_stress(mu: Any, lam: Any) -> Stress:
 
 def corotational_stress(mu: Any, lam: Any) -> Stress:
     """Return Hooke's law in the polar rotation's frame: R (2 mu eps + lam tr(eps) I), eps = sym(R^T F) - I."""
-    hooke = small_stress(mu, lam)
+    hooke = small_strain_stress(mu, lam)
 
     def stress(F: Floats) -> Floats:
-        R = polar(F)
+        R = polar_rotation(F)
         P: Floats = R @ hooke(R.transpose(0, 2, 1) @ F)
         return P
 
@@ -282,13 +282,13 @@ class CheckedBody:
     rules: tuple[Floats, Floats] | None = None
 
     def _chunks(self, cells: Ints) -> Iterator[slice]:
-        size = max(1, CHUNK // len(rule(self.kind)[1] if self.rules is None else self.rules[1][0]))
+        size = max(1, CHUNK // len(quadrature_rule(self.kind)[1] if self.rules is None else self.rules[1][0]))
         return (slice(start, start + size) for start in range(0, len(cells), size))
 
     def _rule(self, at: slice, mean: bool = False) -> tuple[Floats, Floats]:
         """Return local points (q, 3) or (m, q, 3), and weights, of a term in some cells; means need no finer rule."""
         if self.rules is None or mean or len(node_positions(self.kind)) == 4:
-            return rule(self.kind)
+            return quadrature_rule(self.kind)
         return self.rules[0][at], self.rules[1][at]
 
     def forces(self, cells: Ints) -> tuple[Floats, float]:
@@ -317,13 +317,13 @@ class CheckedBody:
             U = (X + U) @ R - X
         F = U.swapaxes(1, 2)[:, None] @ dNdX + np.eye(3)
         if hoop is not None:
-            F[..., 2, 2] = 1.0 + at_points(hoop, self.u[cells][:, :, 0])
+            F[..., 2, 2] = 1.0 + interpolate(hoop, self.u[cells][:, :, 0])
         P, error = self._stress(cells, term, F.reshape(-1, 3, 3), at)
         P = P.reshape(F.shape)
         f = (dNdX @ (w[..., None, None] * P).swapaxes(2, 3)).sum(axis=1)
         if hoop is not None:  # a ring pulls its nodes to the axis, and nothing along z
             f[:, :, 2] = 0.0
-            f[:, :, 0] += at_points(hoop.swapaxes(-1, -2), w * P[..., 2, 2])
+            f[:, :, 0] += interpolate(hoop.swapaxes(-1, -2), w * P[..., 2, 2])
         unsure = EPS * self.stiff * np.maximum(1.0, np.abs(F).max(axis=(2, 3)))
         unsure = unsure + np.broadcast_to(error, len(P.reshape(-1, 3, 3))).reshape(unsure.shape)
         size = np.einsum("mq,mqa->ma", np.abs(w) * unsure, np.linalg.norm(dNdX, axis=3))
@@ -331,11 +331,11 @@ class CheckedBody:
 
     def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
         """Return P at the points of cells at positions `at` in the body (n, 3, 3), Pa, and the error of its entries."""
-        return with_error(term.stress, F)
+        return stress_with_error(term.stress, F)
 
     def _rotation(self, cells: Ints, U: Floats) -> Floats:
-        G = kinematics(self.points, cells, self.kind, rule(self.kind), mean=True)[0][:, 0]
-        return polar(U.swapaxes(1, 2) @ G + np.eye(3))
+        G = kinematics(self.points, cells, self.kind, quadrature_rule(self.kind), mean=True)[0][:, 0]
+        return polar_rotation(U.swapaxes(1, 2) @ G + np.eye(3))
 
     def volumes(self) -> tuple[Floats, Floats]:
         """Return the least det F of each cell at its integration points and nodes (m,), and its largest strain (m,).
@@ -343,8 +343,8 @@ class CheckedBody:
         Strain is Green-Lagrange, which is independent of rotation. A ring beyond its axis is inverted, though det F > 0
         if a cell is also reflected within its plane.
         """
-        xi = np.concatenate([rule(self.kind)[0], node_positions(self.kind)])
-        if len(node_positions(self.kind)) == 4:  # the same everywhere
+        xi = np.concatenate([quadrature_rule(self.kind)[0], node_positions(self.kind)])
+        if len(node_positions(self.kind)) == 4:  # uniform
             xi = xi[:1]
         least, most = [], []
         for at in self._chunks(self.cells):
@@ -352,8 +352,10 @@ class CheckedBody:
             dNdX, _ = gradients(self.points, some, self.kind, xi)
             F = (self.u[some] - self.u[some[:, :1]]).swapaxes(1, 2)[:, None] @ dNdX + np.eye(3)
             if self.depth:
-                hoop = kinematics(self.points, some, self.kind, rule(self.kind), self.depth)[2]
-                F[:, : hoop.shape[1], 2, 2] = 1.0 + at_points(hoop, self.u[some][:, :, 0])  # no node: none on the axis
+                hoop = kinematics(self.points, some, self.kind, quadrature_rule(self.kind), self.depth)[2]
+                F[:, : hoop.shape[1], 2, 2] = 1.0 + interpolate(
+                    hoop, self.u[some][:, :, 0]
+                )  # no node: none on the axis
             J = cofactor(F)[1].min(axis=1)
             if self.depth:  # cells that were drawn through the axis, as nodes tell
                 through = (self.points + self.u)[some, 0] < -THROUGH * self.points[:, 0].max()
@@ -385,7 +387,7 @@ def spring_forces(points: Floats, edges: Ints, k: Floats, u: Floats) -> tuple[Fl
 # ------------------------------------------------------------------ loads
 
 
-def weights_of(
+def nodal_masses(
     points: Floats, cells: Ints, kind: str, density: Any, how: str, nodes: int, depth: float = 0.0, rules: Any = None
 ) -> Floats:
     """Return the mass at each node (nodes,), kg: `consistent`, `lumped` or `uniform`.
@@ -394,24 +396,24 @@ def weights_of(
     of each cell, None if all have those of their kind.
     """
     if how == "uniform":
-        whole = float(weights_of(points, cells, kind, density, "consistent", nodes, rules=rules).sum())
+        whole = float(nodal_masses(points, cells, kind, density, "consistent", nodes, rules=rules).sum())
         return np.full(nodes, whole / nodes)
     few = len(node_positions(kind)) == 4 and not callable(density)  # a quarter of a linear tetrahedron for each node
-    all_xi, all_w = rules or (rule(kind) if few else _mass_rule(kind))
+    all_xi, all_w = rules or (quadrature_rule(kind) if few else _mass_rule(kind))
     carried = np.zeros(nodes)
     size = max(1, CHUNK // all_xi.shape[-2])
     for start in range(0, len(cells), size):
         at = slice(start, start + size) if rules else slice(None)
         some, xi, w = cells[start : start + size], all_xi[at], all_w[at]
-        N = shape(kind, xi)
+        N = shape_functions(kind, xi)
         volumes = w * gradients(points, some, kind, xi)[1]  # (m, q)
         if depth:  # of whole rings
-            volumes = volumes * (2.0 * np.pi / depth * at_points(N, points[some][:, :, 0]))
+            volumes = volumes * (2.0 * np.pi / depth * interpolate(N, points[some][:, :, 0]))
         X = (N @ points[some]).reshape(-1, 3) if callable(density) else None
         volumes = volumes * (density if X is None else density(X).reshape(volumes.shape))  # masses from here on
-        share = at_points(N.swapaxes(-1, -2), volumes)
+        share = interpolate(N.swapaxes(-1, -2), volumes)
         if how == "lumped":  # Hinton, Rock and Zienkiewicz (1976)
-            square = at_points(N.swapaxes(-1, -2) ** 2, volumes)
+            square = interpolate(N.swapaxes(-1, -2) ** 2, volumes)
             share = square * (volumes.sum(axis=1) / square.sum(axis=1))[:, None]
         carried += np.bincount(some.ravel(), share.ravel(), minlength=nodes)
     return carried
@@ -424,13 +426,13 @@ def surface_forces(points: Floats, facets: Ints, push: Callable[[Floats], Floats
     a slice through a body of revolution about the y axis, and forces are those on whole rings.
     """
     kind = facets.shape[1]
-    xi, weights = rule(kind)
+    xi, weights = quadrature_rule(kind)
     x = points[facets] - points[facets[:, :1]]
-    t = np.einsum("fai,qaj->jfqi", x, slope(kind, xi))
+    t = np.einsum("fai,qaj->jfqi", x, shape_derivatives(kind, xi))
     on = push(np.cross(t[0], t[1]))
     if depth:
-        on = on * (2.0 * np.pi / depth * (points[facets][:, :, 0] @ shape(kind, xi).T))[:, :, None]
-    force = np.einsum("q,qa,fqi->fai", weights, shape(kind, xi), on)
+        on = on * (2.0 * np.pi / depth * (points[facets][:, :, 0] @ shape_functions(kind, xi).T))[:, :, None]
+    force = np.einsum("q,qa,fqi->fai", weights, shape_functions(kind, xi), on)
     found = np.zeros_like(points)
     for i in range(3):
         found[:, i] = np.bincount(facets.ravel(), force[:, :, i].ravel(), minlength=len(points))
@@ -445,10 +447,10 @@ def part_forces(
     """
     kind, found = facets.shape[1], np.zeros_like(points)
     x = points[facets] - points[facets[:, :1]]
-    t = x.swapaxes(1, 2) @ slope(kind, xi)  # (p, 3, 2)
+    t = x.swapaxes(1, 2) @ shape_derivatives(kind, xi)  # (p, 3, 2)
     if depth:
-        w = w * (2.0 * np.pi / depth * (points[facets][:, :, 0] * shape(kind, xi)).sum(axis=1))
-    force = w[:, None, None] * shape(kind, xi)[:, :, None] * push(np.cross(t[..., 0], t[..., 1]))[:, None]
+        w = w * (2.0 * np.pi / depth * (points[facets][:, :, 0] * shape_functions(kind, xi)).sum(axis=1))
+    force = w[:, None, None] * shape_functions(kind, xi)[:, :, None] * push(np.cross(t[..., 0], t[..., 1]))[:, None]
     for i in range(3):
         found[:, i] = np.bincount(facets.ravel(), force[:, :, i].ravel(), minlength=len(points))
     return found
@@ -469,7 +471,7 @@ class ForceBalance:
     nodes: int
 
 
-def balance(
+def force_balance(
     inside: Floats,
     outside: Floats,
     held: NDArray[np.bool_],
@@ -482,17 +484,17 @@ def balance(
     `chosen` are the nodes at which `inside` is complete, None for all; `lacking` is the residual of other equations, N.
     """
     some = np.arange(len(inside)) if chosen is None else chosen
-    left, grown = (inside - outside)[some], np.sqrt(len(inside) / len(some))  # what is left, as of all nodes
+    left, grown = (inside - outside)[some], np.sqrt(len(inside) / len(some))  # residual scaled to all nodes
     free = float(np.hypot(np.linalg.norm(left[~held[some]]) * grown, lacking))
     reactions = float(np.linalg.norm(left[held[some]])) * grown
     scale = max(float(np.linalg.norm(outside)), reactions)
     noise *= grown
-    if scale <= 10.0 * noise:  # nothing acts: what is left is compared with what rounding leaves
+    if scale <= 10.0 * noise:  # no loads: the residual is compared with rounding
         return ForceBalance(free / noise * EPS if noise else free, 100.0 * EPS, len(some))
     return ForceBalance(free / scale, noise / scale, len(some))
 
 
-def sample(nodes: int, cells: Ints, points: int) -> tuple[Ints | None, Ints]:
+def sample_nodes(nodes: int, cells: Ints, points: int) -> tuple[Ints | None, Ints]:
     """Return nodes to evaluate and their cells: all, or for a large mesh a random but reproducible part."""
     if len(cells) * points <= MANY:
         return None, cells
@@ -502,6 +504,6 @@ def sample(nodes: int, cells: Ints, points: int) -> tuple[Ints | None, Ints]:
     return chosen, cells[mask[cells].any(axis=1)]
 
 
-def finite(values: Sequence[Floats] | Floats) -> bool:
+def is_finite(values: Sequence[Floats] | Floats) -> bool:
     """Return whether every number is finite."""
     return all(bool(np.all(np.isfinite(v))) for v in values)

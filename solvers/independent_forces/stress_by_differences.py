@@ -23,9 +23,9 @@ Scalar = Callable[[Floats], Floats]  # F (n, 3, 3) -> (n,): an energy density, P
 
 EPS = float(np.finfo(np.float64).eps)
 STEP = 1e-3  # of the least stretch: rounding of 2e-13 of the energy, and h^6 / 140 of its seventh derivative
-LEAST = 1e-2  # of one: a cell that is flatter is differentiated as if it were this thick
+LEAST = 1e-2  # least stretch for the step: flatter cells use this value
 SMALLER, TIMES = 8.0, 6  # by which factor a step is divided, and how often: laws of fibres bend at strains of 1e-4
-FINE = 1e-12  # of the stress: what a smaller step is not worth
+FINE = 1e-12  # relative to the stress: error below which no smaller step is tried
 ORDERS = {2: (0.5, 0.0, 0.0), 4: (2 / 3, -1 / 12, 0.0), 6: (3 / 4, -3 / 20, 1 / 60)}  # Fornberg (1988), table 1
 ALL = tuple(product(range(3), range(3)))
 
@@ -103,14 +103,14 @@ def least_stretch(F: Floats) -> Floats:
     return found
 
 
-def with_error(stress: Stress, F: Floats) -> tuple[Floats, Any]:
+def stress_with_error(stress: Stress, F: Floats) -> tuple[Floats, Any]:
     """Return P of F (n, 3, 3), Pa, and the error of its entries, Pa: (n,) for differences, 0 for a formula."""
     own = getattr(stress, "with_error", None)
     return (stress(F), 0.0) if own is None else own(F)
 
 
 @dataclass(frozen=True)
-class FreeFaces:
+class PlaneStressLaw:
     """Plane stress of a solid's law: the stretch along z solves P33 = 0.
 
     It is found by bisection, after a search from 1 outward for a sign change of P33.
@@ -138,7 +138,7 @@ class FreeFaces:
             low, high = np.where(up, middle, low), np.where(up, high, middle)
         G = F.copy()
         G[:, 2, 2] = 0.5 * (low + high)
-        P, error = with_error(self.solid, G)
+        P, error = stress_with_error(self.solid, G)
         P[:, 2, 2] = 0.0
         return P, error
 

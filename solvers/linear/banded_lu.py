@@ -11,7 +11,7 @@ from scipy import sparse
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Singular, factor
-from softmark.solvers.runtime.scipy_submodules import lone
+from softmark.solvers.runtime.scipy_submodules import import_submodule
 from softmark.solvers.sparse.banded_cholesky import WIDEST
 
 
@@ -30,7 +30,7 @@ class ChainSolver:
 
     def __init__(self) -> None:
         self._layout: _Layout | None = None
-        self._solve = lone("scipy.linalg._flapack").dgbsv
+        self._solve = import_submodule("scipy.linalg._flapack").dgbsv
 
     def solve(self, K: sparse.csr_matrix, b: Floats, tolerance: float) -> Floats:
         """x with K x = b to rounding. Raises Singular."""

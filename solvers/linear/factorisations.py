@@ -323,7 +323,7 @@ def _symmetric(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Fact
 
 def _fits(needed: float) -> bool:
     """Whether a factor of so many bytes may be made: asking how many are left takes as long as a small one."""
-    return needed <= LITTLE or needed <= SHARE * memory.available()
+    return needed <= LITTLE or needed <= SHARE * memory.available_memory()
 
 
 def _needed(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor:
@@ -361,7 +361,7 @@ def _must_fit(needed: float, modes: Modes) -> None:
         why = "with pyamg it could be solved by iterations: install softmark[fast]"
     else:
         why = "use a coarser mesh" if _made(modes) is None else "choose multigrid, or a coarser mesh"
-    raise TooLarge(needed, memory.available(), why)
+    raise TooLarge(needed, memory.available_memory(), why)
 
 
 def _accurate(cholesky: Cholesky, K: sparse.csr_matrix) -> bool:
@@ -468,7 +468,7 @@ def _inverse_norm(solve: Callable[[Floats], Floats], n: int) -> float:
 @contextmanager
 def warming(entries: int) -> Iterator[None]:
     """The same as `warm`, done beside what is compiled within where another process can help."""
-    with parallel_compilation.beside(BESIDE.format(entries)) if entries >= LARGE else nullcontext():
+    with parallel_compilation.helper_process(BESIDE.format(entries)) if entries >= LARGE else nullcontext():
         yield
     warm(entries)
 

@@ -1,10 +1,10 @@
-"""Materials, and the laws of elasticity made from them.
+"""Materials, and the constitutive laws made from them.
 
-A material is what a scene names: constants with units. A law is psi, P and dPdF over a batch of deformation
-gradients (constitutive_law.py); `law_for` makes one from a material and the strain that a model measures. To add a
-material: one file with a dataclass on `Isotropic` (hyperelastic.py says how its law is written), or with constants
-of its own on `OfBarInvariants` or `OfStretches` (isochoric_split.py), and one line in MATERIALS. Its constants may be
-arrays, one for each of the points that its law is asked at: no `if` on them.
+A material is a word of a scene: constants with units. A law is psi, P and dPdF over a batch of deformation
+gradients (constitutive_law.py); `law_for` makes one from a material and the strain measure of a model. To add a
+material: one file with a dataclass derived from `Isotropic` (hyperelastic.py describes its law), or, with its own
+constants, from `IsochoricInvariantMaterial` or `PrincipalStretchMaterial` (isochoric_split.py), and one line in
+MATERIALS. Constants may be arrays, one value per evaluation point, so do not branch on them with `if`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from softmark.solvers.materials.arruda_boyce import ArrudaBoyce
 from softmark.solvers.materials.biphasic import Biphasic
 from softmark.solvers.materials.constitutive_law import Law, project
 from softmark.solvers.materials.corotational import Corotational
-from softmark.solvers.materials.damping_tangent import Drag
+from softmark.solvers.materials.damping_tangent import DampingTangent
 from softmark.solvers.materials.fung import Fung
 from softmark.solvers.materials.fung_orthotropic import FungOrthotropic
 from softmark.solvers.materials.gent import Gent
@@ -38,7 +38,7 @@ from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
 from softmark.solvers.materials.transversely_isotropic import TransverselyIsotropic
 from softmark.solvers.materials.veronda_westmann import VerondaWestmann
 from softmark.solvers.materials.viscoelastic import Viscous
-from softmark.solvers.materials.volumetric_constraints import Dilatation, Mixed, Stretching
+from softmark.solvers.materials.volumetric_constraints import CorotationalDilatation, Dilatation, MixedSplit
 from softmark.solvers.materials.yeoh import Yeoh
 
 if TYPE_CHECKING:
@@ -111,10 +111,11 @@ STRAINS: dict[str, Callable[[Isotropic], Law]] = {
 
 
 def law_for(material: Isotropic, strain: str) -> Law:
-    """The law of `material` for a model that measures `strain`, a key of STRAINS.
+    """Return the law of `material` for a model with strain measure `strain`, a key of STRAINS.
 
-    `small` and `corotational` use the moduli at rest of any material; `finite` is the material's own law. Of a plate
-    it is that in plane stress. Raises NoFiniteLaw, and KeyError for a strain that is not in STRAINS.
+    `small` and `corotational` use the moduli at rest of any material; `finite` is the material's own law. For a plate
+    it
+    is the law in plane stress. Raises NoFiniteLaw, and KeyError for a strain that is not in STRAINS.
     """
     law = STRAINS[strain](material)
     if material.thin:
@@ -126,19 +127,20 @@ def law_for(material: Isotropic, strain: str) -> Law:
 
 
 def _at_points(material: Isotropic, law: Any) -> Any:
-    """A law or a drag of a material, by the constants of each point where they vary."""
+    """Return a law or damping tangent with constants per point, if the material's constants vary."""
     if not material.sampled:
         return law
-    from softmark.solvers.materials.heterogeneous import Varying, arrays
+    from softmark.solvers.materials.heterogeneous import HeterogeneousLaw, iterate_arrays
 
-    known = next(arrays(law), None)  # of directions the moduli at rest know nothing
-    return law if known is None else Varying(law)
+    known = next(iterate_arrays(law), None)  # of directions the moduli at rest know nothing
+    return law if known is None else HeterogeneousLaw(law)
 
 
 def parts_for(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
-    """Two laws that add up to `law_for`: of the shear modulus mu, and of the modulus that holds the volume.
+    """Return two laws whose sum is `law_for`: the shear part, of modulus mu, and the volume part.
 
-    That modulus is lam, or the bulk modulus in a law that is written with it. None where the law does not come apart.
+    The modulus of the volume part is lam, or the bulk modulus if the law is written with it. None if the law cannot be
+    split.
     """
     if material.thin:
         return None
@@ -155,29 +157,29 @@ def _parts(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
     return material.finite_parts()
 
 
-def mixed_for(material: Isotropic, strain: str) -> Mixed | None:
-    """`law_for` taken apart into a law of shape and a constraint on the volume, for elements with pressures.
+def mixed_for(material: Isotropic, strain: str) -> MixedSplit | None:
+    """Return `law_for` split into a shape law and a volume constraint, for elements with pressures.
 
-    Right for every Poisson's ratio, 0.5 included. None where the law does not come apart.
+    Valid for every Poisson's ratio, 0.5 included. None if the law cannot be split.
     """
     if material.thin:
         return None
     mu, K = material.shear_modulus, material.bulk_modulus
     if strain == "small":
-        return Mixed(_at_points(material, SmallStrain(mu, -2.0 / 3.0 * mu)), Dilatation(), K)
+        return MixedSplit(_at_points(material, SmallStrain(mu, -2.0 / 3.0 * mu)), Dilatation(), K)
     if strain == "corotational":
-        return Mixed(_at_points(material, Corotational(mu, -2.0 / 3.0 * mu)), Stretching(), K)
+        return MixedSplit(_at_points(material, Corotational(mu, -2.0 / 3.0 * mu)), CorotationalDilatation(), K)
     parts = material.finite_mixed()
     if parts is None:
         return None
     shape, constraint = parts
-    return Mixed(_at_points(material, shape), constraint, material.pressure_modulus)
+    return MixedSplit(_at_points(material, shape), constraint, material.pressure_modulus)
 
 
-def drags_for(material: Isotropic, strain: str) -> tuple[Drag, Drag] | None:
-    """What damping takes of `law_for` as a whole, and of the second of `parts_for` alone.
+def drags_for(material: Isotropic, strain: str) -> tuple[DampingTangent, DampingTangent] | None:
+    """Return the damping tangents of `law_for` as a whole, and of the second of `parts_for` only.
 
-    None where strains are small, which have no stress in their tangent, and where the law does not come apart.
+    None for small strains, whose tangent contains no stress, and if the law cannot be split.
     """
     laws: Any = None if material.thin else _parts(material, strain)
     if strain == "small" or laws is None:
@@ -186,12 +188,12 @@ def drags_for(material: Isotropic, strain: str) -> tuple[Drag, Drag] | None:
     if mixed is None:
         return None
     modulus = _volume_modulus(_at_points(material, laws[1]))
-    drags = Drag(laws[0], mixed.constraint, modulus), Drag(None, mixed.constraint, modulus)
+    drags = DampingTangent(laws[0], mixed.constraint, modulus), DampingTangent(None, mixed.constraint, modulus)
     return _at_points(material, drags[0]), _at_points(material, drags[1])
 
 
 def _volume_modulus(law: Any) -> Any:
-    """M of a law of the volume, Pa: dg/dF is the identity at rest, of every g; at every point where it varies."""
+    """Return M of a volume law, Pa, per point if it varies; dg/dF is the identity at rest for every g."""
     if hasattr(law, "at_rest"):
         return law.at_rest(lambda A: A[:, 0, 0, 0, 0])
     return float(law.dPdF(np.eye(3)[None])[0, 0, 0, 0, 0])

@@ -1,11 +1,11 @@
-"""Muscle that grows shorter: any law, around a state of rest in which its fibres are shorter."""
+"""Active strain: muscle whose fibres have a shorter rest length, in any law."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any
 
 from softmark.records import dataclass
-from softmark.solvers.materials.active_wrapper import Muscle
+from softmark.solvers.materials.active_wrapper import ActiveMaterial
 from softmark.solvers.materials.anisotropic_material import FIBRES
 from softmark.solvers.materials.tensor_components import product
 
@@ -18,7 +18,7 @@ else:
 
 
 @dataclass(frozen=True)
-class ActiveStrain(Muscle):
+class ActiveStrain(ActiveMaterial):
     """Muscle whose fibres would be shorter, were nothing in their way: active strain, in whatever law it has.
 
     psi = psi of the law at F Fa^-1, f the fibres before deformation, and
@@ -53,10 +53,10 @@ class ActiveStrain(Muscle):
     def _dPdF(self, f: Array, H: Array) -> None:
         A = self._back(f)
         self.within._dPdF(product(f, A), H)
-        _carried_back(H, A)
+        _transform_tangent(H, A)
 
     def _back(self, f: Array) -> Array:
-        """Fa^-1 (3, 3, m or 1), of the precision of f (3, 3, m): symmetric, of determinant one."""
+        """Return Fa^-1 (3, 3, m or 1) in the precision of f (3, 3, m): symmetric, of determinant one."""
         d, left = self.frame.axes(f.dtype)[0], 1.0 - np.asarray(self.shortening, dtype=f.dtype)
         across, along = np.sqrt(left), 1.0 / left
         A: Array = (along - across) * (d[:, None] * d[None])
@@ -65,8 +65,8 @@ class ActiveStrain(Muscle):
         return A
 
 
-def _carried_back(H: Array, A: Array) -> None:
-    """H_iJkL <- H_iMkN A_MJ A_NL, on and above the diagonal; A (3, 3, m or 1) symmetric."""
+def _transform_tangent(H: Array, A: Array) -> None:
+    """Transform a tangent by Fa^-1: H_iJkL <- H_iMkN A_MJ A_NL, on and above the diagonal; A (3, 3, m or 1) symmetric."""
     for r in range(9):
         H[r + 1 :, r] = H[r, r + 1 :]
     whole = np.empty_like(H)

@@ -1,4 +1,4 @@
-"""Muscle that pulls: any law, and a tension along its fibres."""
+"""Active stress: muscle with a tension along its fibres, in any law."""
 
 from __future__ import annotations
 
@@ -6,9 +6,15 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 from softmark.records import dataclass
-from softmark.solvers.materials.active_wrapper import Muscle
-from softmark.solvers.materials.anisotropic_material import FIBRES, Anisotropic, along, constant_at, lengthened
-from softmark.solvers.materials.tensor_components import add_turned, displacement_gradient
+from softmark.solvers.materials.active_wrapper import ActiveMaterial
+from softmark.solvers.materials.anisotropic_material import (
+    FIBRES,
+    Anisotropic,
+    constant_at,
+    squared_stretch_change,
+    transform_direction,
+)
+from softmark.solvers.materials.tensor_components import add_geometric_stiffness, displacement_gradient
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,8 +25,8 @@ else:
 
 
 @dataclass(frozen=True)
-class Tension(Anisotropic):
-    """The part of the stress of muscle that pulls: T f (x) f, second Piola-Kirchhoff, whatever the deformation.
+class ActiveTension(Anisotropic):
+    """Active part of the stress of muscle: second Piola-Kirchhoff stress T f (x) f, independent of the deformation.
 
     psi = T/2 (|F f|^2 - 1)
     """
@@ -33,27 +39,29 @@ class Tension(Anisotropic):
 
     @property
     def turning(self) -> bool:
-        """Whether its directions or its tension are made of places."""
+        """True if the directions or the tension are functions of position."""
         return super().turning or hasattr(self.tension, "values")
 
     @property
     def sampled(self) -> bool:
-        """Whether its directions or its tension are arrays, those of every point of integration."""
+        """True if the directions or the tension are arrays, one value per integration point."""
         return super().sampled or hasattr(self.tension, "shape")
 
     def placed(self, X: Array, read: Any = None) -> Any:
-        """The same with its directions and its tension at points X (m, q, 3), m. Raises NoDirection."""
+        """Return the law with directions and tension evaluated at points X (m, q, 3), m. Raises NoDirection."""
         made = super().placed(X, read)
         if not hasattr(self.tension, "values"):
             return made
         return replace(made, tension=constant_at(self.tension, X, read))
 
     def _shape_psi(self, f: Array, axes: Array) -> Array:
-        psi: Array = 0.5 * self.tension * lengthened(along(displacement_gradient(f), axes[0]), axes[0])
+        psi: Array = (
+            0.5 * self.tension * squared_stretch_change(transform_direction(displacement_gradient(f), axes[0]), axes[0])
+        )
         return psi
 
     def _shape_P(self, f: Array, axes: Array) -> Array:
-        P: Array = (self.tension * along(f, axes[0]))[:, None] * axes[0][None]
+        P: Array = (self.tension * transform_direction(f, axes[0]))[:, None] * axes[0][None]
         return P
 
     def _set_shape(self, f: Array, axes: Array, H: Array) -> None:
@@ -61,17 +69,17 @@ class Tension(Anisotropic):
         self.add_stiffness(H, axes)
 
     def add_stiffness(self, H: Array, axes: Array) -> None:
-        """H (9, 9, m) += delta_ik T f_J f_L, on and above the diagonal."""
-        add_turned(H, self.tension * (axes[0][:, None] * axes[0][None]))
+        """Add H (9, 9, m) += delta_ik T f_J f_L, on and above the diagonal."""
+        add_geometric_stiffness(H, self.tension * (axes[0][:, None] * axes[0][None]))
 
     @property
     def shear_modulus(self) -> float:
-        """That of its stress, Pa."""
+        """Shear modulus due to its stress, Pa."""
         return float(np.abs(self.tension).max())
 
 
 @dataclass(frozen=True)
-class Active(Muscle):
+class Active(ActiveMaterial):
     """Muscle that pulls along its fibres with a tension, in whatever law it has at rest.
 
     S = S of the law + T f (x) f, the second Piola-Kirchhoff stress; f are the fibres before deformation
@@ -93,9 +101,9 @@ class Active(Muscle):
     pulls = True  # beside its law: what it does comes with the loads
 
     @property
-    def pull(self) -> Tension:
-        """The law of the tension alone."""
-        return Tension(self.tension, self.fibres)
+    def pull(self) -> ActiveTension:
+        """Law of the active tension without the passive part."""
+        return ActiveTension(self.tension, self.fibres)
 
     # ------------------------------------------------------------------ the sum of both
 

@@ -1,19 +1,19 @@
-"""What a law that is made around another has of that: muscle that pulls, and muscle that grows shorter."""
+"""Base class of active materials, which wrap a passive law: active stress and active strain."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
 
-from softmark.solvers.materials.anisotropic_material import Anisotropic, constant_at, directions_at, of_places
-from softmark.solvers.materials.material_axes import Frame
+from softmark.solvers.materials.anisotropic_material import Anisotropic, constant_at, depends_on_position, directions_at
+from softmark.solvers.materials.material_axes import MaterialFrame
 
 if TYPE_CHECKING:
     from softmark.solvers.materials.constitutive_law import Array
 
 
-class Muscle(Anisotropic):
-    """A `law` that does something along fibres, those of it or its `own`: as much as its field `does` says."""
+class ActiveMaterial(Anisotropic):
+    """A passive `law` that is activated along its fibres, or along its `own`; the field named `does` is the activation."""
 
     law: Any
     own: Any
@@ -22,27 +22,27 @@ class Muscle(Anisotropic):
 
     @property
     def fibres(self) -> Any:
-        """Along which it acts; None where there are none."""
+        """Direction of activation; None if there are no fibres."""
         return getattr(self.law, "fibres", None) if self.own is None else self.own
 
     @property
     def passive(self) -> Any:
-        """What it is when it does nothing."""
+        """The material without activation."""
         return self.law
 
     @property
     def within(self) -> Any:
-        """The law of finite strain that its material has, or its law where that is known."""
+        """Finite-strain law of the wrapped material, or its law if that is already known."""
         made = getattr(self.law, "finite_law", None)
         return self.law if made is None else made()
 
     @property
     def much(self) -> Any:
-        """As much as it does: a number, or one that is made of places, or an array."""
+        """Activation: a number, a function of position, or an array."""
         return getattr(self, self.does)
 
     def part(self, share: float) -> Any:
-        """The same doing a part of it."""
+        """Return the material at a fraction of its activation."""
         return self._with(**{self.does: self.much * share})
 
     def _shape_psi(self, f: Array, axes: Array) -> Array:
@@ -54,7 +54,7 @@ class Muscle(Anisotropic):
         raise TypeError("a law around another is taken apart by that")
 
     def finite_mixed(self) -> Any:
-        """As the law within, with what muscle does in the part of shape."""
+        """Return the mixed split of the wrapped law, with the activation in the shape part."""
         parts = self.law.finite_mixed()
         return None if parts is None else (self._with(law=parts[0]), parts[1])
 
@@ -62,55 +62,57 @@ class Muscle(Anisotropic):
 
     @property
     def polyconvex(self) -> bool:
-        """Whether the law's energy is: T/2 |F f|^2 is convex, and F Fa^-1 linear in F."""
+        """True if the wrapped energy is polyconvex: T/2 |F f|^2 is convex, and F Fa^-1 is linear in F."""
         return bool(getattr(self.within, "polyconvex", False))
 
     @property
-    def frame(self) -> Frame:
-        """Its directions. Raises TypeError where they are made of places, and none are known."""
+    def frame(self) -> MaterialFrame:
+        """Fibre directions. Raises TypeError if they are functions of position that were not evaluated."""
         if self.own is None:
-            found: Frame = self.law.frame
+            found: MaterialFrame = self.law.frame
             return found
-        if of_places(self.own):
+        if depends_on_position(self.own):
             raise TypeError("directions that vary in space, without places")
-        return self.own if isinstance(self.own, Frame) else Frame.of(self.own)
+        return self.own if isinstance(self.own, MaterialFrame) else MaterialFrame.of(self.own)
 
     @property
     def density(self) -> Any:  # type: ignore[override]
-        """Mass per volume at rest, kg/m^3."""
+        """Mass per undeformed volume, kg/m^3."""
         return self.law.density
 
     @property
     def bulk(self) -> float | None:  # type: ignore[override]
-        """That of the law; None where its volume cannot change."""
+        """Bulk modulus of the wrapped law; None if incompressible."""
         return None if self.law.incompressible else self.law.bulk_modulus
 
     @property
     def uniform(self) -> bool:
-        """Whether its directions and constants are the same everywhere."""
+        """True if directions and constants are the same everywhere."""
         return bool(self.law.uniform) and not self._places
 
     @property
     def turning(self) -> bool:
-        """Whether its directions are made of places."""
+        """True if the directions are functions of position."""
         return getattr(self.law, "turning", False) or self._places
 
     @property
     def _places(self) -> bool:
-        """Whether what is its own is made of places."""
-        return of_places(self.own) or hasattr(self.much, "values")
+        """True if its own fields are functions of position."""
+        return depends_on_position(self.own) or hasattr(self.much, "values")
 
     @property
     def sampled(self) -> bool:
-        """Whether constants or directions are arrays, of every point of integration."""
+        """True if constants or directions are arrays, one value per integration point."""
         own = getattr(self.own, "sampled", False) or hasattr(self.much, "shape")
         return bool(self.law.sampled) or bool(own)
 
     def placed(self, X: Array, read: Any = None) -> Any:
-        """The same with its directions at points X (m, q, 3), m; `read` reads fields. Raises NoDirection."""
+        """Return the material with directions evaluated at points X (m, q, 3), m; `read` reads fields. Raises
+        NoDirection.
+        """
         law = self.law.placed(X, read) if hasattr(self.law, "placed") else self.law
         new: dict[str, Any] = {"law": law}
-        if of_places(self.own):
+        if depends_on_position(self.own):
             new["own"] = directions_at(self.own, None, X, read)
         if hasattr(self.much, "values"):
             new[self.does] = constant_at(self.much, X, read)
@@ -118,15 +120,15 @@ class Muscle(Anisotropic):
 
     @property
     def shear_modulus(self) -> float:
-        """That of the law within, Pa."""
+        """Shear modulus of the wrapped law, Pa."""
         return float(self.law.shear_modulus)
 
     @property
     def local_bulk(self) -> float:
-        """What of K stays at every point of a cell where a pressure takes the rest, Pa."""
+        """Part of K that stays in the point-wise law if a cell pressure carries the rest, Pa."""
         return math.inf if self.bulk is None else self.bulk - self.pressure_modulus
 
     @property
     def pressure_modulus(self) -> float:
-        """M of `finite_mixed`, Pa; infinite where its volume cannot change."""
+        """Modulus M of `finite_mixed`, Pa; infinite if incompressible."""
         return float(self.law.pressure_modulus)

@@ -1,8 +1,8 @@
-"""Materials that know directions: what every one of them has, whatever its law is.
+"""Base class of anisotropic materials: everything that does not depend on the particular law.
 
-To add one: a dataclass on `Anisotropic` with `fibres`, `density` and `bulk` beside its constants, `shear_modulus`, and
-the part of its law that is beside K/2 (J - 1)^2: `_shape_psi`, `_shape_P` and `_add_shape` (guccione.py); where that is
-made of invariants of fibres, a dataclass on `Reinforced` (fiber_reinforced.py).
+To add one: a dataclass derived from `Anisotropic` with `fibres`, `density` and `bulk` among its constants,
+`shear_modulus`, and its law without K/2 (J - 1)^2: `_shape_psi`, `_shape_P` and `_set_shape` (guccione.py). A law of
+fibre invariants derives from `FiberReinforced` (fiber_reinforced.py).
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from abc import abstractmethod
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
-from softmark.solvers.materials.batching import Blockwise
+from softmark.solvers.materials.batching import BatchedLaw
 from softmark.solvers.materials.constitutive_law import project
-from softmark.solvers.materials.material_axes import Frame
+from softmark.solvers.materials.material_axes import MaterialFrame
 from softmark.solvers.materials.tensor_components import (
     add_cross,
     add_outer,
@@ -39,10 +39,10 @@ Sheets = Annotated[Any, "fibres", "the direction of the sheets, of which what li
 Bulk = Annotated[float | None, "Pa in (0, inf)", BULK]
 
 
-class Anisotropic(Blockwise):
-    """A solid with directions: psi = shape(F, f, s) + K/2 (J - 1)^2, J = det F > 0.
+class Anisotropic(BatchedLaw):
+    """Anisotropic solid: psi = shape(F, f, s) + K/2 (J - 1)^2, J = det F > 0.
 
-    `fibres` and `sheets` are directions, rules that make them of places, or a `Frame` of points.
+    `fibres` and `sheets` are directions, functions of position that return directions, or a `MaterialFrame` of points.
     """
 
     fibres: Any
@@ -60,15 +60,15 @@ class Anisotropic(Blockwise):
 
     @abstractmethod
     def _shape_psi(self, f: Array, axes: Array) -> Array:
-        """Energy density (m,) beside that of the volume, of f (3, 3, m) and of directions (3, 3, m or 1)."""
+        """Return the energy density (m,) without the volume part, for f (3, 3, m) and directions (3, 3, m or 1)."""
 
     @abstractmethod
     def _shape_P(self, f: Array, axes: Array) -> Array:
-        """Its stress (3, 3, m)."""
+        """Return the stress (3, 3, m) of `_shape_psi`."""
 
     @abstractmethod
     def _set_shape(self, f: Array, axes: Array, H: Array) -> None:
-        """Writes its stiffness into H (9, 9, m), on and above the diagonal."""
+        """Write the stiffness of `_shape_psi` into H (9, 9, m), on and above the diagonal."""
 
     def _psi(self, f: Array) -> Array:
         j = volume_change(displacement_gradient(f))
@@ -89,23 +89,23 @@ class Anisotropic(Blockwise):
             add_cross(H, (self.bulk * j) * f)
 
     def dPdF_projected(self, F: Array) -> Array:
-        """The positive semi-definite 9x9 matrix nearest to dPdF, Pa (m, 3, 3, 3, 3)."""
+        """Return the positive semi-definite 9x9 matrix nearest to dPdF, Pa (m, 3, 3, 3, 3)."""
         return project(self.dPdF(F))
 
     def finite_law(self) -> Law | None:
-        """The law itself; of a solid whose volume cannot change, without the pressure that holds it."""
+        """Return the law itself; for an incompressible solid, the law without the pressure."""
         return self
 
     def finite_parts(self) -> tuple[Law, Law] | None:
-        """None: its stiffness to a change of volume is not all in one modulus."""
+        """Return None: the volume stiffness is not proportional to a single modulus."""
         return None
 
     def isochoric(self) -> Law | None:
-        """None: its shape is one of F as it is, and not of the part that keeps the volume."""
+        """Return None: the shape part depends on F itself, not on its isochoric part."""
         return None
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
-        """The law with `local_bulk` for K, and J - 1, which a pressure holds with the rest."""
+        """Return the law with `local_bulk` for K, and the constraint J - 1 for the pressure that carries the rest."""
         from softmark.solvers.materials.volumetric_constraints import VolumeRatio
 
         return self._with_bulk(self.local_bulk), VolumeRatio()
@@ -114,38 +114,40 @@ class Anisotropic(Blockwise):
         return self._with(bulk=bulk)
 
     def _with(self, **new: Any) -> Any:
-        """The same with other fields: every law is a dataclass."""
+        """Return a copy with other field values; every law is a dataclass."""
         own: Any = self
         return replace(own, **new)
 
     # ------------------------------------------------------------------ directions
 
     @property
-    def frame(self) -> Frame:
-        """Its directions. Raises TypeError where they are made of places, and none are known."""
-        if isinstance(self.fibres, Frame):
+    def frame(self) -> MaterialFrame:
+        """Material directions. Raises TypeError if they are functions of position that were not evaluated."""
+        if isinstance(self.fibres, MaterialFrame):
             return self.fibres
         if not self.uniform:
             raise TypeError("directions that vary in space, without places")
-        return Frame.of(self.fibres, self.sheets)
+        return MaterialFrame.of(self.fibres, self.sheets)
 
     @property
     def uniform(self) -> bool:
-        """Whether its directions and its density are the same everywhere."""
+        """True if directions and density are the same everywhere."""
         return isinstance(self.density, float | int) and not self.turning
 
     @property
     def turning(self) -> bool:
-        """Whether its directions are made of places."""
-        return any(map(of_places, (self.fibres, self.sheets)))
+        """True if the directions are functions of position."""
+        return any(map(depends_on_position, (self.fibres, self.sheets)))
 
     @property
     def sampled(self) -> bool:
-        """Whether its directions are arrays, those of every point of integration (heterogeneous.py)."""
-        return isinstance(self.fibres, Frame) and self.fibres.sampled
+        """True if the directions are arrays, one per integration point (heterogeneous.py)."""
+        return isinstance(self.fibres, MaterialFrame) and self.fibres.sampled
 
     def placed(self, X: Array, read: Any = None) -> Any:
-        """The same with its directions at points X (m, q, 3), m; `read` reads fields. Raises NoDirection."""
+        """Return the material with directions evaluated at points X (m, q, 3), m; `read` reads fields. Raises
+        NoDirection.
+        """
         if not self.turning:
             return self
         frame = directions_at(self.fibres, self.sheets, X, read)
@@ -160,31 +162,31 @@ class Anisotropic(Blockwise):
     @property
     @abstractmethod
     def shear_modulus(self) -> float:
-        """The mean over all directions of its resistance to shear at rest, Pa: Voigt's, with fibres that are taut."""
+        """Shear modulus at rest averaged over all directions (Voigt), with fibres in tension, Pa."""
 
     @property
     def incompressible(self) -> bool:
-        """Whether its volume cannot change at all."""
+        """True if the volume cannot change."""
         return self.bulk is None
 
     @property
     def bulk_modulus(self) -> float:
-        """K, Pa; infinite where its volume cannot change. What the law itself resists is left out."""
+        """Bulk modulus K, Pa; infinite if incompressible. The volume stiffness of the shape part is not included."""
         return math.inf if self.bulk is None else self.bulk
 
     @property
     def lame_lambda(self) -> float:
-        """lam of the isotropic solid that has these two moduli, Pa."""
+        """Lame constant lam of the isotropic solid with these two moduli, Pa."""
         return self.bulk_modulus - 2.0 / 3.0 * self.shear_modulus
 
     @property
     def young(self) -> float:
-        """Young's modulus of the isotropic solid that has these two moduli, Pa: for orders of magnitude alone."""
+        """Young's modulus of the isotropic solid with these two moduli, Pa; for orders of magnitude only."""
         return 2.0 * self.shear_modulus * (1.0 + self.poisson)
 
     @property
     def poisson(self) -> float:
-        """Its Poisson's ratio: by how much its elements lock."""
+        """Poisson's ratio of the isotropic solid with these two moduli: it indicates volumetric locking."""
         if self.bulk is None:
             return 0.5
         K, mu = self.bulk, self.shear_modulus
@@ -192,7 +194,7 @@ class Anisotropic(Blockwise):
 
     @property
     def local_bulk(self) -> float:
-        """What of K stays at every point of a cell where a pressure takes the rest, Pa.
+        """Part of K that stays in the point-wise law if a cell pressure carries the rest, Pa.
 
         A third of the shear modulus, for the reasons that `Isotropic.local_lambda` has, or half of a smaller K.
         """
@@ -201,7 +203,7 @@ class Anisotropic(Blockwise):
 
     @property
     def pressure_modulus(self) -> float:
-        """M of `finite_mixed`, Pa; infinite where its volume cannot change."""
+        """Modulus M of `finite_mixed`, Pa; infinite if incompressible."""
         return self.bulk_modulus - self.local_bulk
 
     @property
@@ -209,35 +211,35 @@ class Anisotropic(Blockwise):
         return 0.0 if self.bulk is None else self.bulk
 
 
-def missing_sheets(material: Any) -> bool:
-    """Whether its law tells directions across the fibres apart, and nothing says which they are."""
+def lacks_sheets(material: Any) -> bool:
+    """Return whether the law distinguishes directions across the fibres but no sheet directions are given."""
     rule = material.fibres
-    return bool(material.sheeted and material.sheets is None and not isinstance(rule, Frame) and
+    return bool(material.sheeted and material.sheets is None and not isinstance(rule, MaterialFrame) and
                 not getattr(rule, "with_sheets", False))  # fmt: skip
 
 
-def of_places(direction: Any) -> bool:
-    """Whether a direction is made of places: expressions, or a rule, and no `Frame` of points that are known."""
-    return hasattr(direction, "at") and not isinstance(direction, Frame)
+def depends_on_position(direction: Any) -> bool:
+    """Return whether a direction is a function of position (expressions or a rule), and not an evaluated `MaterialFrame`."""
+    return hasattr(direction, "at") and not isinstance(direction, MaterialFrame)
 
 
 def constant_at(profile: Any, X: Array, read: Any) -> Array:
-    """A constant that varies in space at points X (m, q, 3), m: (m, q)."""
+    """Return a spatially varying constant at points X (m, q, 3), m: (m, q)."""
     found: Array = profile.values(X.reshape(-1, 3), read).reshape(X.shape[:-1])
     return found
 
 
-def directions_at(fibres: Any, sheets: Any, X: Array, read: Any) -> Frame:
-    """Directions, and rules that make them of places, at points X (m, q, 3), m. Raises NoDirection."""
+def directions_at(fibres: Any, sheets: Any, X: Array, read: Any) -> MaterialFrame:
+    """Return directions, evaluated if they are functions of position, at points X (m, q, 3), m. Raises NoDirection."""
     flat = X.reshape(-1, 3)
-    f, s = _at(fibres, flat, read), _at(sheets, flat, read)
+    f, s = _direction_at(fibres, flat, read), _direction_at(sheets, flat, read)
     f, known = f if isinstance(f, tuple) else (f, None)
     s = s[0] if isinstance(s, tuple) else known if s is None else s
-    return Frame.at(f, s, X.shape[:-1])
+    return MaterialFrame.at(f, s, X.shape[:-1])
 
 
-def _at(direction: Any, X: Array, read: Any) -> Any:
-    """A direction at points (n, 3), m: (n, 3), or those of fibres and of sheets of a rule that knows both."""
+def _direction_at(direction: Any, X: Array, read: Any) -> Any:
+    """Return a direction at points (n, 3), m: (n, 3), or fibres and sheets from a rule that gives both."""
     if direction is None:
         return None
     if hasattr(direction, "at"):
@@ -245,19 +247,19 @@ def _at(direction: Any, X: Array, read: Any) -> Any:
     return np.broadcast_to(np.array(direction, dtype=float), X.shape)
 
 
-def along(f: Array, d: Array) -> Array:
-    """F d (3, m) of f (3, 3, m) and d (3, m or 1)."""
+def transform_direction(f: Array, d: Array) -> Array:
+    """Return F d (3, m) of f (3, 3, m) and d (3, m or 1)."""
     found: Array = f[:, 0] * d[0] + f[:, 1] * d[1] + f[:, 2] * d[2]
     return found
 
 
-def lengthened(moved: Array, d: Array) -> Array:
-    """|F d|^2 - 1 (m,), accurate near rest, of F d - d (3, m) and unit vectors d (3, m or 1)."""
+def squared_stretch_change(moved: Array, d: Array) -> Array:
+    """Return |F d|^2 - 1 (m,), accurate near rest, from F d - d (3, m) and unit vectors d (3, m or 1)."""
     found: Array = sum((2.0 * d[i] + moved[i]) * moved[i] for i in range(3))
     return found
 
 
 def dyad(a: Array, b: Array) -> Array:
-    """a (x) b (9, m) of a (3, m) and b (3, m or 1)."""
+    """Return a (x) b (9, m) of a (3, m) and b (3, m or 1)."""
     found: Array = (a[:, None] * b[None]).reshape(9, -1)
     return found

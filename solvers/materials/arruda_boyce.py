@@ -1,11 +1,11 @@
-"""The eight-chain solid of Arruda and Boyce."""
+"""Arruda-Boyce eight-chain material."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
-from softmark.solvers.materials.isochoric_invariants import Number, OfBarInvariants
+from softmark.solvers.materials.isochoric_invariants import IsochoricInvariantMaterial, Number
 
 if TYPE_CHECKING:
     from softmark.solvers.materials.constitutive_law import Array
@@ -14,7 +14,7 @@ SERIES = (1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 / 673750.0)
 
 
 @dataclass(frozen=True)
-class ArrudaBoyce(OfBarInvariants):
+class ArrudaBoyce(IsochoricInvariantMaterial):
     """Arruda and Boyce's rubber: a network of eight chains in a cube, the first five terms of its series.
 
     psi = m sum_n C_n / limit^(2n - 2) (I^n - 3^n) + K/2 g(J)^2, I = J^(-2/3) tr F^T F and C = 1/2, 1/20, 11/1050,
@@ -45,11 +45,11 @@ class ArrudaBoyce(OfBarInvariants):
         return self._derivative(2, i), None, None
 
     def _terms(self) -> list[tuple[int, float]]:
-        """n and m C_n / limit^(2n - 2), Pa."""
+        """Return n and m C_n / limit^(2n - 2), Pa."""
         return [(n, self.m * c / self.limit ** (2 * n - 2)) for n, c in enumerate(SERIES, 1)]
 
     def _derivative(self, order: int, i: Number) -> Number:
-        """dW/di, or its derivative, by Horner's rule."""
+        """Return dW/di, or its derivative, by Horner's rule."""
         total: Number = 0.0 * i
         for n, c in reversed(self._terms()):
             factor = n if order == 1 else n * (n - 1)

@@ -1,7 +1,6 @@
-"""What is asked of a law at many states, such as whether it is stable there: law by law, and a block at a time.
+"""Evaluation of stability criteria at many states, for each kind of law and in blocks.
 
-States come as deformation gradients F (m, 3, 3), and what is found is of each of them (m,), or None where it is not
-known.
+States are deformation gradients F (m, 3, 3), and the result has one entry per state (m,), or is None if unknown.
 """
 
 from __future__ import annotations
@@ -24,37 +23,39 @@ BLOCK = 4096  # points at a time
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
-    """What holds the volume beside a law: pressures (m,), Pa, on a constraint, and its modulus, infinite or of each."""
+class VolumePressure:
+    """Volume constraint besides a law: pressures (m,), Pa, on a constraint, and its modulus, infinite or one per state."""
 
     constraint: Constraint
     modulus: Any
     pressure: Array
 
-    def of(self, some: slice | NDArray[np.intp]) -> Held:
-        """The same of some of the states."""
+    def of(self, some: slice | NDArray[np.intp]) -> VolumePressure:
+        """Return the constraint at some of the states."""
         own = self.modulus[some] if np.ndim(self.modulus) else self.modulus
-        return Held(self.constraint, own, self.pressure[some])
+        return VolumePressure(self.constraint, own, self.pressure[some])
 
 
-def law_by_law(look: Callable[[Any, Array, Held | None], Bools | None], law: Any, F: Array,
-               held: Held | None) -> Bools | None:  # fmt: skip
-    """What `look` finds: of a plate with the law of its solid, of constants that vary with those of each block."""
+def evaluate_by_law(look: Callable[[Any, Array, VolumePressure | None], Bools | None], law: Any, F: Array,
+               held: VolumePressure | None) -> Bools | None:  # fmt: skip
+    """Evaluate `look`; for a plate with the law of its solid, for varying constants in blocks with their own constants."""
     if hasattr(law, "solid"):  # of a plate (plane_stress.py)
-        return law_by_law(look, law.solid, law.opened(F), None)
+        return evaluate_by_law(look, law.solid, law.opened(F), None)
     if not hasattr(law, "at_rest"):
         return look(law, F, held)
     found = np.zeros(len(F), dtype=np.bool_)
     for some, own in law._blocks(len(F)):  # of constants that vary (heterogeneous.py)
-        part = law_by_law(look, own, F[some], None if held is None else held.of(some))
+        part = evaluate_by_law(look, own, F[some], None if held is None else held.of(some))
         if part is None:
             return None
         found[some] = part
     return found
 
 
-def in_blocks(look: Callable[[Any, Array, Held | None], Bools], law: Any, F: Array, held: Held | None) -> Bools:
-    """What `look` finds of one law; numbers may end there."""
+def evaluate_in_blocks(
+    look: Callable[[Any, Array, VolumePressure | None], Bools], law: Any, F: Array, held: VolumePressure | None
+) -> Bools:
+    """Evaluate `look` for one law in blocks; floating-point errors are ignored."""
     found = np.zeros(len(F), dtype=np.bool_)
     with np.errstate(all="ignore"):
         for start in range(0, len(F), BLOCK):

@@ -1,7 +1,7 @@
-"""The base of the laws here: runs a law over blocks of the batch that stay in the processor's cache.
+"""Base class of the laws: evaluates a law over blocks of the batch that fit in the processor cache.
 
-A subclass writes `_psi`, `_P` and `_dPdF` on components f (3, 3, m) (see tensor_components.py) and never sees how
-the batch is cut or laid out. What it computes is of the precision of F.
+A subclass writes `_psi`, `_P` and `_dPdF` on components f (3, 3, m) (see tensor_components.py), independent of the
+batch layout. Results have the precision of F.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ else:
 BLOCK = 4096  # matrices; measured: shorter rows cost calls, longer ones leave the cache
 
 
-class Blockwise(ABC):
-    """psi, P, dPdF of a law written on components; outside its domain psi is +inf, P and dPdF are NaN."""
+class BatchedLaw(ABC):
+    """Base of laws written on components: psi, P, dPdF; outside the domain psi is +inf, P and dPdF are NaN."""
 
     @abstractmethod
     def _psi(self, f: Array) -> Array:
-        """Energy density (m,) of f (3, 3, m)."""
+        """Return the energy density (m,) of f (3, 3, m)."""
 
     @abstractmethod
     def _P(self, f: Array) -> Array:
-        """Stress (3, 3, m) of f (3, 3, m)."""
+        """Return the stress (3, 3, m) of f (3, 3, m)."""
 
     @abstractmethod
     def _dPdF(self, f: Array, H: Array) -> None:
-        """Writes dP_iJ/dF_kL into H (9, 9, m) at [3 i + J, 3 k + L], on and above the diagonal."""
+        """Write dP_iJ/dF_kL into H (9, 9, m) at [3 i + J, 3 k + L], on and above the diagonal."""
 
     def psi(self, F: Array) -> Array:
-        """Energy per volume at rest, J/m^3 (m,)."""
+        """Return the energy per undeformed volume, J/m^3 (m,)."""
         out = np.empty(len(F), dtype=precision(F))
         with np.errstate(all="ignore"):
             for block in _blocks(len(F)):
@@ -46,7 +46,7 @@ class Blockwise(ABC):
         return out
 
     def P(self, F: Array) -> Array:
-        """First Piola-Kirchhoff stress, Pa (m, 3, 3)."""
+        """Return the first Piola-Kirchhoff stress, Pa (m, 3, 3)."""
         out = np.empty(F.shape, dtype=precision(F))
         with np.errstate(all="ignore"):
             for block in _blocks(len(F)):
@@ -54,12 +54,14 @@ class Blockwise(ABC):
         return out
 
     def dPdF(self, F: Array) -> Array:
-        """dP_iJ/dF_kL at [i, J, k, L], Pa (m, 3, 3, 3, 3)."""
+        """Return dP_iJ/dF_kL at [i, J, k, L], Pa (m, 3, 3, 3, 3)."""
         return tensors(F, self._dPdF)
 
 
 def tensors(F: Array, write: Callable[[Array, Array], None]) -> Array:
-    """(m, 3, 3, 3, 3) from `write`, which fills the upper triangle H (9, 9, m) for components f (3, 3, m)."""
+    """Return tensors (m, 3, 3, 3, 3) from `write`, which fills the upper triangle H (9, 9, m) for components f (3, 3,
+    m).
+    """
     out = np.empty((len(F), 3, 3, 3, 3), dtype=precision(F))
     scratch = np.empty((9, 9, min(len(F), BLOCK)), dtype=precision(F))
     with np.errstate(all="ignore"):
@@ -71,5 +73,5 @@ def tensors(F: Array, write: Callable[[Array, Array], None]) -> Array:
 
 
 def _blocks(m: int) -> Iterator[slice]:
-    """The batch in pieces of BLOCK."""
+    """Yield slices of BLOCK entries over the batch."""
     return (slice(start, start + BLOCK) for start in range(0, m, BLOCK))

@@ -1,4 +1,4 @@
-"""A porous solid full of fluid: the drained skeleton is any elastic law, and fluid seeps through it by Darcy's law."""
+"""Biphasic (poroelastic) material: an elastic skeleton saturated with fluid that flows by Darcy's law."""
 
 from __future__ import annotations
 
@@ -43,18 +43,18 @@ class Biphasic:
     solid: Annotated[float, "1 in [0, 1)", "share of the volume at rest that is solid"] = 0.0
 
     def __getattr__(self, name: str) -> Any:
-        """Whatever else is asked of a material: of the drained skeleton."""
+        """Return any other material attribute from the drained skeleton."""
         if name.startswith("__") or name == "law":
             raise AttributeError(name)
         return getattr(self.law, name)
 
     def permeable(self, J: Array) -> Array:
-        """k at volumes J (...), m^4/(N s); zero where no pores are left."""
+        """Return k at volume ratios J (...), m^4/(N s); zero if no pores are left."""
         open_ = np.maximum(J - self.solid, 0.0) / (1.0 - self.solid)
         found: Array = self.permeability * open_**self.exponent * np.exp(0.5 * self.stiffening * (J * J - 1.0))
         return found
 
     def permeable_slope(self, J: Array) -> Array:
-        """dk/dJ (...), m^4/(N s), where pores are left."""
+        """Return dk/dJ (...), m^4/(N s), where pores are left."""
         found: Array = self.permeable(J) * (self.exponent / (J - self.solid) + self.stiffening * J)
         return found

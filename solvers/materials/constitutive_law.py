@@ -1,8 +1,8 @@
-"""What a law of elasticity is: an energy density, a stress, and the derivative of the stress.
+"""Interface of a constitutive law: energy density, stress, and the derivative of the stress.
 
-An energy sees a `Law` and nothing else of a material: plain arrays over a batch of deformation gradients
-F = dx/dX. To add a law, give a class these four methods; `Blockwise` (batching.py) is the fast way to write
-them, and `project` serves as `dPdF_projected` where nothing better is known.
+An energy sees only the `Law` of a material: plain arrays over a batch of deformation gradients F = dx/dX. To add a law,
+give a class these four methods; the base class in batching.py is the fast way to write them, and `project` serves as
+`dPdF_projected` if nothing better is known.
 """
 
 from __future__ import annotations
@@ -22,26 +22,26 @@ class Law(Protocol):
     """psi, P and dP/dF over a batch of deformation gradients F (m, 3, 3)."""
 
     def psi(self, F: Array) -> Array:
-        """Energy per volume at rest, J/m^3 (m,); +inf outside the law's domain."""
+        """Return the energy per undeformed volume, J/m^3 (m,); +inf outside the law's domain."""
         ...
 
     def P(self, F: Array) -> Array:
-        """First Piola-Kirchhoff stress dpsi/dF_iJ, Pa (m, 3, 3)."""
+        """Return the first Piola-Kirchhoff stress dpsi/dF_iJ, Pa (m, 3, 3)."""
         ...
 
     def dPdF(self, F: Array) -> Array:
-        """dP_iJ/dF_kL at [i, J, k, L], Pa (m, 3, 3, 3, 3)."""
+        """Return dP_iJ/dF_kL at [i, J, k, L], Pa (m, 3, 3, 3, 3)."""
         ...
 
     def dPdF_projected(self, F: Array) -> Array:
-        """The positive semi-definite 9x9 matrix nearest to dPdF, Pa (m, 3, 3, 3, 3)."""
+        """Return the positive semi-definite 9x9 matrix nearest to dPdF, Pa (m, 3, 3, 3, 3)."""
         ...
 
 
 def project(dPdF: Array) -> Array:
-    """The nearest positive semi-definite tensors (Frobenius): negative eigenvalues of the 9x9 become zero.
+    """Return the nearest positive semi-definite tensors (Frobenius): negative eigenvalues of the 9x9 become zero.
 
-    Slow, and for any law. dPdF (m, 3, 3, 3, 3) with major symmetry, same unit back. Source: Teran et al.
+    Slow, and valid for any law. dPdF (m, 3, 3, 3, 3) has major symmetry; units are kept. Source: Teran et al.
     (2005), "Robust quasistatic finite elements and flesh simulation". Raises LinAlgError on NaN.
     """
     H = dPdF.reshape(-1, 9, 9)

@@ -1,4 +1,4 @@
-"""The small strain in the frame that turns with the material."""
+"""Corotational law: small strain measured in a frame that rotates with the material."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
-from softmark.solvers.materials.batching import Blockwise, tensors
+from softmark.solvers.materials.batching import BatchedLaw, tensors
 from softmark.solvers.materials.polar_decomposition import rotation, spectrum, stretch
 from softmark.solvers.materials.tensor_components import (
     add_diagonal,
@@ -34,12 +34,12 @@ FLOOR = 1e-6  # least s_i + s_j that dR/dF divides by; it is 2 at rest
 
 
 @dataclass(frozen=True)
-class Corotational(Blockwise):
-    """psi = mu |F - R|^2 + lam/2 tr(R^T F - I)^2, R the rotation nearest to F, mu and lam at rest, Pa.
+class Corotational(BatchedLaw):
+    """Corotational energy: mu |F - R|^2 + lam/2 tr(R^T F - I)^2, R the rotation nearest to F, mu and lam at rest, Pa.
 
-    P = 2 mu (F - R) + lam tr(R^T F - I) R. Hooke's law in the frame of R: stress linear in stretch, finite
-    energy when flat or inside out. R is not unique where the two smallest principal stretches cancel,
-    s2 + s3 = 0: it jumps there and its derivative has no bound; denominators s_i + s_j are kept above FLOOR.
+    P = 2 mu (F - R) + lam tr(R^T F - I) R: Hooke's law in the frame of R, with stress linear in stretch, and finite
+    energy for flat or inverted states. If the two smallest principal stretches cancel, s2 + s3 = 0, R is not unique:
+    it jumps there and its derivative is unbounded; denominators s_i + s_j are kept above FLOOR.
     Source: McAdams et al. (2011), "Efficient elasticity for character skinning with contact and collisions";
     its derivative: Smith, De Goes, Kim (2019), "Analytic eigensystems for isotropic distortion energies".
     """
@@ -63,7 +63,7 @@ class Corotational(Blockwise):
         return d
 
     def _dPdF(self, f: Array, H: Array) -> None:
-        """2 mu dF + lam (R : dF) R + c dR with c = lam t - 2 mu, dR/dF = Y_ab T_a (x) T_b (see _twists).
+        """Write 2 mu dF + lam (R : dF) R + c dR with c = lam t - 2 mu, dR/dF = Y_ab T_a (x) T_b (see _twists).
 
         With dR = R [w], R^T dF - dF^T R = [w] S + S [w], hence w = Y axial(R^T dF - dF^T R) with
         Y = (tr S I - S)^-1.
@@ -73,7 +73,7 @@ class Corotational(Blockwise):
         self._write(r, _inverse(sums) * self._twist_factor(f, r), H)
 
     def principal(self, e: Sequence[Any]) -> Principal:
-        """psi, tau and its derivative of logarithms of stretches (principal_axes_law.py)."""
+        """Return psi, tau and d tau/de for logarithmic principal stretches e (principal_axes_law.py)."""
         h = [expm1(a) for a in e]
         t, s = h[0] + h[1] + h[2], [1.0 + a for a in h]
         tau = [b * (2.0 * self.mu * a + self.lam * t) for a, b in zip(h, s, strict=True)]
@@ -83,7 +83,7 @@ class Corotational(Blockwise):
         return self.mu * sum(a * a for a in h) + 0.5 * self.lam * t * t, tau, bent
 
     def dPdF_projected(self, F: Array) -> Array:
-        """The positive semi-definite 9x9 matrix nearest to dPdF, Pa (m, 3, 3, 3, 3).
+        """Return the positive semi-definite 9x9 matrix nearest to dPdF, Pa (m, 3, 3, 3, 3).
 
         Only the twists can have negative eigenvalues, 2 mu + 2 c/(s_i + s_j): they are clamped at zero. The
         others are 2 mu (five times) and 2 mu + 3 lam = 3 K (the mode R), positive for -1 < nu < 1/2.
@@ -97,31 +97,31 @@ class Corotational(Blockwise):
         self._write(r, product(axes * twists, transposed(axes)), H)
 
     def _twist_factor(self, f: Array, r: Array) -> Array:
-        """c = lam tr(S - I) - 2 mu (m,), which multiplies dR/dF."""
+        """Return c = lam tr(S - I) - 2 mu (m,), which multiplies dR/dF."""
         return self.lam * inner(r, f - r) - 2.0 * self.mu
 
     def _write(self, r: Array, y: Array, H: Array) -> None:
-        """H = 2 mu I + lam R (x) R + y_ab T_a (x) T_b, upper triangle; y (3, 3, m) symmetric."""
+        """Write H = 2 mu I + lam R (x) R + y_ab T_a (x) T_b, upper triangle; y (3, 3, m) symmetric."""
         rows = r.reshape(9, -1)
         set_outer(H, rows, self.lam * rows)
         _add_twists(H, r, y)
         add_identity(H, 2.0 * self.mu)
 
 
-def add_turning(H: Array, f: Array, r: Array, factor: Array) -> None:
-    """H += factor dR/dF, upper triangle, of the rotation r nearest to f; `factor` (m,)."""
+def add_rotation_derivative(H: Array, f: Array, r: Array, factor: Array) -> None:
+    """Add H += factor dR/dF, upper triangle, for the rotation r nearest to f; `factor` (m,)."""
     _add_twists(H, r, _inverse(_pair_sums(stretch(r, f))) * factor)
 
 
 def _add_twists(H: Array, r: Array, y: Array) -> None:
-    """H += y_ab T_a (x) T_b, upper triangle; y (3, 3, m) symmetric."""
+    """Add H += y_ab T_a (x) T_b, upper triangle; y (3, 3, m) symmetric."""
     T = _twists(r)
     for a in range(3):
         add_outer(H, T[a], y[a, 0] * T[0] + y[a, 1] * T[1] + y[a, 2] * T[2], skip=a)
 
 
 def _twists(r: Array) -> Array:
-    """T_a = R [e_a] (3, 9, m), a = 0, 1, 2: the velocities of R about its axes; T_a : T_b = 2 delta_ab."""
+    """Return T_a = R [e_a] (3, 9, m), a = 0, 1, 2: the derivatives of R about its axes; T_a : T_b = 2 delta_ab."""
     T = np.zeros((3, *r.shape), dtype=r.dtype)
     for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         T[a, :, b] = r[:, c]
@@ -130,12 +130,12 @@ def _twists(r: Array) -> Array:
 
 
 def _pair_sums(s: Array) -> Array:
-    """tr S I - S (3, 3, m): the eigenvalues are the sums s_i + s_j of two principal stretches."""
+    """Return tr S I - S (3, 3, m), whose eigenvalues are the sums s_i + s_j of two principal stretches."""
     return add_diagonal(-s, trace(s))
 
 
 def _inverse(a: Array) -> Array:
-    """A^-1 (3, 3, m) of symmetric A >= 0, eigenvalues below FLOOR raised to it.
+    """Return A^-1 (3, 3, m) of symmetric A >= 0, with eigenvalues below FLOOR raised to it.
 
     det A > FLOOR (tr A / 2)^2 is enough for all eigenvalues to lie above FLOOR.
     """

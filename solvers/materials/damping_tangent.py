@@ -1,9 +1,8 @@
-"""What of a law's stiffness damps: its stress left out, where a stiff volume would make much of a little.
+"""Stiffness used for stiffness-proportional damping: the tangent without the pressure term of the volume energy.
 
-Damping in proportion to a stiffness, C v = b K v, opposes rates of strain. K holds a second thing, the stress that
-turns with the body, and of a nearly incompressible solid that is a pressure p = M g, which a change of volume of 1e-3
-makes as large as the shear modulus. With it C hangs on volumes that the motion hardly knows of: p d2g/dx2 v pushes in
-directions that shear alone resists, and iterations between state and damping part.
+Damping C v = b K v opposes strain rates. K also contains the stress stiffness. In a nearly incompressible solid the
+pressure p = M g is as large as the shear modulus at a volume change of 1e-3. With it, C would depend on volume changes
+that the motion hardly resolves: p d2g/dx2 v acts in shear directions, and iterations between state and damping diverge.
 """
 
 from __future__ import annotations
@@ -22,10 +21,10 @@ else:
 
 
 @dataclass(frozen=True)
-class Drag:
-    """The definite tangent of psi_shape + M/2 g^2 without M g d2g/dF2 (Gauss and Newton's), of elements that have both.
+class DampingTangent:
+    """Damping tangent: the definite tangent of psi_shape + M/2 g^2 without M g d2g/dF2 (Gauss-Newton).
 
-    `shape` is the law of what remains, None where there is nothing; `modulus` is M, Pa.
+    `shape` is the law without the volume energy, None if there is nothing left; `modulus` is M, Pa.
     """
 
     shape: Law | None
@@ -33,7 +32,7 @@ class Drag:
     modulus: float
 
     def dPdF_projected(self, F: Array) -> Array:
-        """The positive semi-definite tangent of the shape, and M dg/dF (x) dg/dF, Pa (m, 3, 3, 3, 3)."""
+        """Return the positive semi-definite shape tangent plus M dg/dF (x) dg/dF, Pa (m, 3, 3, 3, 3)."""
         G = self.constraint.gradient(F)
         modulus = np.reshape(self.modulus, (-1, 1, 1, 1, 1))  # one for all, or of each
         volume = modulus * np.einsum("miJ,mkL->miJkL", G, G)

@@ -1,12 +1,12 @@
-"""Where a law has lost Drucker's stability in Hencky's strain: d tau : d ln V <= 0 of some change of strain.
+"""Loss of Drucker stability in Hencky strain: d tau : d ln V <= 0 for some strain increment.
 
-Kirchhoff's stress tau of an isotropic law is the slope of its energy by ln V, and the postulate asks that this energy
-is convex there. In principal axes, e_a = ln s_a, that is d tau_a/d e_b positive definite, and (tau_a - tau_b)/(e_a -
-e_b) positive for the changes that turn the axes. It is stricter than strong ellipticity in that it asks of all changes
-of strain, waves or not, and looser in that it does not count the stress that turns along: neither follows from the
-other. Of a solid that keeps its volume it is asked of changes that do. Sources: Drucker (1959), "A definition of
-stable inelastic material", J. Appl. Mech. 26:101; Hill (1968), "On constitutive inequalities for simple materials", J.
-Mech. Phys. Solids 16:229; Abaqus reports the same of hyperelastic constants.
+The Kirchhoff stress tau of an isotropic law is the derivative of its energy by ln V. Drucker's postulate requires that
+this energy is convex. In principal axes, e_a = ln s_a, this means that d tau_a/d e_b is positive definite, and that
+(tau_a - tau_b)/(e_a - e_b) is positive, for increments that rotate the axes. It is stricter than strong ellipticity,
+because it applies to all strain increments, not only waves, and weaker, because it ignores the stress that rotates with
+the material; neither implies the other. For incompressible solids only isochoric increments count. Sources: Drucker
+(1959), "A definition of stable inelastic material", J. Appl. Mech. 26:101; Hill (1968), "On constitutive inequalities
+for simple materials", J. Mech. Phys. Solids 16:229; Abaqus reports the same of hyperelastic constants.
 """
 
 from __future__ import annotations
@@ -15,10 +15,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.solvers.materials.batched_stability import STIFF, Bools, Held, in_blocks, law_by_law
+from softmark.solvers.materials.batched_stability import (
+    STIFF,
+    Bools,
+    VolumePressure,
+    evaluate_by_law,
+    evaluate_in_blocks,
+)
 from softmark.solvers.materials.polar_decomposition import stretches
 from softmark.solvers.materials.tensor_components import components, displacement_gradient, volume_change
-from softmark.solvers.materials.volumetric_constraints import OfVolume
+from softmark.solvers.materials.volumetric_constraints import VolumeRatioConstraint
 
 if TYPE_CHECKING:
     from softmark.solvers.materials.constitutive_law import Array
@@ -27,27 +33,27 @@ FLAT = 1e-6  # of the longest stretch: below it slopes by ln s, which are as s^2
 NEAR = 1e-5  # logarithms of stretches that are nearer: the turning of axes is a change along them
 
 
-def lost(law: Any, F: Array, held: Held | None = None) -> Bools | None:
-    """At which of the states F (m, 3, 3) a law is not stable so (m,); None of a law that knows directions.
+def find_instability(law: Any, F: Array, held: VolumePressure | None = None) -> Bools | None:
+    """Return for which states F (m, 3, 3) a law is not Drucker-stable (m,); None for an anisotropic law.
 
-    States outside its domain, which have no stress, are not counted, nor are those pressed flat (`FLAT`).
+    States outside the law's domain, which have no stress, are not counted, nor are flattened ones (`FLAT`).
     """
-    return law_by_law(_known, law, F, held)
+    return evaluate_by_law(_known, law, F, held)
 
 
-def _known(law: Any, F: Array, held: Held | None) -> Bools | None:
-    return in_blocks(_lost, law, F, held) if hasattr(law, "principal") else None
+def _known(law: Any, F: Array, held: VolumePressure | None) -> Bools | None:
+    return evaluate_in_blocks(_lost, law, F, held) if hasattr(law, "principal") else None
 
 
-def _lost(law: Any, F: Array, held: Held | None) -> Bools:
+def _lost(law: Any, F: Array, held: VolumePressure | None) -> Bools:
     f = components(F)
     s = stretches(f)
     e = np.log(s)
     known = (volume_change(displacement_gradient(f)) > -1.0) & (s.min(axis=0) > FLAT * s.max(axis=0))
     e[0] += np.where(known, 0.0, np.nan)
     _, tau, bent = law.principal(tuple(e))
-    if held is not None and not isinstance(held.constraint, OfVolume):
-        _held_otherwise(held, s, bent)
+    if held is not None and not isinstance(held.constraint, VolumeRatioConstraint):
+        _add_green_constraint(held, s, bent)
         held = None
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = bent
     # across (1, 1, 1): along (1, -1, 0) and (1, 1, -2), and between
@@ -58,7 +64,7 @@ def _lost(law: Any, F: Array, held: Held | None) -> Bools:
     if held is None or np.any(np.isfinite(held.modulus)):
         u = (xx - yy + xz - yz) / 6.0**0.5
         w = (xx + yy + 2.0 * xy - xz - yz - 2.0 * zz) / 18.0**0.5
-        whole = (xx + yy + zz + 2.0 * (xy + yz + xz)) / 3.0 + 3.0 * _of_volume(e, held)
+        whole = (xx + yy + zz + 2.0 * (xy + yz + xz)) / 3.0 + 3.0 * _volume_terms(e, held)
         found |= whole * (a * c - b * b) <= c * u * u - 2.0 * b * u * w + a * w * w
     for one, other in ((0, 1), (1, 2), (2, 0)):
         apart = e[one] - e[other]
@@ -66,8 +72,8 @@ def _lost(law: Any, F: Array, held: Held | None) -> Bools:
     return np.asarray(found & np.isfinite(a) & np.isfinite(c), dtype=np.bool_)
 
 
-def _held_otherwise(held: Held, s: Array, bent: list[list[Array]]) -> None:
-    """Add what holds tr E, whose slopes by e are the squares of stretches, to d tau_a/d e_b, Pa."""
+def _add_green_constraint(held: VolumePressure, s: Array, bent: list[list[Array]]) -> None:
+    """Add a constraint on tr E, whose derivatives by e are the squared stretches, to d tau_a/d e_b, Pa."""
     most = STIFF * np.abs(bent).max(axis=(0, 1))
     own = s * s
     M = np.minimum(held.modulus, most / (own * own).sum(axis=0))
@@ -76,12 +82,12 @@ def _held_otherwise(held: Held, s: Array, bent: list[list[Array]]) -> None:
             bent[a][b] = bent[a][b] + M * own[a] * own[b] + (2.0 * held.pressure * own[a] if a == b else 0.0)
 
 
-def _of_volume(e: Array, held: Held | None) -> Any:
-    """What a pressure and what holds the volume add to every d tau_a/d e_b, Pa."""
+def _volume_terms(e: Array, held: VolumePressure | None) -> Any:
+    """Return the contribution of the pressure and of the volume constraint to every d tau_a/d e_b, Pa."""
     if held is None:
         return 0.0
     j = np.expm1(e.sum(axis=0))
-    assert isinstance(held.constraint, OfVolume)
+    assert isinstance(held.constraint, VolumeRatioConstraint)
     _, first, second = held.constraint.of(j)
     slope = first * (1.0 + j)
     more = slope if second is None else slope + second * (1.0 + j) ** 2

@@ -1,15 +1,15 @@
-"""Where a law has lost strong ellipticity: a small wave would not travel there, and strain gathers in bands.
+"""Loss of strong ellipticity: small waves can no longer travel, and strain localises in bands.
 
-A state F is strongly elliptic where a n : dP/dF : a n > 0 of all directions a and n (Hadamard): the acoustic tensor
-Q(n)_ik = A_iJkL n_J n_L is positive definite for every n. Drucker's postulate of a positive second-order work is asked
-of waves alone, so that what buckles is not taken for it. A law whose energy is polyconvex never loses it.
+A state F is strongly elliptic if a n : dP/dF : a n > 0 for all directions a and n (Hadamard): the acoustic tensor
+Q(n)_ik = A_iJkL n_J n_L is positive definite for every n. Positive second-order work is required of waves only, so
+structural buckling is not counted. A law with polyconvex energy never loses ellipticity.
 
-Of an isotropic law that is decided, not sampled. In principal axes Q_ii = sum_j d_ij n_j^2 and Q_ij = b_ij n_i n_j with
-d_ij = A_ijij and b_ij = A_iijj + A_ijji, so that det Q is a cubic form of y = n^2 on the triangle y >= 0, and Q, which
-is positive at one corner, is positive everywhere if that form is. It is where its coefficients by Bernstein are all
-positive; else the triangle is cut until they are, or until the form is not positive at a corner. Sources: Simpson and
-Spector (1983), "On copositive matrices and strong ellipticity for isotropic elastic materials"; Farin (1986),
-"Triangular Bernstein-Bezier patches".
+For isotropic laws the decision is exact, without sampling. In principal axes Q_ii = sum_j d_ij n_j^2 and
+Q_ij = b_ij n_i n_j with d_ij = A_ijij and b_ij = A_iijj + A_ijji. So det Q is a cubic form of y = n^2 on the triangle
+y >= 0. Q is positive at one corner, and positive everywhere if that form is. The form is positive if all its Bernstein
+coefficients are. Otherwise the triangle is subdivided until they are, or until the form is not positive at a corner.
+Sources: Simpson and Spector (1983), "On copositive matrices and strong ellipticity for isotropic elastic materials";
+Farin (1986), "Triangular Bernstein-Bezier patches".
 """
 
 from __future__ import annotations
@@ -18,11 +18,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.solvers.materials.batched_stability import STIFF, Bools, Held, in_blocks, law_by_law
+from softmark.solvers.materials.batched_stability import (
+    STIFF,
+    Bools,
+    VolumePressure,
+    evaluate_by_law,
+    evaluate_in_blocks,
+)
 from softmark.solvers.materials.hyperelastic import Hyperelastic
 from softmark.solvers.materials.polar_decomposition import stretches
 from softmark.solvers.materials.tensor_components import cofactor, components
-from softmark.solvers.materials.two_invariant_law import OfInvariants, invariants
+from softmark.solvers.materials.two_invariant_law import TwoInvariantLaw, invariants
 
 if TYPE_CHECKING:
     from softmark.solvers.materials.constitutive_law import Array
@@ -36,27 +42,30 @@ PARTS = 0.5 * np.array([  # the four parts of a triangle, by its corners
 ])  # fmt: skip
 
 
-def lost(law: Any, F: Array, held: Held | None = None) -> Bools | None:
-    """At which of the states F (m, 3, 3) a law is not strongly elliptic (m,); None where it is not known.
+def find_ellipticity_loss(law: Any, F: Array, held: VolumePressure | None = None) -> Bools | None:
+    """Return for which states F (m, 3, 3) a law is not strongly elliptic (m,); None if unknown.
 
-    Of laws with directions those that were found (acoustic_tensor.py). States outside the domain, which have no
-    stress, are not counted.
+    For anisotropic laws it returns the losses that were found (acoustic_tensor.py). States outside the domain, which
+    have
+    no stress, are not counted.
     """
-    return law_by_law(_lost, law, F, held)
+    return evaluate_by_law(_lost, law, F, held)
 
 
-def _lost(law: Any, F: Array, held: Held | None) -> Bools | None:
+def _lost(law: Any, F: Array, held: VolumePressure | None) -> Bools | None:
     if getattr(law, "directed", False):
         from softmark.solvers.materials import acoustic_tensor
 
-        return acoustic_tensor.lost(law, F, held)
+        return acoustic_tensor.find_loss_in_directions(law, F, held)
     if not isinstance(law, Hyperelastic):
         return None
-    return in_blocks(_of_invariants if isinstance(law, OfInvariants) and held is None else _isotropic, law, F, held)
+    return evaluate_in_blocks(
+        _of_invariants if isinstance(law, TwoInvariantLaw) and held is None else _isotropic, law, F, held
+    )
 
 
-def _of_invariants(law: Any, F: Array, held: Held | None = None) -> Bools:
-    """Of psi(I1, J) linear in I1: Q = a 1 + d (C n) (C n)^T, C = cof F, where nothing couples the two."""
+def _of_invariants(law: Any, F: Array, held: VolumePressure | None = None) -> Bools:
+    """Decide for psi(I1, J) linear in I1: Q = a 1 + d (C n) (C n)^T, C = cof F, without coupling of the two."""
     f = components(F)
     stretch, j = invariants(f)
     (a, _), (c, d) = law.slopes(stretch, j), law.curvatures(stretch, j)
@@ -70,8 +79,8 @@ def _of_invariants(law: Any, F: Array, held: Held | None = None) -> Bools:
     return found
 
 
-def _isotropic(law: Any, F: Array, held: Held | None) -> Bools:
-    """Of any isotropic law, from its stiffness in principal axes."""
+def _isotropic(law: Any, F: Array, held: VolumePressure | None) -> Bools:
+    """Decide for any isotropic law from its stiffness in principal axes."""
     s = stretches(components(F))
     s[0] *= np.where(np.linalg.det(F) < 0.0, -1.0, 1.0)
     state = np.zeros((len(F), 3, 3))
@@ -89,15 +98,15 @@ def _isotropic(law: Any, F: Array, held: Held | None) -> Bools:
         b = b + M[:, None, None] * g[:, :, None] * g[:, None, :]
     sound = np.isfinite(d).all(axis=(1, 2)) & np.isfinite(b).all(axis=(1, 2))
     found: Bools = sound & np.any(d[:, :, 0] <= 0.0, axis=1)
-    form = _form(d, b)
+    form = _determinant_form(d, b)
     doubtful = np.flatnonzero(sound & ~found & ~(form > 0.0).all(axis=(1, 2, 3)))
     if len(doubtful):
-        found[doubtful] = _not_positive(form[doubtful])
+        found[doubtful] = _is_not_positive(form[doubtful])
     return found
 
 
-def _form(d: Array, b: Array) -> Array:
-    """det Q as a symmetric tensor (k, 3, 3, 3) of the cubic form in y, by its coefficients: d and b (k, 3, 3)."""
+def _determinant_form(d: Array, b: Array) -> Array:
+    """Return det Q as the symmetric tensor (k, 3, 3, 3) of the cubic form in y, from d and b (k, 3, 3)."""
     d, b = np.moveaxis(d, 0, -1), np.moveaxis(b, 0, -1)  # rows of points
     x = (b[1, 2] ** 2, b[2, 0] ** 2, b[0, 1] ** 2)
     T = np.empty((3, 3, 3, d.shape[2]))
@@ -116,8 +125,8 @@ def _form(d: Array, b: Array) -> Array:
     return np.moveaxis(T, -1, 0)
 
 
-def _not_positive(T: Array) -> Bools:
-    """Which cubic forms (k, 3, 3, 3) are zero or less somewhere on the triangle."""
+def _is_not_positive(T: Array) -> Bools:
+    """Return which cubic forms (k, 3, 3, 3) are zero or less somewhere on the triangle."""
     found, who = np.zeros(len(T), dtype=np.bool_), np.arange(len(T))
     corners = np.tile(CORNERS, (len(T), 1, 1))  # (k, 3, 3): each row a corner
     for _ in range(CUTS):

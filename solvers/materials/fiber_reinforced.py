@@ -1,9 +1,9 @@
-"""Solids of a matrix and of families of fibres, by invariants: a few numbers for each point say all.
+"""Fibre-reinforced solids: a matrix and families of fibres, in terms of invariants.
 
 psi = matrix(I1, J) + sum over families of strand(E_a) + K/2 (J - 1)^2, E_a = kappa (I1 - 3) + (1 - 3 kappa) (I4a - 1),
-I4a = |F a|^2. The strand of a family, k1/(2 k2) (exp(k2 E^2) - 1), is that of fibres that do not resist compression:
-where E < 0 there is none. Invariants are those of F itself and not of F less its change of volume, by which fibres
-would not feel how they are stretched (Helfenstein et al. 2010; Nolan et al. 2014).
+I4a = |F a|^2. The fibre law k1/(2 k2) (exp(k2 E^2) - 1) has no resistance to compression: it is zero if E < 0.
+Invariants are those of F itself, not of its isochoric part, with which fibres would not see their true stretch
+(Helfenstein et al. 2010; Nolan et al. 2014).
 """
 
 from __future__ import annotations
@@ -12,12 +12,17 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
-from softmark.solvers.materials.anisotropic_material import Anisotropic, along, dyad, lengthened
+from softmark.solvers.materials.anisotropic_material import (
+    Anisotropic,
+    dyad,
+    squared_stretch_change,
+    transform_direction,
+)
 from softmark.solvers.materials.tensor_components import (
     add_cross,
+    add_geometric_stiffness,
     add_identity,
     add_outer,
-    add_turned,
     cofactor,
     displacement_gradient,
 )
@@ -36,11 +41,12 @@ TAUT = 4.0 / 15.0  # of k1: what fibres add to the mean shear modulus over all d
 
 
 @dataclass(frozen=True)
-class Strand:
-    """psi(E) = k1/(2 k2) (exp(k2 E^2) - 1) of fibres in tension, k1/2 E^2 with k2 = 0; `k1` in Pa.
+class FiberLaw:
+    """Fibre law: psi(E) = k1/(2 k2) (exp(k2 E^2) - 1), or k1/2 E^2 with k2 = 0; `k1` in Pa.
 
-    With an `onset` they only pull: nothing is left where E < 0, and from there to the onset the stress grows as a cubic
-    that meets the formula's stress and slope: without it the tangent would jump at E = 0. It never falls as E grows.
+    With an `onset` the fibres resist tension only: psi is zero if E < 0, and up to the onset the stress is a cubic that
+    matches the formula's stress and slope there, because otherwise the tangent would jump at E = 0. The stress never
+    decreases with E.
     """
 
     k1: float
@@ -48,7 +54,7 @@ class Strand:
     onset: float | None = None
 
     def terms(self, E: Array) -> tuple[Array, Array, Array]:
-        """psi, dpsi/dE and d2psi/dE2 (m,), Pa."""
+        """Return psi, dpsi/dE and d2psi/dE2 (m,), Pa."""
         psi, slope, curvature = self._formula(E)
         if (onset := self.onset) is None:
             return psi, slope, curvature
@@ -68,35 +74,35 @@ class Strand:
         return psi, self.k1 * E * grown, self.k1 * (1.0 + 2.0 * x) * grown
 
 
-class Reinforced(Anisotropic):
-    """What laws of a matrix and of fibres have in common."""
+class FiberReinforced(Anisotropic):
+    """Base class of laws of a matrix with fibres."""
 
     dispersion = 0.0  # kappa
 
     @property
     @abstractmethod
-    def families(self) -> tuple[tuple[tuple[float, float], Strand], ...]:
-        """Of each family its direction, by its components along f and s, and its law."""
+    def families(self) -> tuple[tuple[tuple[float, float], FiberLaw], ...]:
+        """Direction (components along f and s) and law of each fibre family."""
 
     @property
-    def coupled(self) -> Strand | None:
-        """The law of the shear I8 = F f . F s between fibres and sheets; None where there is none."""
+    def coupled(self) -> FiberLaw | None:
+        """Law of the shear I8 = F f . F s between fibres and sheets; None if there is none."""
         return None
 
     @abstractmethod
     def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | None]:
-        """Of I1 - 3 (m,): the energy w without -m ln J, 2 dw/dI1 and 4 d2w/dI1^2, None where zero, J/m^3 and Pa."""
+        """Return, from I1 - 3 (m,), w without -m ln J, 2 dw/dI1, and 4 d2w/dI1^2 or None if zero, J/m^3 and Pa."""
 
     @property
     @abstractmethod
     def matrix_modulus(self) -> float:
-        """m = 2 dw/dI1 at rest, Pa: the shear modulus of the matrix."""
+        """Shear modulus of the matrix at rest, m = 2 dw/dI1, Pa."""
 
     @property
     def polyconvex(self) -> bool:
-        """Whether its energy is: of fibres that only pull, without what resists the shear between them and sheets.
+        """True if the energy is polyconvex: all fibres resist tension only, and there is no fibre-sheet shear term.
 
-        Their stress grows with I4 and I1, which are convex in F, and never falls. Source: Schroeder and Neff (2003),
+        The stress grows with I4 and I1, which are convex in F, and never decreases. Source: Schroeder and Neff (2003),
         "Invariant formulation of hyperelastic transverse isotropy based on polyconvex free energy functions".
         """
         slack = all(strand.onset is not None or strand.k1 == 0.0 for _, strand in self.families)
@@ -104,29 +110,29 @@ class Reinforced(Anisotropic):
 
     @property
     def shear_modulus(self) -> float:
-        """That of the matrix and what taut fibres add, Pa."""
+        """Shear modulus of the matrix plus the contribution of taut fibres, Pa."""
         share = TAUT * (1.0 - 3.0 * self.dispersion) ** 2
         return self.matrix_modulus + share * sum(strand.k1 for _, strand in self.families)
 
-    def _taken(self, f: Array, axes: Array, stretch: Array) -> list[tuple[Array, Array, Strand, Array]]:
-        """Of each family its direction a, F a (3, m), its law and E (m,)."""
+    def _family_strains(self, f: Array, axes: Array, stretch: Array) -> list[tuple[Array, Array, FiberLaw, Array]]:
+        """Return, for each family, its direction a, F a (3, m), its law and E (m,)."""
         h, found = displacement_gradient(f), []
         k = self.dispersion
         for (c, s), strand in self.families:
             a = c * axes[0] + s * axes[1]
-            moved = along(h, a)  # less a
-            found.append((a, moved + a, strand, k * stretch + (1.0 - 3.0 * k) * lengthened(moved, a)))
+            moved = transform_direction(h, a)  # less a
+            found.append((a, moved + a, strand, k * stretch + (1.0 - 3.0 * k) * squared_stretch_change(moved, a)))
         return found
 
     def _shear(self, f: Array, axes: Array) -> tuple[Array, Array, Array]:
-        """F f, F s (3, m) and I8 (m,)."""
-        a, b = along(f, axes[0]), along(f, axes[1])
+        """Return F f, F s (3, m) and I8 (m,)."""
+        a, b = transform_direction(f, axes[0]), transform_direction(f, axes[1])
         return a, b, np.add.reduce(a * b, axis=0)
 
     def _shape_psi(self, f: Array, axes: Array) -> Array:
         stretch, j = invariants(f)
         psi = self._matrix(stretch)[0] - self.matrix_modulus * np.log1p(np.where(j > -1.0, j, np.nan))
-        for _, _, strand, E in self._taken(f, axes, stretch):
+        for _, _, strand, E in self._family_strains(f, axes, stretch):
             psi = psi + strand.terms(E)[0]
         if self.coupled is not None:
             psi = psi + self.coupled.terms(self._shear(f, axes)[2])[0]
@@ -136,7 +142,7 @@ class Reinforced(Anisotropic):
         stretch, j = invariants(f)
         a, k = self._matrix(stretch)[1], self.dispersion
         P = (-self.matrix_modulus / (1.0 + j)) * cofactor(f)
-        for d, moved, strand, E in self._taken(f, axes, stretch):
+        for d, moved, strand, E in self._family_strains(f, axes, stretch):
             slope = strand.terms(E)[1]
             a = a + 2.0 * k * slope
             P += ((2.0 * (1.0 - 3.0 * k)) * slope * moved)[:, None] * d[None]
@@ -148,7 +154,9 @@ class Reinforced(Anisotropic):
         return P
 
     def _set_shape(self, f: Array, axes: Array, H: Array) -> None:
-        """delta_ik M_JL + sum psi'' G (x) G and the matrix's own, G = dE/dF, M the second derivatives of I4 and I8."""
+        """Write delta_ik M_JL + sum psi'' G (x) G and the matrix term, G = dE/dF, M the second derivatives of I4 and
+        I8.
+        """
         stretch, j = invariants(f)
         C, rows, k = cofactor(f).reshape(9, -1), f.reshape(9, -1), self.dispersion
         _, a, c = self._matrix(stretch)
@@ -159,7 +167,7 @@ class Reinforced(Anisotropic):
         if c is not None:
             add_outer(H, c * rows, rows)
         M: Array = np.zeros((3, 3, f.shape[2]), dtype=f.dtype)
-        for d, moved, strand, E in self._taken(f, axes, stretch):
+        for d, moved, strand, E in self._family_strains(f, axes, stretch):
             _, slope, curvature = strand.terms(E)
             a = a + 2.0 * k * slope
             M += ((2.0 * (1.0 - 3.0 * k)) * slope) * (d[:, None] * d[None])
@@ -174,4 +182,4 @@ class Reinforced(Anisotropic):
             G = dyad(y, axes[0]) + dyad(x, axes[1])
             add_outer(H, curvature * G, G)
         add_identity(H, a)
-        add_turned(H, M)
+        add_geometric_stiffness(H, M)

@@ -1,11 +1,11 @@
-"""The isotropic exponential solid of Fung and Demiray."""
+"""Fung-Demiray material: isotropic exponential solid."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
-from softmark.solvers.materials.isochoric_invariants import Number, OfBarInvariants
+from softmark.solvers.materials.isochoric_invariants import IsochoricInvariantMaterial, Number
 from softmark.solvers.runtime.scalar_or_array import exp, expm1
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Fung(OfBarInvariants):
+class Fung(IsochoricInvariantMaterial):
     """Soft tissue that turns stiff exponentially, without a direction of its own (Fung and Demiray).
 
     psi = mu/(2 b) (exp(b i) - 1) + K/2 g(J)^2, i = J^(-2/3) tr F^T F - 3

@@ -1,4 +1,4 @@
-"""The exponential of a quadratic form of Green's strain in three directions."""
+"""Fung orthotropic material: exponential of a quadratic form of Green's strain in three directions."""
 
 from __future__ import annotations
 
@@ -6,11 +6,19 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Any
 
 from softmark.records import dataclass
-from softmark.solvers.materials.anisotropic_material import Anisotropic, Bulk, Density, Fibres, Sheets, along, dyad
+from softmark.solvers.materials.anisotropic_material import (
+    Anisotropic,
+    Bulk,
+    Density,
+    Fibres,
+    Sheets,
+    dyad,
+    transform_direction,
+)
 from softmark.solvers.materials.tensor_components import (
     add_diagonal,
+    add_geometric_stiffness,
     add_outer,
-    add_turned,
     cofactor,
     displacement_gradient,
     green_strain,
@@ -28,37 +36,39 @@ else:
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # of f, s and n
 
 
-class ExponentialOfStrain(Anisotropic):
-    """psi = C/2 (exp Q - 1), Q = sum b_ab E_ab^2 over a and b of f, s, n, with b_ab = b_ba and E_ab = a . E b."""
+class ExponentialStrainLaw(Anisotropic):
+    """Exponential law psi = C/2 (exp Q - 1), Q = sum b_ab E_ab^2 over a and b of f, s, n, b_ab = b_ba and E_ab = a . E
+    b.
+    """
 
     stiffness: float
 
     @property
     @abstractmethod
     def exponents(self) -> tuple[float, ...]:
-        """b_ab of PAIRS."""
+        """Coefficients b_ab in the order of PAIRS."""
 
     @property
     def shear_modulus(self) -> float:
-        """C (2 (b_ff + b_ss + b_nn) + 3 (b_fs + b_fn + b_sn)) / 30, Pa."""
+        """Shear modulus C (2 (b_ff + b_ss + b_nn) + 3 (b_fs + b_fn + b_sn)) / 30, Pa."""
         b = self.exponents
         return self.stiffness * (2.0 * sum(b[:3]) + 3.0 * sum(b[3:])) / 30.0
 
     def _strains(self, f: Array, axes: Array) -> list[Array]:
-        """E_ab (m,) of PAIRS: accurate near rest."""
+        """Return E_ab (m,) in the order of PAIRS, accurate near rest."""
         E = green_strain(displacement_gradient(f))
-        turned = [along(E, d) for d in axes]
+        turned = [transform_direction(E, d) for d in axes]
         return [sum(axes[a][i] * turned[b][i] for i in range(3)) for a, b in PAIRS]
 
     def _form(self, e: list[Array]) -> Array:
-        """Q (m,)."""
+        """Return Q (m,)."""
         found: Array = sum(  # type: ignore[assignment]
             (1.0 if a == b else 2.0) * w * x * x for (a, b), w, x in zip(PAIRS, self.exponents, e, strict=True)
         )
         return found
 
     def _slope(self, e: list[Array], axes: Array) -> Array:
-        """T = dQ/dE / 2 (3, 3, m)."""
+        """Return T = dQ/dE / 2 (3, 3, m)."""
         rows: list[list[Array | float]] = [[0.0] * 3 for _ in range(3)]
         for (a, b), w, x in zip(PAIRS, self.exponents, e, strict=True):
             rows[a][b] = rows[b][a] = w * x
@@ -67,11 +77,11 @@ class ExponentialOfStrain(Anisotropic):
         return found
 
     def waves(self, f: Array, directions: Array, bulk: Any, tension: float) -> Array:
-        """F^-1 Q(n) F^-T / (C exp Q) of f (3, 3, m), in axes of the fibres (d, 3, 3, m), without a stiffness.
+        """Return F^-1 Q(n) F^-T / (C exp Q) for f (3, 3, m), in fibre axes (d, 3, 3, m), without forming a stiffness.
 
-        With S = C exp(Q) T, C' = F^T F and what the volume resists by `bulk`, Pa, beside the law's own: (n.T n) C'^-1 +
+        With S = C exp(Q) T, C' = F^T F and an additional volume stiffness `bulk`, Pa: (n.T n) C'^-1 +
         D(n) + 2 T n (x) T n + K J^2/(C exp Q) C'^-1 n (x) C'^-1 n, D v.v = sum b_ab e_ab^2 of e = sym(v (x) n). It is
-        positive where Q is. A `tension`, Pa, pulls along the fibres.
+        positive where Q is. A `tension`, Pa, acts along the fibres.
         """
         e = self._strains(f, self.frame.axes(f.dtype))
         c = self.stiffness * np.exp(self._form(e))
@@ -84,16 +94,16 @@ class ExponentialOfStrain(Anisotropic):
         K = (self._resisting + bulk) * J * J / c
         found = np.empty((len(directions), *f.shape), dtype=f.dtype)
         for n, W in zip(directions, found, strict=True):
-            v = along(T, n)
+            v = transform_direction(T, n)
             stress = n[0] * v[0] + n[1] * v[1] + n[2] * v[2] + tension / c * n[0] ** 2
             W[...] = stress * inverse + 2.0 * v[:, None] * v
             W += self._shears(n)[:, :, None]
-            through = along(inverse, n)
+            through = transform_direction(inverse, n)
             W += K * through[:, None] * through
         return found
 
     def _shears(self, n: Array) -> Array:
-        """D(n) (3, 3), of b_ab e_ab^2 over all a and b."""
+        """Return D(n) (3, 3), of b_ab e_ab^2 over all a and b."""
         found = np.zeros((3, 3))
         for (a, b), w in zip(PAIRS, self.exponents, strict=True):
             if a == b:
@@ -105,7 +115,7 @@ class ExponentialOfStrain(Anisotropic):
         return found
 
     def elliptic(self, f: Array) -> Array:
-        """Of which f (3, 3, m) it is sure that no wave is lost (m,), by a bound.
+        """Return for which f (3, 3, m) ellipticity is proved by a bound (m,).
 
         a n : A : a n = |a|^2 n.S n + d2psi/dE2 of e = sym(F^T a (x) n), |e|^2 >= |F^T a|^2 / 2, with S = C exp(Q) T, is
         at least C exp(Q) (the least b / 2 (1 - 2 |E|) - |T|); K (J - 1)^2 only adds to it.
@@ -124,14 +134,14 @@ class ExponentialOfStrain(Anisotropic):
         return product(f, (self.stiffness * np.exp(self._form(e))) * self._slope(e, axes))
 
     def _set_shape(self, f: Array, axes: Array, H: Array) -> None:
-        """delta_ik S_JL + c (2 (F T) (x) (F T) + sum b_ab G_ab (x) G_ab), c = C exp Q, G_ab = sym(F a (x) b)."""
+        """Write delta_ik S_JL + c (2 (F T) (x) (F T) + sum b_ab G_ab (x) G_ab), c = C exp Q, G_ab = sym(F a (x) b)."""
         e = self._strains(f, axes)
         c, T = self.stiffness * np.exp(self._form(e)), self._slope(e, axes)
         H[...] = 0.0
-        add_turned(H, c * T)
+        add_geometric_stiffness(H, c * T)
         through = product(f, T).reshape(9, -1)
         add_outer(H, (2.0 * c) * through, through)
-        moved = [along(f, d) for d in axes]
+        moved = [transform_direction(f, d) for d in axes]
         for (a, b), w in zip(PAIRS, self.exponents, strict=True):
             if a == b:
                 G = dyad(moved[a], axes[a])
@@ -142,7 +152,7 @@ class ExponentialOfStrain(Anisotropic):
 
 
 @dataclass(frozen=True)
-class FungOrthotropic(ExponentialOfStrain):
+class FungOrthotropic(ExponentialStrainLaw):
     """Fung's orthotropic solid: stiffer by its exponential along fibres, sheets and across both, each by its own.
 
     psi = C/2 (exp Q - 1) + K/2 (J - 1)^2, with Green's strain E along fibres f, sheets s and n = f x s
@@ -169,5 +179,5 @@ class FungOrthotropic(ExponentialOfStrain):
 
     @property
     def exponents(self) -> tuple[float, ...]:
-        """b_ab of PAIRS."""
+        """Coefficients b_ab in the order of PAIRS."""
         return self.bff, self.bss, self.bnn, self.bfs, self.bfn, self.bsn

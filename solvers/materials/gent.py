@@ -1,4 +1,4 @@
-"""The solid of Gent."""
+"""Gent material."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
-from softmark.solvers.materials.isochoric_invariants import Number, OfBarInvariants
+from softmark.solvers.materials.isochoric_invariants import IsochoricInvariantMaterial, Number
 from softmark.solvers.runtime.scalar_or_array import log1p, where
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Gent(OfBarInvariants):
+class Gent(IsochoricInvariantMaterial):
     """Gent's rubber: chains that are straight at a limit, near which the solid turns rigid.
 
     psi = -mu/2 limit ln(1 - i/limit) + K/2 g(J)^2, i = J^(-2/3) tr F^T F - 3 < limit
@@ -33,7 +33,7 @@ class Gent(OfBarInvariants):
 
     @property
     def ends(self) -> str | None:
-        """In a pull that keeps its volume: t^2 + 2/t - 3 = limit, the largest of three roots t by cosines."""
+        """Limit stretch in isochoric uniaxial tension: t^2 + 2/t - 3 = limit, the largest of three roots t by cosines."""
         third = 1.0 + self.limit / 3.0
         t = 2.0 * third**0.5 * math.cos(math.acos(-(third**-1.5)) / 3.0)
         return (
@@ -51,5 +51,5 @@ class Gent(OfBarInvariants):
         return 0.5 * self.mu / (self.limit * self._left(i) ** 2), None, None
 
     def _left(self, i: Array) -> Array:
-        """1 - i/limit; NaN at the limit and beyond."""
+        """Return 1 - i/limit; NaN at the limit and beyond."""
         return where(i < self.limit, 1.0 - i / self.limit, math.nan)

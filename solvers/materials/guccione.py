@@ -1,4 +1,4 @@
-"""The solid of Guccione, McCulloch and Waldman."""
+"""Guccione-McCulloch-Waldman material for passive heart muscle."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from typing import Annotated
 
 from softmark.records import dataclass
 from softmark.solvers.materials.anisotropic_material import Bulk, Density, Fibres
-from softmark.solvers.materials.fung_orthotropic import ExponentialOfStrain
+from softmark.solvers.materials.fung_orthotropic import ExponentialStrainLaw
 
 
 @dataclass(frozen=True)
-class Guccione(ExponentialOfStrain):
+class Guccione(ExponentialStrainLaw):
     """Passive heart muscle after Guccione: an exponential of Green's strain, alike in all directions across fibres.
 
     psi = C/2 (exp Q - 1) + K/2 (J - 1)^2, with Green's strain E along fibres f and two directions s, n across them
@@ -31,5 +31,5 @@ class Guccione(ExponentialOfStrain):
 
     @property
     def exponents(self) -> tuple[float, ...]:
-        """b_ab of PAIRS: ff, ss, nn, fs, fn, sn."""
+        """Coefficients b_ab in the order of PAIRS: ff, ss, nn, fs, fn, sn."""
         return self.bf, self.bt, self.bt, self.bfs, self.bfs, self.bt

@@ -1,8 +1,8 @@
-"""A law whose constants differ from point to point: an isotropic material with arrays in place of numbers.
+"""Laws whose constants differ from point to point: a material with arrays instead of numbers.
 
-A material is `sampled` where one of its constants is an array (m, q) over the q points of m cells; the laws that
-`law_for` and its kin make of it are then wrapped here, which hands each batch of points its own constants. A law of
-constant moduli is never wrapped.
+A material is `sampled` if one of its constants is an array (m, q) over the q points of m cells. The laws that `law_for`
+and the like make of it are wrapped here, so that each batch of points gets its own constants. A law with uniform
+constants is never wrapped.
 """
 
 from __future__ import annotations
@@ -25,73 +25,75 @@ else:
 BLOCK = 4096  # points whose constants are handed on at a time, as many as a law takes (batching.py)
 
 
-def changed(thing: Any, change: Callable[[Array], Array]) -> Any:
-    """A law or a material with all of its arrays changed, those of the laws within it too."""
+def map_arrays(thing: Any, change: Callable[[Array], Array]) -> Any:
+    """Return a law or a material with `change` applied to all of its arrays, including those of wrapped laws."""
     new = {}
     for f in fields(thing):
         value = getattr(thing, f.name)
         if isinstance(value, np.ndarray):
             new[f.name] = change(value)
         elif is_dataclass(value):
-            new[f.name] = changed(value, change)
+            new[f.name] = map_arrays(value, change)
     return replace(thing, **new) if new else thing
 
 
-def arrays(thing: Any) -> Iterator[Array]:
-    """The arrays of a law or a material."""
+def iterate_arrays(thing: Any) -> Iterator[Array]:
+    """Yield the arrays of a law or a material."""
     for f in fields(thing):
         value = getattr(thing, f.name)
         if isinstance(value, np.ndarray):
             yield value
         elif is_dataclass(value):
-            yield from arrays(value)
+            yield from iterate_arrays(value)
 
 
 @dataclass(frozen=True, eq=False)
-class Varying:
-    """`law` has its constants as arrays (m, q), in the order of the points that it is asked at."""
+class HeterogeneousLaw:
+    """A heterogeneous law: `law` has constants as arrays (m, q), in the order of the evaluation points."""
 
     law: Any
 
     def __eq__(self, other: object) -> bool:
-        """Whether it is the same law with the same constants."""
-        if not isinstance(other, Varying) or type(self.law) is not type(other.law):
+        """Return whether the law and its constants are equal."""
+        if not isinstance(other, HeterogeneousLaw) or type(self.law) is not type(other.law):
             return False
-        return all(np.array_equal(a, b) for a, b in zip(arrays(self.law), arrays(other.law), strict=True))
+        return all(
+            np.array_equal(a, b) for a, b in zip(iterate_arrays(self.law), iterate_arrays(other.law), strict=True)
+        )
 
     __hash__ = None  # type: ignore[assignment]
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """(m, q)."""
-        return next(arrays(self.law)).shape
+        """Number of cells and of points per cell, (m, q)."""
+        return next(iterate_arrays(self.law)).shape
 
-    def of(self, which: Any, kind: Any = None) -> Varying:
-        """The same of some cells, its constants of another precision if that is asked for."""
-        return Varying(changed(self.law, lambda a: a[which].astype(kind or a.dtype, copy=False)))
+    def of(self, which: Any, kind: Any = None) -> HeterogeneousLaw:
+        """Return the law of some cells, with constants of the floating-point type `kind` if given."""
+        return HeterogeneousLaw(map_arrays(self.law, lambda a: a[which].astype(kind or a.dtype, copy=False)))
 
     def psi(self, F: Array) -> Array:
-        """Energy per volume at rest, J/m^3 (m q,); of one F that at the first point."""
+        """Return the energy per undeformed volume, J/m^3 (m q,); a single F is evaluated at the first point."""
         return self._each("psi", F, ())
 
     def P(self, F: Array) -> Array:
-        """First Piola-Kirchhoff stress, Pa (m q, 3, 3)."""
+        """Return the first Piola-Kirchhoff stress, Pa (m q, 3, 3)."""
         return self._each("P", F, (3, 3))
 
     def dPdF(self, F: Array) -> Array:
-        """dP_iJ/dF_kL, Pa (m q, 3, 3, 3, 3)."""
+        """Return dP_iJ/dF_kL, Pa (m q, 3, 3, 3, 3)."""
         return self._each("dPdF", F, (3, 3, 3, 3))
 
     def dPdF_projected(self, F: Array) -> Array:
-        """The positive semi-definite 9x9 matrix nearest to dPdF, Pa (m q, 3, 3, 3, 3)."""
+        """Return the positive semi-definite 9x9 matrix nearest to dPdF, Pa (m q, 3, 3, 3, 3)."""
         return self._each("dPdF_projected", F, (3, 3, 3, 3))
 
     def opened(self, F: Array) -> Array:
-        """Of the law of a plate: F with the stretch across it that leaves no stress there (m q, 3, 3)."""
+        """Return F with the thickness stretch that makes the stress across a plate zero (m q, 3, 3)."""
         return self._each("opened", F, (3, 3))
 
     def at_rest(self, measure: Callable[[Array], Array]) -> Array:
-        """What `measure` makes of dP/dF at rest (k, 3, 3, 3, 3), at every point (m, q)."""
+        """Apply `measure` to dP/dF of the undeformed state (k, 3, 3, 3, 3) and return the result at every point (m, q)."""
         found = np.empty(int(np.prod(self.shape)))
         eye = np.eye(3)[None]
         for some, law in self._blocks(found.size):
@@ -107,16 +109,16 @@ class Varying:
         return out
 
     def _blocks(self, count: int) -> Iterator[tuple[slice, Any]]:
-        flat = changed(self.law, np.ravel)
+        flat = map_arrays(self.law, np.ravel)
         for start in range(0, count, BLOCK):
             some = slice(start, min(start + BLOCK, count))
-            yield some, changed(flat, lambda a, some=some: a[some])  # type: ignore[misc]
+            yield some, map_arrays(flat, lambda a, some=some: a[some])  # type: ignore[misc]
 
 
-def averaged(material: Isotropic, w: Array) -> Isotropic:
-    """The material whose two moduli are the means of a sampled one over each cell (m, 1), by weights w (m, q).
+def average_moduli(material: Isotropic, w: Array) -> Isotropic:
+    """Return a material whose two moduli are cell means (m, 1) of a sampled one, with weights w (m, q).
 
-    What laws that are linear in their moduli integrate to where the deformation is the same all over a cell.
+    For laws linear in their moduli and a uniform deformation in each cell, the integral is the same.
     """
     mu, lam = (_mean(a, w) for a in (material.shear_modulus, material.lame_lambda))
     each = {"young": mu * (3.0 * lam + 2.0 * mu) / (lam + mu), "poisson": 0.5 * lam / (lam + mu)}
@@ -124,7 +126,7 @@ def averaged(material: Isotropic, w: Array) -> Isotropic:
 
 
 def with_constants(material: Isotropic, new: dict[str, Any]) -> Isotropic:
-    """The same material with other constants, or its law where that has them; of a plate, what it is of as well."""
+    """Return the material with other constants, set in the wrapped law or solid if it holds them."""
     own = vars(material)
     if "law" in own and (its := {name: value for name, value in new.items() if name not in own}):
         rest: Any = {name: value for name, value in new.items() if name in own}

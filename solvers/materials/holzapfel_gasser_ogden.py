@@ -1,4 +1,4 @@
-"""The artery wall of Holzapfel, Gasser and Ogden: two families of fibres that are dispersed."""
+"""Holzapfel-Gasser-Ogden material for artery walls: two families of dispersed fibres."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
 from softmark.solvers.materials.anisotropic_material import Bulk, Density, Fibres, Sheets
-from softmark.solvers.materials.fiber_reinforced import ONSET, Onset, Reinforced, Strand
+from softmark.solvers.materials.fiber_reinforced import ONSET, FiberLaw, FiberReinforced, Onset
 
 if TYPE_CHECKING:
     from softmark.solvers.materials.constitutive_law import Array
 
 
 @dataclass(frozen=True)
-class HolzapfelGasserOgden(Reinforced):
+class HolzapfelGasserOgden(FiberReinforced):
     """The wall of an artery: a matrix with two families of collagen, dispersed about directions at plus and minus.
 
     psi = c/2 (I1 - 3 - 2 ln J) + sum over both of k1/(2 k2) (exp(k2 <E>^2) - 1) + K/2 (J - 1)^2
@@ -43,18 +43,18 @@ class HolzapfelGasserOgden(Reinforced):
 
     @property
     def dispersion(self) -> float:  # type: ignore[override]
-        """kappa."""
+        """Dispersion kappa."""
         return self.kappa
 
     @property
-    def families(self) -> tuple[tuple[tuple[float, float], Strand], ...]:
-        """Two, at plus and minus the angle."""
-        c, s, strand = math.cos(self.angle), math.sin(self.angle), Strand(self.k1, self.k2, self.onset)
+    def families(self) -> tuple[tuple[tuple[float, float], FiberLaw], ...]:
+        """Two fibre families, at plus and minus the angle."""
+        c, s, strand = math.cos(self.angle), math.sin(self.angle), FiberLaw(self.k1, self.k2, self.onset)
         return (((c, s), strand), ((c, -s), strand))
 
     @property
     def matrix_modulus(self) -> float:
-        """c, Pa."""
+        """Matrix modulus c, Pa."""
         return self.c
 
     def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | None]:

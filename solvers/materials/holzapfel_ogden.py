@@ -1,4 +1,4 @@
-"""The heart muscle of Holzapfel and Ogden: fibres in sheets."""
+"""Holzapfel-Ogden material for passive heart muscle: fibres in sheets."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
 from softmark.solvers.materials.anisotropic_material import Bulk, Density, Fibres, Sheets
-from softmark.solvers.materials.fiber_reinforced import ONSET, Onset, Reinforced, Strand
+from softmark.solvers.materials.fiber_reinforced import ONSET, FiberLaw, FiberReinforced, Onset
 
 if TYPE_CHECKING:
     import numpy as np
@@ -17,7 +17,7 @@ else:
 
 
 @dataclass(frozen=True)
-class HolzapfelOgden(Reinforced):
+class HolzapfelOgden(FiberReinforced):
     """Passive heart muscle after Holzapfel and Ogden: an exponential matrix, fibres, sheets, and shear between them.
 
     psi = a/(2b) (exp(b (I1 - 3)) - 1) - a ln J + sum over i = f, s of a_i/(2 b_i) (exp(b_i <I4i - 1>^2) - 1)
@@ -45,21 +45,21 @@ class HolzapfelOgden(Reinforced):
     onset: Onset = ONSET
 
     @property
-    def families(self) -> tuple[tuple[tuple[float, float], Strand], ...]:
-        """Fibres and sheets."""
-        return ((1.0, 0.0), Strand(self.a_f, self.b_f, self.onset)), (
+    def families(self) -> tuple[tuple[tuple[float, float], FiberLaw], ...]:
+        """Fibre and sheet families."""
+        return ((1.0, 0.0), FiberLaw(self.a_f, self.b_f, self.onset)), (
             (0.0, 1.0),
-            Strand(self.a_s, self.b_s, self.onset),
+            FiberLaw(self.a_s, self.b_s, self.onset),
         )
 
     @property
-    def coupled(self) -> Strand | None:
-        """Of shear either way."""
-        return Strand(self.a_fs, self.b_fs)
+    def coupled(self) -> FiberLaw | None:
+        """Law of fibre-sheet shear, for either sign."""
+        return FiberLaw(self.a_fs, self.b_fs)
 
     @property
     def matrix_modulus(self) -> float:
-        """a, Pa."""
+        """Matrix modulus a, Pa."""
         return self.a
 
     def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | None]:

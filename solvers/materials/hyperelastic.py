@@ -1,6 +1,6 @@
-"""Isotropic hyperelastic laws: what follows from psi(Q1 F Q2) = psi(F) alone.
+"""Isotropic hyperelastic laws: consequences of psi(Q1 F Q2) = psi(F).
 
-To add a law: a dataclass on `Hyperelastic` and `Isotropic` (in this order) with `_psi`, `_P` and `_dPdF`, and
+To add a law: a dataclass derived from `Hyperelastic` and `Isotropic` (in this order) with `_psi`, `_P` and `_dPdF`, and
 one line in MATERIALS.
 """
 
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from softmark.solvers.materials.batching import Blockwise, tensors
+from softmark.solvers.materials.batching import BatchedLaw, tensors
 from softmark.solvers.materials.polar_decomposition import rotation, spectrum, stretch
 from softmark.solvers.materials.tensor_components import add_outer, product, transposed
 
@@ -23,18 +23,19 @@ AXES = [0, 4, 8]  # the entries aa of a 3x3 matrix in a row of nine
 PLANES = ((0, 1), (1, 2), (2, 0))
 
 
-class Hyperelastic(Blockwise):
-    """A law of finite strain that does not know directions: P and dPdF turn with F on either side."""
+class Hyperelastic(BatchedLaw):
+    """An isotropic finite-strain law: P and dPdF rotate with F on either side."""
 
     def finite_law(self) -> Law | None:
-        """The law itself."""
+        """Return the law itself."""
         return self
 
     def dPdF_projected(self, F: Array) -> Array:
-        """The positive semi-definite 9x9 matrix nearest to dPdF, Pa (m, 3, 3, 3, 3).
+        """Return the positive semi-definite 9x9 matrix nearest to dPdF, Pa (m, 3, 3, 3, 3).
 
-        With F = U diag(s) V^T, dPdF(diag s) falls apart into a 3x3 block that couples the three axes and,
-        in each plane ab, a twist (u_a v_b - u_b v_a) and a flip (u_a v_b + u_b v_a): each has its own sign.
+        With F = U diag(s) V^T, dPdF(diag s) decomposes into a 3x3 block that couples the three axes and, in each plane
+        ab, a
+        twist (u_a v_b - u_b v_a) and a flip (u_a v_b + u_b v_a), each with its own sign.
         Source: Smith, De Goes, Kim (2019), "Analytic eigensystems for isotropic distortion energies".
         """
         return tensors(F, self._projected)
@@ -49,7 +50,7 @@ class Hyperelastic(Blockwise):
 
 
 def _diagonal(s: Array) -> Array:
-    """diag(s) (3, 3, m) of s (3, m)."""
+    """Return diag(s) (3, 3, m) of s (3, m)."""
     f = np.zeros((3, *s.shape), dtype=s.dtype)
     for a in range(3):
         f[a, a] = s[a]
@@ -57,7 +58,7 @@ def _diagonal(s: Array) -> Array:
 
 
 def _principal_blocks(H: Array) -> tuple[Array, list[Array], list[Array]]:
-    """The projected axes block (3, 3, m) and the clamped eigenvalues of twist and flip per plane."""
+    """Return the projected axes block (3, 3, m) and the clamped eigenvalues of twist and flip per plane."""
     full = H[AXES][:, AXES]
     full[1, 0], full[2, 0], full[2, 1] = full[0, 1], full[0, 2], full[1, 2]
     w, v = spectrum(full)
@@ -71,7 +72,7 @@ def _principal_blocks(H: Array) -> tuple[Array, list[Array], list[Array]]:
 
 
 def add_modes(H: Array, u: Array, v: Array, axes: Array, twist: list[Array], flip: list[Array]) -> None:
-    """H += sum axes_ab D_a (x) D_b + twist and flip modes, D_a = u_a v_a^T; upper triangle."""
+    """Add H += sum axes_ab D_a (x) D_b + twist and flip modes, D_a = u_a v_a^T; upper triangle."""
     D = np.stack([_dyad(u[:, a], v[:, a]) for a in range(3)])  # (3, 9, m)
     for a in range(3):
         add_outer(H, D[a], axes[a, 0] * D[0] + axes[a, 1] * D[1] + axes[a, 2] * D[2])
@@ -82,5 +83,5 @@ def add_modes(H: Array, u: Array, v: Array, axes: Array, twist: list[Array], fli
 
 
 def _dyad(x: Array, y: Array) -> Array:
-    """x y^T (9, m)."""
+    """Return x y^T (9, m)."""
     return (x[:, None] * y).reshape(9, -1)

@@ -1,4 +1,4 @@
-"""Laws W(i, k) + K/2 g(J)^2 of the invariants of a change of shape, i = J^(-2/3) I1 - 3 and k = J^(-4/3) I2 - 3."""
+"""Laws W(i, k) + K/2 g(J)^2 of the isochoric invariants i = J^(-2/3) I1 - 3 and k = J^(-4/3) I2 - 3."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
 from softmark.solvers.materials.hyperelastic import Hyperelastic
-from softmark.solvers.materials.isochoric_split import Isochoric, add_swelling, resisting
-from softmark.solvers.materials.principal_axes_law import Principal, deviatoric, dyad
+from softmark.solvers.materials.isochoric_split import IsochoricMaterial, add_volumetric_terms, volumetric_derivatives
+from softmark.solvers.materials.principal_axes_law import Principal, add_symmetric_dyad, deviatoric_derivatives
 from softmark.solvers.materials.tensor_components import (
     add_carried,
     add_cross,
     add_diagonal,
+    add_geometric_stiffness,
     add_identity,
     add_outer,
-    add_turned,
     cofactor,
     displacement_gradient,
     inner,
@@ -26,7 +26,7 @@ from softmark.solvers.materials.tensor_components import (
     transposed,
     volume_change,
 )
-from softmark.solvers.materials.volumetric_constraints import OfVolume
+from softmark.solvers.materials.volumetric_constraints import VolumeRatioConstraint
 from softmark.solvers.runtime.scalar_or_array import expm1
 
 if TYPE_CHECKING:
@@ -39,14 +39,14 @@ else:
 Number = Any  # one for all points, or of each (m,)
 
 
-class OfBarInvariants(Isochoric):
-    """A material with W(i, k); what it does not know of is None."""
+class IsochoricInvariantMaterial(IsochoricMaterial):
+    """Base class of materials with energy W(i, k); a derivative by an invariant that W does not contain is None."""
 
     second = True  # whether W knows of k at all
 
     @property
     def convex(self) -> bool:
-        """Of i, which is polyconvex, W must be convex and rise; k is not polyconvex.
+        """True if W is convex and increasing in i, which is polyconvex; k is not polyconvex.
 
         Source: Hartmann and Neff (2003), Int. J. Solids Struct. 40:2767.
         """
@@ -54,37 +54,38 @@ class OfBarInvariants(Isochoric):
 
     @property
     def rising(self) -> bool:
-        """Of i, a sum of exponentials of them, W that is convex and rises is."""
+        """True if W is convex and increasing in i, which is a sum of exponentials of logarithmic stretches."""
         return self.convex
 
     @abstractmethod
     def energy(self, i: Array, k: Array) -> Array:
-        """W (m,), J/m^3, of i and k (m,), both 0 at rest; +inf outside its domain."""
+        """Return W (m,), J/m^3, for i and k (m,), both 0 at rest; +inf outside its domain."""
 
     @abstractmethod
     def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
-        """dW/di and dW/dk, Pa; NaN outside the domain."""
+        """Return dW/di and dW/dk, Pa; NaN outside the domain."""
 
     @abstractmethod
     def curvatures(self, i: Array, k: Array) -> tuple[Number, Number, Number]:
-        """d2W/di2, d2W/di dk and d2W/dk2, Pa."""
+        """Return d2W/di2, d2W/di dk and d2W/dk2, Pa."""
 
     def with_bulk(self, modulus: Any) -> Law:
-        """The law with a bulk modulus in Pa."""
-        return BarInvariantLaw(self, modulus, self.constraint)
+        """Return the law with the bulk modulus `modulus`, Pa."""
+        return IsochoricInvariantLaw(self, modulus, self.constraint)
 
 
 @dataclass(frozen=True)
-class BarInvariantLaw(Hyperelastic):
-    """The law of a material, with K of its own. Source: Holzapfel (2000), "Nonlinear Solid Mechanics", section 6.4.
+class IsochoricInvariantLaw(Hyperelastic):
+    """Law of a material with W(i, k) and bulk modulus K. Source: Holzapfel (2000), "Nonlinear Solid Mechanics", section
+    6.4.
 
-    With B = I1 F - F F^T F = dI2/dF / 2 and C = cof F = dJ/dF, and numbers of each point,
+    With B = I1 F - F F^T F = dI2/dF / 2 and C = cof F = dJ/dF, per point,
     di/dF = 2 x, x = J^(-2/3) F - (i + 3)/(3 J) C, and dk/dF = 2 y, y = J^(-4/3) B - 2 (k + 3)/(3 J) C.
     """
 
-    material: OfBarInvariants
+    material: IsochoricInvariantMaterial
     modulus: Number
-    constraint: OfVolume
+    constraint: VolumeRatioConstraint
 
     def _psi(self, f: Array) -> Array:
         i, k, j = self._invariants(f)
@@ -95,7 +96,7 @@ class BarInvariantLaw(Hyperelastic):
         i, k, j = self._invariants(f)
         first, second = self.material.slopes(i, k)
         J = 1.0 + j
-        a, s = 2.0 * first * J ** (-2.0 / 3.0), self.modulus * resisting(self.constraint, j)[0]
+        a, s = 2.0 * first * J ** (-2.0 / 3.0), self.modulus * volumetric_derivatives(self.constraint, j)[0]
         s = s - 2.0 * first * (1.0 + i / 3.0) / J
         P: Array = a * f
         if second is not None:
@@ -108,7 +109,7 @@ class BarInvariantLaw(Hyperelastic):
         i, k, j = self._invariants(f)
         J, C, rows = 1.0 + j, cofactor(f), f.reshape(9, -1)
         first, second = self.material.slopes(i, k)
-        swell, stiffen = resisting(self.constraint, j)
+        swell, stiffen = volumetric_derivatives(self.constraint, j)
         a, third = 2.0 * first * J ** (-2.0 / 3.0), (1.0 + i / 3.0) / J
         s, d = self.modulus * swell - 2.0 * first * third, self.modulus * stiffen + 10.0 / 3.0 * first * third / J
         cofs = C.reshape(9, -1)
@@ -124,7 +125,7 @@ class BarInvariantLaw(Hyperelastic):
         if second is not None:
             turned += b * C
             add_outer(H, b * rows, rows)
-            add_turned(H, -b * product(transposed(f), f))
+            add_geometric_stiffness(H, -b * product(transposed(f), f))
             add_carried(H, -b * product(f, transposed(f)))
             a = a + b * inner(f, f)
         add_cross(H, turned)
@@ -134,7 +135,7 @@ class BarInvariantLaw(Hyperelastic):
         self._stiffen(H, self.material.curvatures(i, k), x, y)
 
     def principal(self, e: Sequence[Number]) -> Principal:
-        """psi, tau and its derivative of logarithms of stretches (principal_axes_law.py)."""
+        """Return psi, tau and d tau/de for logarithmic principal stretches e (principal_axes_law.py)."""
         v = e[0] + e[1] + e[2]
         t, j = [a - v / 3.0 for a in e], expm1(v)
         x = [expm1(2.0 * a) for a in t]
@@ -146,20 +147,20 @@ class BarInvariantLaw(Hyperelastic):
         if second is not None:
             slopes = [s - 2.0 * second * b for s, b in zip(slopes, y, strict=True)]
             bends = [s + 4.0 * second * (1.0 + b) for s, b in zip(bends, y, strict=True)]
-        tau, bent = deviatoric(slopes, bends)
+        tau, bent = deviatoric_derivatives(slopes, bends)
         X = [2.0 * (a - i / 3.0) for a in x]
         if ii is not None:
-            dyad(bent, ii, X, X)
+            add_symmetric_dyad(bent, ii, X, X)
         if second is not None and (ik is not None or kk is not None):
             Y = [2.0 * (k / 3.0 - b) for b in y]
-            dyad(bent, 0.0 if ik is None else 2.0 * ik, X, Y)
-            dyad(bent, 0.0 if kk is None else kk, Y, Y)
-        swelling = add_swelling(self.constraint, self.modulus, j, tau, bent)
+            add_symmetric_dyad(bent, 0.0 if ik is None else 2.0 * ik, X, Y)
+            add_symmetric_dyad(bent, 0.0 if kk is None else kk, Y, Y)
+        swelling = add_volumetric_terms(self.constraint, self.modulus, j, tau, bent)
         return self.material.energy(i, k) + swelling, tau, bent
 
     @staticmethod
     def _stiffen(H: Array, curvatures: tuple[Number, Number, Number], x: Array, y: Array | None) -> None:
-        """H += 4 (W_ii x (x) x + W_ik (x (x) y + y (x) x) + W_kk y (x) y)."""
+        """Add H += 4 (W_ii x (x) x + W_ik (x (x) y + y (x) x) + W_kk y (x) y)."""
         ii, ik, kk = curvatures
         if ii is not None:
             add_outer(H, 4.0 * ii * x, x)
@@ -170,7 +171,7 @@ class BarInvariantLaw(Hyperelastic):
             add_outer(H, 4.0 * kk * y, y)
 
     def _invariants(self, f: Array) -> tuple[Array, Array, Array]:
-        """i, k and J - 1 (m,), without cancellation; k is i where the law does not know of it."""
+        """Return i, k and J - 1 (m,), without cancellation; k is i if the law does not use it."""
         h = displacement_gradient(f)
         first, j = 2.0 * trace(h) + inner(h, h), volume_change(h)
         log = np.log1p(j)
@@ -183,7 +184,7 @@ class BarInvariantLaw(Hyperelastic):
 
 
 def _second(f: Array) -> Array:
-    """B = I1 F - F F^T F (3, 3, m): half of dI2/dF."""
+    """Return B = I1 F - F F^T F (3, 3, m): half of dI2/dF."""
     found: Array = inner(f, f) * f
     found -= product(f, product(transposed(f), f))
     return found

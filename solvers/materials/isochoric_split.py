@@ -1,9 +1,9 @@
-"""Hyperelastic laws whose change of shape and change of volume are apart: psi = W(J^(-1/3) F) + K/2 g(J)^2.
+"""Hyperelastic laws with isochoric-volumetric split: psi = W(J^(-1/3) F) + K/2 g(J)^2.
 
-To add one: a dataclass with its constants on `OfBarInvariants` (isochoric_invariants.py), which has W of the first two
-invariants, or on `OfStretches` (principal_stretches.py), which has W of principal stretches, and one line in
-MATERIALS. Young's modulus and Poisson's ratio at rest, parts for selective integration and for pressures, and g
-follow.
+To add one: a dataclass with its constants derived from `IsochoricInvariantMaterial` (isochoric_invariants.py), with W
+of the first two invariants, or from `PrincipalStretchMaterial` (principal_stretches.py), with W of principal stretches,
+and one line in MATERIALS. Young's modulus and Poisson's ratio at rest, the parts for selective integration and for
+pressures, and g are derived.
 """
 
 from __future__ import annotations
@@ -13,12 +13,17 @@ from abc import abstractmethod
 from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from softmark.ranges import Unfit
+from softmark.ranges import InvalidCombination
 from softmark.records import dataclass
-from softmark.solvers.materials.isotropic_material import Isotropic, is_array, within
-from softmark.solvers.materials.principal_axes_law import swollen
-from softmark.solvers.materials.two_invariant_law import OfInvariants
-from softmark.solvers.materials.volumetric_constraints import LogarithmicVolume, OfVolume, ReciprocalVolume, VolumeRatio
+from softmark.solvers.materials.isotropic_material import Isotropic, clamp_value, is_array
+from softmark.solvers.materials.principal_axes_law import add_volume_derivatives
+from softmark.solvers.materials.two_invariant_law import TwoInvariantLaw
+from softmark.solvers.materials.volumetric_constraints import (
+    LogarithmicVolume,
+    ReciprocalVolume,
+    VolumeRatio,
+    VolumeRatioConstraint,
+)
 from softmark.solvers.runtime.scalar_or_array import like, where
 
 if TYPE_CHECKING:
@@ -30,7 +35,7 @@ else:
     from softmark.solvers.runtime.lazy_modules import np
 
 LATER: Any = None  # a number once the object is made
-VOLUMETRIC: dict[str, type[OfVolume]] = {
+VOLUMETRIC: dict[str, type[VolumeRatioConstraint]] = {
     "squared": VolumeRatio,
     "logarithmic": LogarithmicVolume,
     "reciprocal": ReciprocalVolume,
@@ -38,11 +43,11 @@ VOLUMETRIC: dict[str, type[OfVolume]] = {
 
 
 @dataclass(frozen=True)
-class Isochoric(Isotropic):
-    """A hyperelastic solid with shape and volume apart.
+class IsochoricMaterial(Isotropic):
+    """Base class of hyperelastic materials with isochoric-volumetric split.
 
-    What resists a change of volume is said by Poisson's ratio at rest, 0.5 for none, or by the bulk modulus in its
-    place, one of the two. Young's modulus at rest follows from the constants.
+    The volume stiffness is given by Poisson's ratio at rest, 0.5 for incompressible, or by the bulk modulus, one of the
+    two. Young's modulus at rest follows from the constants.
     """
 
     young: float = field(init=False, repr=False, compare=False)
@@ -65,19 +70,21 @@ class Isochoric(Isotropic):
     @property
     @abstractmethod
     def rest_shear(self) -> float:
-        """The shear modulus of the undeformed solid, Pa, by the constants of the law."""
+        """Shear modulus of the undeformed solid, Pa, from the constants of the law."""
 
     @abstractmethod
     def with_bulk(self, modulus: Any) -> Law:
-        """The law with a bulk modulus in Pa."""
+        """Return the law with the bulk modulus `modulus`, Pa."""
 
     def __post_init__(self) -> None:
-        """Young's modulus follows, and where there is `bulk`, Poisson's ratio. Raises ValueError without either."""
+        """Derive Young's modulus and, from `bulk`, Poisson's ratio. Raises ValueError if neither bulk nor ratio is
+        given.
+        """
         mu, nu = self.rest_shear, self.poisson
         if nu is None and self.bulk is None:
             raise ValueError(f"{type(self).__name__} needs `poisson` or `bulk`")
         if not np.all(mu > 0.0) if is_array(mu) else not mu > 0.0:
-            raise Unfit(*self.powerless)
+            raise InvalidCombination(*self.powerless)
         if self.bulk is not None:
             nu = (3.0 * self.bulk - 2.0 * mu) / (6.0 * self.bulk + 2.0 * mu)
             object.__setattr__(self, "poisson", nu)
@@ -85,57 +92,57 @@ class Isochoric(Isotropic):
 
     @property
     def polyconvex(self) -> bool:  # type: ignore[override]
-        """Whether the energy of the shape is, with `squared`.
+        """True if the shape energy is polyconvex and `volumetric` is `squared`.
 
-        (ln J)^2 is not convex; that of `reciprocal` is, but not of points that share a pressure.
+        (ln J)^2 is not convex; that of `reciprocal` is, but not for points that share a pressure.
         """
         return self.volumetric == "squared" and self.convex
 
     @property
     def convex(self) -> bool:
-        """Whether the energy of a change of shape is known to be polyconvex by its constants."""
+        """True if the constants guarantee a polyconvex shape energy."""
         return False
 
     @property
     def steady_above(self) -> float:  # type: ignore[override]
-        """(ln J)^2 and (J - 1/J)^2 are convex by ln J, (J - 1)^2 above 1/2."""
+        """Lower bound of J for convexity by ln J: (ln J)^2 and (J - 1/J)^2 are always convex, (J - 1)^2 above 1/2."""
         if not self.rising:
             return math.inf
         return 0.5 if self.volumetric == "squared" else 0.0
 
     @property
     def rising(self) -> bool:
-        """Whether the energy of a change of shape is known to be convex by logarithms of stretches."""
+        """True if the constants guarantee that the shape energy is convex in logarithmic stretches."""
         return False
 
     @property
-    def constraint(self) -> OfVolume:
-        """g."""
+    def constraint(self) -> VolumeRatioConstraint:
+        """Volume constraint g."""
         return VOLUMETRIC[self.volumetric]()
 
     def finite_law(self) -> Law | None:
-        """All of it."""
+        """Return the whole law."""
         return self.with_bulk(self.bulk_modulus)
 
     def isochoric(self) -> Law:
-        """Without what K holds."""
+        """Return the law without the volume energy."""
         return self.with_bulk(0.0)
 
     def finite_parts(self) -> tuple[Law, Law] | None:
-        """The shape keeps 5 mu/3 of K, as much as at nu = 1/4: without any it would be unstable in tension."""
-        kept = (2.0 / 3.0 + within(-1.0, self._ratio, 1.0)) * self.shear_modulus
-        return self.with_bulk(kept), Swelling(self.constraint, self.bulk_modulus - kept)
+        """Return the two parts; the shape part keeps 5 mu/3 of K, as at nu = 1/4, else it would be unstable in tension."""
+        kept = (2.0 / 3.0 + clamp_value(-1.0, self._ratio, 1.0)) * self.shear_modulus
+        return self.with_bulk(kept), VolumetricLaw(self.constraint, self.bulk_modulus - kept)
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
-        """The shape keeps `local_lambda` for lam."""
+        """Return the shape law, with `local_lambda` for lam, and the volume constraint."""
         return self.with_bulk(self.local_lambda + 2.0 / 3.0 * self.shear_modulus), self.constraint
 
 
 @dataclass(frozen=True)
-class Swelling(OfInvariants):
-    """K/2 g(J)^2 alone; `modulus` is K in Pa."""
+class VolumetricLaw(TwoInvariantLaw):
+    """Volume energy K/2 g(J)^2 as a law; `modulus` is K in Pa."""
 
-    constraint: OfVolume
+    constraint: VolumeRatioConstraint
     modulus: Any
 
     def energy(self, stretch: Array, j: Array) -> Array:
@@ -144,24 +151,24 @@ class Swelling(OfInvariants):
         return found
 
     def slopes(self, stretch: Array, j: Array) -> tuple[Array, Array]:
-        return like(j, 0.0), self.modulus * resisting(self.constraint, j)[0]
+        return like(j, 0.0), self.modulus * volumetric_derivatives(self.constraint, j)[0]
 
     def curvatures(self, stretch: Array, j: Array) -> tuple[Array | None, Array]:
-        return None, self.modulus * resisting(self.constraint, j)[1]
+        return None, self.modulus * volumetric_derivatives(self.constraint, j)[1]
 
 
-def resisting(constraint: OfVolume, j: Array) -> tuple[Array, Array]:
-    """The first two derivatives of g^2/2 by J (m,), of j = J - 1."""
+def volumetric_derivatives(constraint: VolumeRatioConstraint, j: Array) -> tuple[Array, Array]:
+    """Return the first two derivatives of g^2/2 by J (m,), from j = J - 1."""
     return _slopes(*constraint.of(j))
 
 
-def add_swelling(constraint: OfVolume, modulus: Any, j: Any, tau: list[Any], bent: list[list[Any]]) -> Any:
-    """K/2 g^2, J/m^3, of j = J - 1; tau and its derivative by logarithms of stretches (principal_axes_law.py) += its
-    own.
-    """
+def add_volumetric_terms(
+    constraint: VolumeRatioConstraint, modulus: Any, j: Any, tau: list[Any], bent: list[list[Any]]
+) -> Any:
+    """Return K/2 g^2, J/m^3, from j = J - 1, and add its terms to tau and to its derivative (principal_axes_law.py)."""
     known, J = constraint.of(j), 1.0 + j
     g, (swell, stiffen) = known[0], _slopes(*known)
-    swollen(tau, bent, modulus * swell * J, modulus * (swell + stiffen * J) * J)
+    add_volume_derivatives(tau, bent, modulus * swell * J, modulus * (swell + stiffen * J) * J)
     return 0.5 * modulus * g * g
 
 

@@ -1,4 +1,4 @@
-"""What every isotropic material has: two elastic constants at rest and a density."""
+"""Base class of isotropic materials: two elastic constants at rest and a density."""
 
 from __future__ import annotations
 
@@ -45,22 +45,22 @@ class Isotropic:
 
     @property
     def gives_way(self) -> tuple[str, str] | None:
-        """The constant by which its energy cannot be polyconvex at finite strain, and why; None of most."""
+        """Constant that rules out polyconvexity at finite strain, with the reason; None for most materials."""
         return None
 
     @property
     def ends(self) -> str | None:
-        """Where its law ends, in words, if there are states that it does not have for any force; None of most."""
+        """Limit of the law in words, if some states cannot be reached by any force; None for most materials."""
         return None
 
     @property
     def shear_modulus(self) -> float:
-        """mu = E / (2 (1 + nu)), Pa."""
+        """Shear modulus mu = E / (2 (1 + nu)), Pa."""
         return self.shear_share * (self.young / (2.0 * (1.0 + self.poisson)))
 
     @property
     def lame_lambda(self) -> float:
-        """lam = E nu / ((1 + nu) (1 - 2 nu)), Pa; infinite at nu = 0.5."""
+        """Lame constant lam = E nu / ((1 + nu) (1 - 2 nu)), Pa; infinite at nu = 0.5."""
         if self.incompressible:
             return self._beyond_measure
         lam = _over(self.young * self.poisson, (1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
@@ -68,7 +68,7 @@ class Isotropic:
 
     @property
     def bulk_modulus(self) -> float:
-        """K = lam + 2 mu / 3 = E / (3 (1 - 2 nu)), Pa; infinite at nu = 0.5."""
+        """Bulk modulus K = lam + 2 mu / 3 = E / (3 (1 - 2 nu)), Pa; infinite at nu = 0.5."""
         if self.incompressible:
             return self._beyond_measure
         whole = _over(self.young, 3.0 * (1.0 - 2.0 * self.poisson))
@@ -76,43 +76,47 @@ class Isotropic:
 
     @property
     def pressure_modulus(self) -> float:
-        """M of `finite_mixed`, Pa; infinite at nu = 0.5."""
+        """Modulus M of `finite_mixed`, Pa; infinite at nu = 0.5."""
         return self.lame_lambda - self.local_lambda
 
     @property
     def local_lambda(self) -> float:
-        """What of lam stays at every point of a cell where a pressure takes the rest, Pa: of `finite_mixed`.
+        """Part of lam that stays in the point-wise law if a cell pressure carries the rest, Pa (in `finite_mixed`).
 
-        A pressure holds the volume of a cell in the mean, and between its points volumes may still trade. What resists
-        that is the rest of the law alone, and with all of K taken away (lam - K = -2 mu/3) it gives way: stretched by
-        t, a neo-Hookean solid resists strains h along its axes by mu sum (b_i + 1/t) h_i^2 - 2 mu/3 (tr h)^2, b = (t^2,
-        1/t, 1/t), which is indefinite for every t > 1. So mu/3 of lam stays, with which K there is mu and nothing
-        locks: what grad-div stabilisation adds to Taylor and Hood's elements (Olshanskii and Reusken 2004, "Grad-div
-        stabilization for Stokes equations"). With less than lam = 4 mu/3 (nu = 2/7) the pressure keeps mu, or all of K
-        where K is less.
+        A pressure controls the mean volume of a cell, but volumes may still differ between its points. Only the rest of
+        the law
+        resists that, and without any K (lam - K = -2 mu/3) it is unstable: stretched by t, a neo-Hookean solid resists
+        strains
+        h along its axes by mu sum (b_i + 1/t) h_i^2 - 2 mu/3 (tr h)^2, b = (t^2, 1/t, 1/t), which is indefinite for
+        every
+        t > 1. So mu/3 of lam stays. Then the remaining K is mu and nothing locks, as in grad-div stabilisation of
+        Taylor-Hood
+        elements (Olshanskii and Reusken 2004, "Grad-div stabilization for Stokes equations"). If lam < 4 mu/3 (nu <
+        2/7) the
+        pressure keeps mu, or all of K if K is less.
         """
-        kept: float = self.shear_modulus * within(-2.0 / 3.0, self._ratio - 1.0, 1.0 / 3.0)
+        kept: float = self.shear_modulus * clamp_value(-2.0 / 3.0, self._ratio - 1.0, 1.0 / 3.0)
         return kept
 
     @property
     def _ratio(self) -> float:
-        """lam / mu, infinite at nu = 0.5."""
+        """Ratio lam / mu, infinite at nu = 0.5."""
         return math.inf if self.incompressible else _over(2.0 * self.poisson, 1.0 - 2.0 * self.poisson)
 
     @property
     def incompressible(self) -> bool:
-        """Whether its volume cannot change at all: nu = 0.5, or so near that a double cannot hold 1/K."""
+        """True if the volume cannot change: nu = 0.5, or so close that 1/K underflows in double precision."""
         spare: Any = 1.0 - 2.0 * self.poisson
         return bool((spare <= 0.0).all() if is_array(spare) else spare <= 0.0)
 
     @property
     def uniform(self) -> bool:
-        """Whether each of its constants is one number, the same everywhere."""
+        """True if each constant is a single number."""
         return all(isinstance(value, float | int) for value in constants(self).values())
 
     @property
     def sampled(self) -> bool:
-        """Whether constants of it are arrays, a value for every point of integration (heterogeneous.py)."""
+        """True if some constants are arrays, one value per integration point (heterogeneous.py)."""
         return any(is_array(value) for value in constants(self).values())
 
     @property
@@ -120,47 +124,45 @@ class Isotropic:
         return math.inf if self.volume_share else 0.0
 
     def finite_law(self) -> Law | None:
-        """The material's law at finite strain; None where it has none."""
+        """Return the finite-strain law; None if there is none."""
         return None
 
     def finite_parts(self) -> tuple[Law, Law] | None:
-        """Two laws at finite strain that add up to the law: of the shear modulus, and of what holds the volume.
+        """Return two finite-strain laws whose sum is the law: the shear part and the volume part.
 
-        None where there is no such law, or where it does not come apart.
+        None if there is no such law, or if it cannot be split.
         """
         return None
 
     def isochoric(self) -> Law | None:
-        """The part of the law at finite strain that knows of changes of shape alone, F / J^(1/3); None without such."""
+        """Return the part of the finite-strain law that depends only on F / J^(1/3); None if there is none."""
         return None
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
-        """The law at finite strain less M/2 g^2, and g, the constraint that measures its change of volume.
+        """Return the finite-strain law minus M/2 g^2, and the volume constraint g, with M = lam - `local_lambda`.
 
-        M is lam - `local_lambda`.
-
-        None where there is no such law, or where its part of the volume is no such square.
+        None if there is no such law, or if its volume energy is not such a square.
         """
         return None
 
 
 def constants(material: Any) -> dict[str, Any]:
-    """The constants of a material that may vary, by their names."""
+    """Return the spatially variable constants of a material by name."""
     return {name: getattr(material, name) for name in material.varying}
 
 
 def is_array(value: Any) -> bool:
-    """Whether it is one for each of several points; asked without numpy."""
+    """Return whether a value is an array of one value per point, without importing numpy."""
     return bool(getattr(value, "shape", ()))
 
 
-def within(low: float, value: Any, high: float) -> Any:
-    """The nearest number between two bounds, of each."""
+def clamp_value(low: float, value: Any, high: float) -> Any:
+    """Clamp a value, or each entry of an array, between two bounds."""
     return np.clip(value, low, high) if is_array(value) else max(low, min(high, value))
 
 
 def _over(a: Any, b: Any) -> Any:
-    """a / b; infinite at those of several points where b is zero."""
+    """Return a / b; infinite at points where b is zero."""
     if not is_array(b):
         return a / b
     with np.errstate(divide="ignore"):

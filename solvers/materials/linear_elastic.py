@@ -1,4 +1,4 @@
-"""Hooke's solid."""
+"""Linear elastic (Hooke) material."""
 
 from __future__ import annotations
 

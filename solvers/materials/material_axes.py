@@ -1,4 +1,4 @@
-"""Directions in a material: of its fibres, and of the sheets that they lie in, the same everywhere or of each point."""
+"""Material directions of fibres and sheets, uniform or one per point."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ else:
 PARALLEL = 1e-6  # sine of the angle between fibres and sheets below which they are one direction
 
 
-class NoDirection(ValueError):
-    """A direction that is none: zero, not a number, or along the fibres where it is to lie across them; `place`, m."""
+class InvalidDirection(ValueError):
+    """An invalid direction: zero, NaN, or a sheet direction along the fibres; `place` is the point, m."""
 
     def __init__(self, reason: str, place: tuple[float, float, float] | None = None) -> None:
         super().__init__(reason)
@@ -26,8 +26,8 @@ class NoDirection(ValueError):
 
 
 @dataclass(frozen=True)
-class Frame:
-    """Unit vectors before deformation: `f` along the fibres, and `s` across them; the third is f x s.
+class MaterialFrame:
+    """Undeformed unit vectors: `f` along the fibres and `s` across them; the third is f x s.
 
     Components are numbers, or arrays (m, q), one for each of the q points of m cells.
     """
@@ -40,22 +40,25 @@ class Frame:
     sz: Any
 
     @classmethod
-    def of(cls, fibres: tuple[float, float, float], sheets: tuple[float, float, float] | None = None) -> Frame:
-        """Of two directions, without numpy: `sheets` less what of it lies along the fibres; any across without one.
+    def of(cls, fibres: tuple[float, float, float], sheets: tuple[float, float, float] | None = None) -> MaterialFrame:
+        """Return the frame of two directions, without numpy; `sheets` is made perpendicular, by default any
+        perpendicular.
 
         Raises NoDirection.
         """
         f = _unit(fibres)
-        s = _across(f) if sheets is None else _unit(sheets)
+        s = _perpendicular(f) if sheets is None else _unit(sheets)
         along = sum(a * b for a, b in zip(f, s, strict=True))
         s = tuple(b - along * a for a, b in zip(f, s, strict=True))
         if math.hypot(*s) < PARALLEL:
-            raise NoDirection("the sheets are along the fibres")
+            raise InvalidDirection("the sheets are along the fibres")
         return cls(*f, *_unit(s))
 
     @classmethod
-    def at(cls, fibres: Array, sheets: Array | None, shape: tuple[int, ...]) -> Frame:
-        """Of vectors (n, 3) of any length at n points, which make arrays of a shape. Raises NoDirection."""
+    def at(cls, fibres: Array, sheets: Array | None, shape: tuple[int, ...]) -> MaterialFrame:
+        """Return the frames of vectors (n, 3) of any length at n points, as arrays of shape `shape`. Raises
+        NoDirection.
+        """
         f = _units(fibres)
         if sheets is None:
             least = np.eye(3)[np.argmin(np.abs(f), axis=1)]
@@ -64,16 +67,16 @@ class Frame:
             s = _units(sheets)
             s = s - np.einsum("ni,ni->n", f, s)[:, None] * f
             if np.any(np.linalg.norm(s, axis=1) < PARALLEL):
-                raise NoDirection("the sheets are along the fibres")
+                raise InvalidDirection("the sheets are along the fibres")
         return cls(*(c.reshape(shape) for c in (*f.T, *_units(s).T)))
 
     @property
     def sampled(self) -> bool:
-        """Whether it is of several points."""
+        """True if there is one frame per point."""
         return bool(getattr(self.fx, "shape", ()))
 
     def axes(self, kind: Any) -> Array:
-        """f, s and n = f x s (3, 3, m), the components second; (3, 3, 1) of one frame for all."""
+        """Return f, s and n = f x s (3, 3, m), with components in the second axis; (3, 3, 1) for a single frame."""
         rows = [np.asarray(c, dtype=kind).reshape(-1) for c in (self.fx, self.fy, self.fz, self.sx, self.sy, self.sz)]
         f, s = np.array(rows[:3]), np.array(rows[3:])
         n = np.array([f[1] * s[2] - f[2] * s[1], f[2] * s[0] - f[0] * s[2], f[0] * s[1] - f[1] * s[0]])
@@ -83,19 +86,19 @@ class Frame:
 def _unit(v: Any) -> Any:
     size = math.hypot(*v)
     if not (math.isfinite(size) and size > 0.0):
-        raise NoDirection(f"{tuple(v)} is no direction")
+        raise InvalidDirection(f"{tuple(v)} is no direction")
     return tuple(c / size for c in v)
 
 
 def _units(v: Array) -> Array:
     size = np.linalg.norm(v, axis=1, keepdims=True)
     if not (np.all(np.isfinite(size)) and np.all(size > 0.0)):
-        raise NoDirection("a direction of no length")
+        raise InvalidDirection("a direction of no length")
     found: Array = v / size
     return found
 
 
-def _across(f: Any) -> Any:
-    """A direction across another: the coordinate axis that is farthest from it, less what lies along it."""
+def _perpendicular(f: Any) -> Any:
+    """Return a perpendicular direction: the coordinate axis farthest from f, made perpendicular to it."""
     least = min(range(3), key=lambda i: abs(f[i]))
     return tuple(float(i == least) for i in range(3))

@@ -1,12 +1,12 @@
-"""What a spring of a series stores and loses at finite strain.
+"""Stored and dissipated energy of Maxwell branches (terms of a Prony series) at finite strain.
 
-With Q = g S(0) - H, the stress that a branch has lost, the law of a branch is dQ/dt = (g S(0) - Q) / tau, and its
-energy per share is W(C) - q : C/2 + sup over C' of (q : C'/2 - W(C')), q = Q/g; where W is of shape alone, over C' that
-keep the volume. The sup is at C', in which the branch is at rest; (C - C') : (S(0)(C) - q) / 2 tau is what it
-dissipates. Where every C is at rest under its own stress that is never negative. Of W that rises with I1 of a change of
-shape, and is convex, it is so, and C' = lam (2 W' 1 - q)^-1 (`OfFirst`).
-Source: the free energy of Simo (1987), equation 3.12, with the energy of Q that makes every state of rest one of no
-dissipation; S is `measures.Shape`'s.
+With Q = g S(0) - H, the stress that a branch has lost, the branch law is dQ/dt = (g S(0) - Q) / tau. Its energy per
+unit share is W(C) - q : C/2 + sup over C' of (q : C'/2 - W(C')), q = Q/g; for an isochoric W the sup is over C' of unit
+determinant. The sup is attained at C', in which the branch is at rest; (C - C') : (S(0)(C) - q) / 2 tau is the
+dissipation. It is never negative if every C is at rest under its own stress. That holds for convex W that increases
+with the isochoric I1, with C' = lam (2 W' 1 - q)^-1 (`FirstInvariantBranch`).
+Source: the free energy of Simo (1987), equation 3.12, with the energy of Q chosen so that no state of rest dissipates;
+S is that of the isochoric strain in strain_measures.py.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
-from softmark.solvers.materials.isochoric_invariants import OfBarInvariants
+from softmark.solvers.materials.isochoric_invariants import IsochoricInvariantMaterial
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
 
 if TYPE_CHECKING:
@@ -30,8 +30,10 @@ HALVED = 100  # times at most: what is left of it then
 
 
 @dataclass(frozen=True)
-class OfFirst:
-    """W of i = I1 - 3 of C that keeps the volume: its energy (n,), J/m^3, and twice its slope, Pa; no number beyond."""
+class FirstInvariantBranch:
+    """Branch energy for W(i), i = I1 - 3 of isochoric C: the energy (n,), J/m^3, and twice its derivative, Pa; else
+    NaN.
+    """
 
     energy: Callable[[Array], Array]
     slope: Callable[[Array], Array]
@@ -39,14 +41,14 @@ class OfFirst:
     keeps = True
 
     def stress(self, C: Array) -> Array:
-        """S(0) of C (n, 3, 3), Pa."""
+        """Return S(0) of C (n, 3, 3), Pa."""
         i = np.einsum("nii->n", C) - 3.0
         y = self.slope(i)[:, None, None]
         found: Array = y * (np.eye(3) - (i[:, None, None] / 3.0 + 1.0) * np.linalg.inv(C))
         return found
 
     def resting(self, q: Array) -> Array:
-        """C' (n, 3, 3), of q (n, 3, 3), Pa."""
+        """Return C' (n, 3, 3) for q (n, 3, 3), Pa."""
         values, axes = np.linalg.eigh(q)
         y = self.slope(np.zeros(len(q))) if self.even else self._slopes(values)
         each = 1.0 / (y[:, None] - values)
@@ -55,7 +57,7 @@ class OfFirst:
         return found
 
     def _slopes(self, q: Array) -> Array:
-        """2 W' at C' (n,), Pa, of the eigenvalues of q (n, 3): that of I1 of C' is itself, by halving."""
+        """Return 2 W' at C' (n,), Pa, from the eigenvalues of q (n, 3), by bisection for a consistent I1."""
 
         def above(i: Array) -> Array:  # whether I1 of the shape that its slope gives lies above i + 3
             with np.errstate(all="ignore"):
@@ -79,24 +81,24 @@ class OfFirst:
         return self.slope(low)
 
     def stored(self, C: Array, q: Array) -> Array:
-        """The energy of a spring per share of C (n, 3, 3) where q (n, 3, 3), Pa, is lost (n,), J/m^3."""
+        """Return the stored energy per unit share (n,), J/m^3, for C (n, 3, 3) and lost stress q (n, 3, 3), Pa."""
         rest = self.resting(q)
         i, j = (np.einsum("nii->n", A) - 3.0 for A in (C, rest))
         found: Array = self.energy(i) - self.energy(j) - 0.5 * np.einsum("nij,nij->n", q, C - rest)
         return np.maximum(found, 0.0)  # of rounding
 
     def rate(self, C: Array, q: Array) -> Array:
-        """(C - C') : (S(0)(C) - q)/2 (n,), J/m^3: tau times what is dissipated per share, never negative."""
+        """Return (C - C') : (S(0)(C) - q)/2 (n,), J/m^3: tau times the dissipation per unit share, never negative."""
         found: Array = 0.5 * np.einsum("nij,nij->n", C - self.resting(q), self.stress(C) - q)
         return np.maximum(found, 0.0)  # of rounding
 
 
 @dataclass(frozen=True)
-class OfAny:
-    """W of any isotropic `law`: C' has the axes of q, and its stretches are found by Newton's method.
+class IsotropicBranch:
+    """Branch energy for any isotropic `law`: C' has the axes of q, and its stretches are found by Newton's method.
 
-    Two of a law of shape alone, where C' `keeps` its volume, or three. Where none is found, as of a law that is not
-    convex there, what is stored and lost is no number.
+    There are two unknowns for an isochoric law (`keeps`), else three. If none is found, as for a law that is not convex
+    there, stored and dissipated energy are NaN.
     """
 
     law: Law
@@ -104,28 +106,28 @@ class OfAny:
     keeps: bool
 
     def stored(self, C: Array, q: Array) -> Array:
-        """The energy of a spring per share of C (n, 3, 3) where q (n, 3, 3), Pa, is lost (n,), J/m^3."""
+        """Return the stored energy per unit share (n,), J/m^3, for C (n, 3, 3) and lost stress q (n, 3, 3), Pa."""
         e, rest = self._resting(q)
         own = self.law.psi(_root(C)) - self.law.psi(_diagonal(np.exp(0.5 * e)))
         found: Array = own - 0.5 * np.einsum("nij,nij->n", q, C - rest)
         return found
 
     def rate(self, C: Array, q: Array) -> Array:
-        """(C - C') : (S(0)(C) - q)/2 (n,), J/m^3: tau times what is dissipated per share."""
+        """Return (C - C') : (S(0)(C) - q)/2 (n,), J/m^3: tau times the dissipation per unit share."""
         F = _root(C)
         S = np.linalg.solve(F, self.law.P(F))
         found: Array = 0.5 * np.einsum("nij,nij->n", C - self._resting(q)[1], S - q)
         return found
 
     def _resting(self, q: Array) -> tuple[Array, Array]:
-        """Logarithms of the eigenvalues of C' (n, 3), and C' (n, 3, 3)."""
+        """Return logarithms of the eigenvalues of C' (n, 3), and C' (n, 3, 3)."""
         values, axes = np.linalg.eigh(q)
         with np.errstate(all="ignore"):
             e = self._rest(values)
         return e, (axes * np.exp(e)[:, None, :]) @ axes.swapaxes(1, 2)
 
     def _rest(self, q: Array) -> Array:
-        """Logarithms of the eigenvalues of C' (n, 3), of those of q (n, 3), Pa."""
+        """Return logarithms of the eigenvalues of C' (n, 3) from those of q (n, 3), Pa."""
         ways = np.array(ACROSS if self.keeps else (*ACROSS, ALL))
         e, found = np.zeros_like(q), np.zeros(len(q), dtype=bool)
         for _ in range(STEPS):
@@ -144,14 +146,20 @@ class OfAny:
         return e
 
     def _slope(self, e: Array, q: Array) -> Array:
-        """d(W - q : C/2)/de (n, 3), Pa."""
+        """Return d(W - q : C/2)/de (n, 3), Pa."""
         c = np.exp(e)
         P = self.law.P(_diagonal(np.sqrt(c)))
         found: Array = 0.5 * (np.sqrt(c) * np.einsum("nii->ni", P) - q * c)
         return found - found.mean(axis=1, keepdims=True) if self.keeps else found
 
 
-STEPS, FLAT, NEAR, SOFT, FAR = 40, 1e-9, 1e-6, 1e-3, 0.5  # of `OfAny`: iterations, slope, side steps, curvature, step
+STEPS, FLAT, NEAR, SOFT, FAR = (
+    40,
+    1e-9,
+    1e-6,
+    1e-3,
+    0.5,
+)  # of `IsotropicBranch`: iterations, slope, side steps, curvature, step
 ACROSS = ((0.5**0.5, -(0.5**0.5), 0.0), (6.0**-0.5, 6.0**-0.5, -2.0 * 6.0**-0.5))  # what keeps the volume
 ALL = (3.0**-0.5, 3.0**-0.5, 3.0**-0.5)
 
@@ -162,23 +170,25 @@ def _diagonal(values: Array) -> Array:
 
 
 def _root(C: Array) -> Array:
-    """The symmetric root of C (n, 3, 3)."""
+    """Return the symmetric square root of C (n, 3, 3)."""
     values, axes = np.linalg.eigh(C)
     found: Array = (axes * np.sqrt(values)[:, None, :]) @ axes.swapaxes(1, 2)
     return found
 
 
-def of_first(material: Any) -> OfFirst | None:
-    """What is known of a material; None of one whose W knows more than I1, or neither rises nor is convex for sure."""
+def first_invariant_branch(material: Any) -> FirstInvariantBranch | None:
+    """Return the first-invariant branch energy of a material; None if W depends on more, or may not be convex and
+    increasing.
+    """
     if isinstance(material, NeoHookeanIsochoric):
         mu: float = material.shear_modulus
-        return OfFirst(lambda i: 0.5 * mu * i, lambda i: np.full(i.shape, mu), True)
-    if not isinstance(material, OfBarInvariants) or material.second or not material.convex:
+        return FirstInvariantBranch(lambda i: 0.5 * mu * i, lambda i: np.full(i.shape, mu), True)
+    if not isinstance(material, IsochoricInvariantMaterial) or material.second or not material.convex:
         return None
-    own: OfBarInvariants = material
+    own: IsochoricInvariantMaterial = material
 
     def slope(i: Array) -> Array:
         found: Array = 2.0 * np.broadcast_to(own.slopes(i, i)[0], i.shape)
         return found
 
-    return OfFirst(lambda i: own.energy(i, i), slope, False)
+    return FirstInvariantBranch(lambda i: own.energy(i, i), slope, False)

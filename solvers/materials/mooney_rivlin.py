@@ -1,18 +1,18 @@
-"""The Mooney-Rivlin solid."""
+"""Mooney-Rivlin material."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
-from softmark.solvers.materials.isochoric_invariants import Number, OfBarInvariants
+from softmark.solvers.materials.isochoric_invariants import IsochoricInvariantMaterial, Number
 
 if TYPE_CHECKING:
     from softmark.solvers.materials.constitutive_law import Array
 
 
 @dataclass(frozen=True)
-class MooneyRivlin(OfBarInvariants):
+class MooneyRivlin(IsochoricInvariantMaterial):
     """Mooney-Rivlin rubber: neo-Hooke and a part that turns soft as the solid is stretched.
 
     psi = c1 (J^(-2/3) I1 - 3) + c2 (J^(-4/3) I2 - 3) + K/2 g(J)^2, I1 and I2 the invariants of F^T F; mu = 2 (c1 + c2)
@@ -31,12 +31,12 @@ class MooneyRivlin(OfBarInvariants):
 
     @property
     def convex(self) -> bool:
-        """Without k."""
+        """True if the term in k is absent."""
         return self.c2 == 0.0
 
     @property
     def rising(self) -> bool:
-        """i and k are sums of exponentials."""
+        """True: i and k are sums of exponentials of logarithmic stretches."""
         return True
 
     def energy(self, i: Array, k: Array) -> Array:

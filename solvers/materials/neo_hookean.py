@@ -1,4 +1,4 @@
-"""The compressible neo-Hookean solid with ln J."""
+"""Compressible neo-Hookean material with ln J."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
 from softmark.solvers.materials.isotropic_material import Isotropic, is_array
-from softmark.solvers.materials.two_invariant_law import OfInvariants
+from softmark.solvers.materials.two_invariant_law import TwoInvariantLaw
 from softmark.solvers.runtime.scalar_or_array import like, log1p, where
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class NeoHookean(OfInvariants, Isotropic):
+class NeoHookean(TwoInvariantLaw, Isotropic):
     """Compressible neo-Hookean rubber, the form with ln J.
 
     psi = mu/2 (tr F^T F - 3) - mu ln J + lam/2 (ln J)^2, J = det F > 0
@@ -29,23 +29,23 @@ class NeoHookean(OfInvariants, Isotropic):
 
     @property
     def gives_way(self) -> tuple[str, str] | None:
-        """Below nu = 0, lam/2 (ln J)^2 has no lower bound: it falls as the solid swells or shrinks without end."""
+        """Reason for nu < 0: lam/2 (ln J)^2 has no lower bound, so energy falls without limit as the volume changes."""
         if is_array(self.poisson) or not isinstance(self.poisson, float | int) or self.poisson >= 0.0:
             return None
         return "poisson", "a Poisson's ratio below 0 leaves its energy no lower bound as its volume goes to nothing"
 
     @property
     def steady_above(self) -> float:  # type: ignore[override]
-        """(ln J)^2 is convex, and powers of stretches are."""
+        """Zero: (ln J)^2 and powers of stretches are always convex in ln J."""
         known = not is_array(self.poisson) and isinstance(self.poisson, float | int) and self.poisson >= 0.0
         return 0.0 if known else math.inf
 
     def finite_parts(self) -> tuple[Law, Law] | None:
-        """The energy is linear in its two moduli."""
+        """Return the two parts; the energy is linear in the two moduli."""
         return _Shear(**vars(self)), _Volume(**vars(self))
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
-        """The first part has `local_lambda` for lam."""
+        """Return the shape law, with `local_lambda` for lam, and the volume constraint."""
         from softmark.solvers.materials.volumetric_constraints import LogarithmicVolume
 
         return _Shape(**vars(self)), LogarithmicVolume()
@@ -65,21 +65,21 @@ class NeoHookean(OfInvariants, Isotropic):
 
 
 class _Shear(NeoHookean):
-    """The part that belongs to mu."""
+    """The part of the law proportional to mu."""
 
     volume_share = 0.0
 
 
 class _Volume(NeoHookean):
-    """The part that belongs to lam."""
+    """The part of the law proportional to lam."""
 
     shear_share = 0.0
 
 
 class _Shape(NeoHookean):
-    """All but what a pressure takes."""
+    """The law without the volume energy that a separate pressure carries."""
 
     @property
     def lame_lambda(self) -> float:
-        """What stays at every point, Pa."""
+        """Part of the modulus that stays in the point-wise law, Pa."""
         return self.local_lambda

@@ -1,4 +1,4 @@
-"""The neo-Hookean solid split into change of shape and change of volume."""
+"""Neo-Hookean material with isochoric-volumetric split."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
-from softmark.solvers.materials.isotropic_material import Isotropic, within
-from softmark.solvers.materials.two_invariant_law import OfInvariants
+from softmark.solvers.materials.isotropic_material import Isotropic, clamp_value
+from softmark.solvers.materials.two_invariant_law import TwoInvariantLaw
 from softmark.solvers.runtime.scalar_or_array import exp, expm1, log1p, where
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class NeoHookeanIsochoric(OfInvariants, Isotropic):
+class NeoHookeanIsochoric(TwoInvariantLaw, Isotropic):
     """Neo-Hookean rubber with shape and volume apart (isochoric-volumetric split).
 
     psi = mu/2 (J^(-2/3) tr F^T F - 3) + K/2 (J - 1)^2, J = det F > 0, K the bulk modulus
@@ -31,23 +31,23 @@ class NeoHookeanIsochoric(OfInvariants, Isotropic):
     steady_above = 0.5  # (J - 1)^2 is convex by ln J there
 
     def finite_parts(self) -> tuple[Law, Law] | None:
-        """The energy is linear in its two moduli, of K the first has 5 mu/3, as much as at nu = 1/4."""
+        """Return the two parts; the shear part keeps 5 mu/3 of K, as at nu = 1/4."""
         return _Shear(**vars(self)), _Volume(**vars(self))
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
-        """The first part has `local_lambda` for lam."""
+        """Return the shape law, with `local_lambda` for lam, and the volume constraint."""
         from softmark.solvers.materials.volumetric_constraints import VolumeRatio
 
         return _Shape(**vars(self)), VolumeRatio()
 
     def isochoric(self) -> Law:
-        """Without what K holds."""
+        """Return the law without the volume energy."""
         return _Isochoric(**vars(self))
 
     @property
     def _of_shear(self) -> float:
-        """5 mu/3, and all of K = lam + 2 mu/3 where that is less, Pa."""
-        kept: float = (2.0 / 3.0 + within(-1.0, self._ratio, 1.0)) * self.young / (2.0 * (1.0 + self.poisson))
+        """Part of K in the shear law: 5 mu/3, or all of K = lam + 2 mu/3 if that is less, Pa."""
+        kept: float = (2.0 / 3.0 + clamp_value(-1.0, self._ratio, 1.0)) * self.young / (2.0 * (1.0 + self.poisson))
         return kept
 
     def energy(self, stretch: Array, j: Array) -> Array:
@@ -64,45 +64,45 @@ class NeoHookeanIsochoric(OfInvariants, Isotropic):
         return -2.0 / 3.0 * m / J, self.bulk_modulus + 5.0 / 9.0 * m * (stretch + 3.0) / (J * J)
 
     def _isochoric_modulus(self, j: Array) -> Array:
-        """mu J^(-2/3), NaN where J <= 0."""
+        """Return mu J^(-2/3), NaN if J <= 0."""
         return self.shear_modulus * exp(-2.0 / 3.0 * log1p(j))
 
 
 class _Shear(NeoHookeanIsochoric):
-    """The part that belongs to mu: without any stiffness to volume it would be unstable in tension."""
+    """The part of the law proportional to mu; it keeps some volume stiffness, else it would be unstable in tension."""
 
     volume_share = 0.0
 
     @property
     def bulk_modulus(self) -> float:
-        """What stays at every point, Pa."""
+        """Part of the modulus that stays in the point-wise law, Pa."""
         return self._of_shear
 
 
 class _Isochoric(NeoHookeanIsochoric):
-    """The part that no change of volume changes."""
+    """The isochoric part of the law."""
 
     @property
     def bulk_modulus(self) -> float:
-        """None."""
+        """Zero: no volume stiffness."""
         return 0.0
 
 
 class _Volume(NeoHookeanIsochoric):
-    """The part that holds the volume."""
+    """The volume part of the law."""
 
     shear_share = 0.0
 
     @property
     def bulk_modulus(self) -> float:
-        """The rest of K, Pa; 0 where it is not above 5 mu/3."""
+        """Remaining part of K, Pa; 0 if K is not above 5 mu/3."""
         return super().bulk_modulus - self._of_shear
 
 
 class _Shape(NeoHookeanIsochoric):
-    """All but what a pressure takes."""
+    """The law without the volume energy that a separate pressure carries."""
 
     @property
     def bulk_modulus(self) -> float:
-        """What stays at every point, Pa."""
+        """Part of the modulus that stays in the point-wise law, Pa."""
         return self.local_lambda + 2.0 / 3.0 * self.shear_modulus

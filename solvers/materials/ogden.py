@@ -1,12 +1,12 @@
-"""The solid of Ogden."""
+"""Ogden material."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
-from softmark.ranges import Unfit
+from softmark.ranges import InvalidCombination
 from softmark.records import dataclass
-from softmark.solvers.materials.principal_stretches import OfStretches
+from softmark.solvers.materials.principal_stretches import PrincipalStretchMaterial
 from softmark.solvers.runtime.scalar_or_array import exp, expm1
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ else:
 
 
 @dataclass(frozen=True)
-class Ogden(OfStretches):
+class Ogden(PrincipalStretchMaterial):
     """Ogden's rubber: powers of the principal stretches, as many terms as there are constants.
 
     psi = sum_n mu_n/alpha_n (t1^alpha_n + t2^alpha_n + t3^alpha_n - 3) + K/2 g(J)^2, t_a = J^(-1/3) times the stretches
@@ -39,10 +39,10 @@ class Ogden(OfStretches):
     @property
     def rest_shear(self) -> float:
         if len(self.mu) != len(self.alpha):
-            raise Unfit("alpha", f"there are {len(self.mu)} constants `mu` and {len(self.alpha)} powers `alpha`",
+            raise InvalidCombination("alpha", f"there are {len(self.mu)} constants `mu` and {len(self.alpha)} powers `alpha`",
                         "not as many", "each term has one of both")  # fmt: skip
         if 0.0 in self.alpha:
-            raise Unfit("alpha", "a power of 0 is no term", "this is 0", "leave the term out")
+            raise InvalidCombination("alpha", "a power of 0 is no term", "this is 0", "leave the term out")
         return 0.5 * sum(m * a for m, a in self._terms)
 
     @property
@@ -51,22 +51,24 @@ class Ogden(OfStretches):
 
     @property
     def convex(self) -> bool:
-        """Each term is: sum s^alpha J^(-alpha/3) from 3/2 up, and of cofactors down from -3.
+        """True if each term is polyconvex: sum s^alpha J^(-alpha/3) for alpha >= 3/2, and of cofactors for alpha <= -3.
 
-        As x^p y^-q is convex where p >= q + 1. Source: Hartmann and Neff (2003), Int. J. Solids Struct. 40:2767.
+        Reason: x^p y^-q is convex if p >= q + 1. Source: Hartmann and Neff (2003), Int. J. Solids Struct. 40:2767.
         """
         return all(m * a >= 0.0 and (a >= 1.5 or a <= -3.0) for m, a in self._terms)
 
     @property
     def rising(self) -> bool:
-        """Each term is a sum of exponentials."""
+        """True if each term is a sum of exponentials with positive coefficients."""
         return all(m * a >= 0.0 for m, a in self._terms)
 
     @property
     def gives_way(self) -> tuple[str, str] | None:
-        """Two stretches alike, ln t = e, leave shears between them w''(e) / t^2, and the outermost powers rule it.
+        """Reason for loss of shear stiffness: between two equal stretches, ln t = e, it is w''(e) / t^2.
 
-        In simple shear the energy grows as |F| to the largest power of both signs: less than 1, and its slope falls.
+        The outermost powers decide. In simple shear the energy grows as |F| to the largest power of both signs; below
+        power 1
+        its slope decreases.
         """
         sums: dict[float, float] = {}
         for m, a in self._terms:

@@ -1,7 +1,7 @@
-"""Plane stress: any law of a solid, as it is in a thin plate whose faces are free.
+"""Plane stress: any law of a solid, in a thin plate with free faces.
 
-The plate may grow thinner or thicker: the stretch across it, F33, is what leaves no stress there, P33 = 0. What is left
-is a law of the motion within the plane, with the energy of the solid at that stretch.
+The plate may change its thickness: the thickness stretch F33 makes the stress across the plate zero, P33 = 0. The
+result is a law of the in-plane motion, with the energy of the solid at that stretch.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from softmark.records import dataclass
 from softmark.solvers.materials.constitutive_law import project
 from softmark.solvers.materials.isotropic_material import Isotropic, is_array
 from softmark.solvers.materials.tensor_components import components
-from softmark.solvers.materials.two_invariant_law import OfInvariants, invariants
+from softmark.solvers.materials.two_invariant_law import TwoInvariantLaw, invariants
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,42 +29,44 @@ ROUNDING = 1e-14  # of the stretch: a smaller change is none
 
 
 @dataclass(frozen=True)
-class Thin(Isotropic):
-    """A material in plane stress: the moduli are those of the solid that it is made `of`."""
+class Plate(Isotropic):
+    """A material in plane stress, with the moduli of the solid that it is made `of`."""
 
     of: Isotropic | None = None
     thin = True
 
     @classmethod
     def made(cls, of: Isotropic) -> Isotropic:
-        """A plate of a material; a material with fibres as it is, because no plate of one is known (E365)."""
+        """Return the plate of a material; a material with fibres is returned unchanged, as plates of it are unsupported
+        (E365).
+        """
         if isinstance(of, cls) or getattr(of, "directed", False):
             return of
         return cls(of.young, of.poisson, of.density, of)
 
     @property
     def polyconvex(self) -> bool:  # type: ignore[override]
-        """As the solid."""
+        """True if the energy of the solid is polyconvex."""
         return self.of is not None and self.of.polyconvex
 
     @property
     def steady_above(self) -> float:  # type: ignore[override]
-        """As the solid, where that does not ask for its volume."""
+        """Bound of the solid, if it does not depend on the volume."""
         return math.inf if self.of is None or self.of.steady_above else 0.0
 
     @property
     def branches(self) -> tuple[tuple[float, float], ...]:  # type: ignore[override]
-        """Those of the solid."""
+        """Relaxation branches of the solid."""
         return () if self.of is None else self.of.branches
 
     def finite_law(self) -> Law | None:
-        """The law of the solid: `law_for` makes that of the plate of it."""
+        """Return the law of the solid; `law_for` turns it into that of the plate."""
         return None if self.of is None else self.of.finite_law()
 
 
 @dataclass(frozen=True)
 class PlaneStress:
-    """The law of a plate, of a solid's: psi(F) is the least of the solid's over F33, whatever F33 is given.
+    """Plane-stress law of a solid: psi(F) is the minimum of the solid's psi over F33, whatever F33 is given.
 
     P is the solid's at that stretch, with P33 = 0, and dP/dF = A - A_:33 (x) A_33: / A_3333 with the solid's A: the
     stretch follows the motion (static condensation). Source: de Borst (1991), "The zero-normal-stress condition in
@@ -74,9 +76,10 @@ class PlaneStress:
     solid: Law
 
     def opened(self, F: Array) -> Array:
-        """The same F (m, 3, 3) with the stretch across the plate that leaves no stress there; nan where none does.
+        """Return F (m, 3, 3) with the thickness stretch that makes the stress across the plate zero; NaN if there is
+        none.
 
-        By Newton's method, each step of which it holds to a factor of ten.
+        It uses Newton's method; each step changes the stretch by at most a factor of ten.
         """
         F = F.copy()
         F[:, 2, 2] = self._first(F)
@@ -95,8 +98,8 @@ class PlaneStress:
 
     @staticmethod
     def _across(solid: Any, F: Array) -> tuple[Array, Array]:
-        """P33 and dP33/dF33 (m,), Pa, of the solid: of laws of invariants without the tensors that they are part of."""
-        if not isinstance(solid, OfInvariants):
+        """Return P33 and dP33/dF33 (m,), Pa, of the solid; laws of invariants give them without full tensors."""
+        if not isinstance(solid, TwoInvariantLaw):
             return solid.P(F)[:, 2, 2], solid.dPdF(F)[:, 2, 2, 2, 2]
         f = components(F)
         stretch, j = invariants(f)
@@ -106,57 +109,61 @@ class PlaneStress:
         return a * along + s * C, slope if c is None else slope + 2.0 * c * along * C
 
     def _at(self, which: Any) -> Any:
-        """The law of the solid at some of the points: one for all unless its constants vary (heterogeneous.py)."""
+        """Return the law of the solid at some of the points: the same for all unless its constants vary
+        (heterogeneous.py).
+        """
         if not any(is_array(v) for v in vars(self.solid).values()):
             return self.solid
-        from softmark.solvers.materials.heterogeneous import changed
+        from softmark.solvers.materials.heterogeneous import map_arrays
 
-        return changed(self.solid, lambda a: a[which])
+        return map_arrays(self.solid, lambda a: a[which])
 
     @staticmethod
     def _rest(solid: Any, F: Array) -> Array:
-        """dP/dF of a solid at rest, one for all (1, 3, 3, 3, 3), or of each F where constants are arrays."""
+        """Return dP/dF of a solid at rest, shared (1, 3, 3, 3, 3), or per F if constants are arrays."""
         many = len(F) if any(is_array(v) for v in vars(solid).values()) else 1
         found: Array = solid.dPdF(np.broadcast_to(np.eye(3, dtype=F.dtype), (many, 3, 3)))
         return found
 
     def _still(self, solid: Any, F: Array) -> Any:
-        """Whether the stress across the plate is rounding alone (m,)."""
+        """Return whether the stress across the plate is rounding error (m,)."""
         A = self._rest(solid, F)[:, 2, 2, 2, 2]
         found = np.abs(solid.P(F)[:, 2, 2]) <= 100.0 * np.finfo(F.dtype).eps * A
         return found & (F[:, 2, 2] > FLAT)
 
     def _first(self, F: Array) -> Array:
-        """A stretch to start from (m,): J^-(lam / (lam + 2 mu)) of the area ratio J, right where strains are small."""
+        """Return the initial stretch (m,): J^-(lam / (lam + 2 mu)) of the area ratio J, exact for small strains."""
         A = self._rest(self.solid, F)
         area = F[:, 0, 0] * F[:, 1, 1] - F[:, 0, 1] * F[:, 1, 0]
         found: Array = np.maximum(area, LEAST) ** -(A[:, 2, 2, 0, 0] / A[:, 2, 2, 2, 2])
         return found
 
     def psi(self, F: Array) -> Array:
-        """Energy per volume at rest, J/m^3 (m,); +inf where no stretch across the plate frees it of stress."""
+        """Return the energy per undeformed volume, J/m^3 (m,); +inf if no thickness stretch gives zero stress across
+        the plate.
+        """
         energy = self.solid.psi(self.opened(F))
         return np.where(np.isnan(energy), np.inf, energy)
 
     def P(self, F: Array) -> Array:
-        """First Piola-Kirchhoff stress, Pa (m, 3, 3)."""
+        """Return the first Piola-Kirchhoff stress, Pa (m, 3, 3)."""
         P = self.solid.P(self.opened(F))
         P[:, 2, 2] = 0.0
         return P
 
     def dPdF(self, F: Array) -> Array:
-        """dP_iJ/dF_kL, Pa (m, 3, 3, 3, 3): none of it with F33."""
+        """Return dP_iJ/dF_kL, Pa (m, 3, 3, 3, 3), with zeros for F33."""
         A = self.solid.dPdF(self.opened(F)).reshape(-1, 9, 9)
         A = A - A[:, :, 8:] * A[:, 8:, :] / A[:, 8:, 8:]
         A[:, 8, :] = A[:, :, 8] = 0.0
         return A.reshape(-1, 3, 3, 3, 3)
 
     def dPdF_projected(self, F: Array) -> Array:
-        """The positive semi-definite 9x9 matrix nearest to dPdF, Pa (m, 3, 3, 3, 3)."""
+        """Return the positive semi-definite 9x9 matrix nearest to dPdF, Pa (m, 3, 3, 3, 3)."""
         return project(self.dPdF(F))
 
 
 def thickness(law: Law, F: Array) -> Array:
-    """The stretch across a plate (m,) under F (m, 3, 3); of another law than a plate's that of F."""
+    """Return the thickness stretch of a plate (m,) under F (m, 3, 3); for other laws that of F."""
     found: Array = (law.opened(F) if hasattr(law, "opened") else F)[:, 2, 2]
     return found

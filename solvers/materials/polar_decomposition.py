@@ -1,7 +1,7 @@
-"""The rotation nearest to F and the principal axes of F, for every F: stretched, flat or inside out.
+"""Polar decomposition: the rotation nearest to F and the principal axes of F, for every F, flat or inverted too.
 
-F = R S with det R = +1 and S symmetric. Where det F < 0 the smallest principal stretch is negative (Irving,
-Teran, Fedkiw 2004): R stays the rotation that maximises tr(R^T F), and is continuous through inversion.
+F = R S with det R = +1 and S symmetric. If det F < 0 the smallest principal stretch is negative (Irving,
+Teran, Fedkiw 2004): R is still the rotation that maximises tr(R^T F), and is continuous through inversion.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ FINE = 1e-7  # a step or a defect whose square is below round-off: what one more
 
 
 def rotations(F: Array) -> Array:
-    """The rotations (m, 3, 3) nearest to F (m, 3, 3)."""
+    """Return the rotations (m, 3, 3) nearest to F (m, 3, 3)."""
     return np.ascontiguousarray(rotation(components(F)).transpose(2, 0, 1))
 
 
 def rotation(f: Array) -> Array:
-    """R (3, 3, m), the rotation nearest to F (3, 3, m), to a few units of round-off over s2 + s3.
+    """Return R (3, 3, m), the rotation nearest to F (3, 3, m), to a few units of round-off over s2 + s3.
 
     With g = F/|F| and the invariants I, II, III of S: R (I II - III) = I cof g + (I^2 - II) g - g g^T g, by
     Cayley-Hamilton, where I = s1 + s2 + s3 is the largest root of a quartic (Lin, Chitalu, Komura 2022,
     "Isotropic ARAP energy using Cauchy-Green invariants"). An error of I leaves R times a symmetric matrix,
     which one Newton-Schulz step removes. Rows near the singular set s2 + s3 = 0, where R is not unique, are
-    decomposed one by one. NaN where F is not finite.
+    decomposed one by one. NaN if F is not finite.
     """
     norm = np.sqrt(inner(f, f))
     g = f / norm
@@ -67,10 +67,10 @@ def _fine(a: Array) -> float:
 
 
 def _stretch_sum(cof: Array, det: Array) -> tuple[Array, Array, Array]:
-    """I = s1 + s2 + s3 (m,) for |g| = 1, then I II - III, and the last Newton step.
+    """Return I = s1 + s2 + s3 (m,) for |g| = 1, then I II - III, and the last Newton step.
 
-    Largest root of (x^2 - 1)^2 = 8 det x + 4 |cof|^2, from above, where Newton's method cannot overshoot: all
-    four roots +-s1 +-s2 +-s3 (even number of minuses) are real. The start is a bound as x <= sqrt(3).
+    I is the largest root of (x^2 - 1)^2 = 8 det x + 4 |cof|^2, approached from above, where Newton's method cannot
+    overshoot: all four roots +-s1 +-s2 +-s3 (even number of minuses) are real. The start is a bound, as x <= sqrt(3).
     """
     q = 4.0 * inner(cof, cof)
     x = np.sqrt(1.0 + np.sqrt(q + 8.0 * np.sqrt(3.0) * np.maximum(det, 0.0)))
@@ -85,7 +85,7 @@ def _stretch_sum(cof: Array, det: Array) -> tuple[Array, Array, Array]:
 
 
 def _orthonormalise(r: Array) -> Array:
-    """R <- R (3 I - R^T R)/2 until orthonormal, in place; returns |R^T R - I| (m,) before the last step."""
+    """Iterate R <- R (3 I - R^T R)/2 until orthonormal, in place; return |R^T R - I| (m,) before the last step."""
     for _ in range(3):
         e = add_diagonal(product(transposed(r), r), -1.0)
         r -= 0.5 * product(r, e)
@@ -96,7 +96,7 @@ def _orthonormalise(r: Array) -> Array:
 
 
 def _decompose(f: Array, r: Array, rows: NDArray[np.intp]) -> None:
-    """R = U V^T of the singular value decomposition, last axis turned where det (U V^T) = -1, in place."""
+    """Set R = U V^T of the singular value decomposition in place, with the last axis reversed if det (U V^T) = -1."""
     if len(rows):
         U, _, Vt = np.linalg.svd(f[:, :, rows].transpose(2, 0, 1))
         U[:, :, 2] *= np.sign(np.linalg.det(U) * np.linalg.det(Vt))[:, None]
@@ -104,22 +104,22 @@ def _decompose(f: Array, r: Array, rows: NDArray[np.intp]) -> None:
 
 
 def stretch(r: Array, f: Array) -> Array:
-    """S = R^T F (3, 3, m), made exactly symmetric."""
+    """Return S = R^T F (3, 3, m), made exactly symmetric."""
     s = product(transposed(r), f)
     return 0.5 * (s + transposed(s))
 
 
 def stretches(f: Array) -> Array:
-    """The principal stretches (3, m) of f (3, 3, m), unordered and of double precision."""
+    """Return the principal stretches (3, m) of f (3, 3, m), unordered, in double precision."""
     found: Array = np.sqrt(np.maximum(spectrum(np.einsum("iJm,iKm->JKm", f, f))[0], 0.0)) * np.ones((3, 1))
     return found
 
 
 def spectrum(a: Array) -> tuple[Array, Array]:
-    """Eigenvalues (3, m), unordered, and eigenvectors v[:, k] (3, 3, m) of symmetric a (3, 3, m).
+    """Return eigenvalues (3, m), unordered, and eigenvectors v[:, k] (3, 3, m) of symmetric a (3, 3, m).
 
-    Cyclic Jacobi rotations (Golub, Van Loan 2013, section 8.5): accurate to round-off of |a| also where
-    eigenvalues repeat, unlike closed forms.
+    Cyclic Jacobi rotations (Golub, Van Loan 2013, section 8.5): accurate to round-off of |a| even for repeated
+    eigenvalues, unlike closed forms.
     """
     a = a.copy()
     v = add_diagonal(np.zeros_like(a), 1.0)
@@ -133,7 +133,7 @@ def spectrum(a: Array) -> tuple[Array, Array]:
 
 
 def _annihilate(a: Array, v: Array, p: int, q: int, other: int) -> None:
-    """One Jacobi rotation of the p-q plane that makes a_pq zero; only the upper triangle of a is kept."""
+    """Apply one Jacobi rotation of the p-q plane that makes a_pq zero; only the upper triangle of a is kept."""
     apq = a[p, q].copy()
     d = a[q, q] - a[p, p]
     tiny = np.finfo(a.dtype).tiny  # keeps 0/0 away where a matrix is diagonal already
@@ -148,13 +148,13 @@ def _annihilate(a: Array, v: Array, p: int, q: int, other: int) -> None:
 
 
 def _entry(a: Array, i: int, j: int) -> Array:
-    """The stored copy of a_ij = a_ji."""
+    """Return the stored copy of a_ij = a_ji."""
     entry: Array = a[min(i, j), max(i, j)]
     return entry
 
 
 def _turn(x: Array, y: Array, c: Array, s: Array) -> None:
-    """(x, y) <- (c x - s y, s x + c y), in place."""
+    """Rotate rows in place: (x, y) <- (c x - s y, s x + c y)."""
     old = x.copy()
     x *= c
     x -= s * y
@@ -163,6 +163,6 @@ def _turn(x: Array, y: Array, c: Array, s: Array) -> None:
 
 
 def least_stretch(F: Array) -> float:
-    """The least principal stretch among deformation gradients (n, 3, 3), negative where one is inside out."""
+    """Return the smallest principal stretch among deformation gradients (n, 3, 3), negative if one is inverted."""
     least = np.sqrt(np.maximum(np.linalg.eigvalsh(F.transpose(0, 2, 1) @ F)[:, 0], 0.0))
     return float((np.sign(np.linalg.det(F)) * least).min(initial=1.0))

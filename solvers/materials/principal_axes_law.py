@@ -1,8 +1,8 @@
-"""An isotropic law in principal axes: its energy by logarithms of the three principal stretches, and two derivatives.
+"""Isotropic laws in principal axes: energy as a function of logarithmic principal stretches, and two derivatives.
 
-`principal(e)` of a law takes e_a = ln s_a and gives psi, J/m^3; Kirchhoff's principal stresses tau_a = dpsi/de_a, Pa;
-and d tau_a/de_b, Pa, as nested lists. Each e_a is one number (`float`, then nothing here makes an array: a state of one
-material point takes microseconds) or an array (m,), of m points at once. NaN outside the law's domain.
+`principal(e)` of a law takes e_a = ln s_a and returns psi, J/m^3; the principal Kirchhoff stresses tau_a = dpsi/de_a,
+Pa; and d tau_a/de_b, Pa, as nested lists. Each e_a is a number (`float`; then no arrays are made, and the state of one
+material point takes microseconds) or an array (m,) of m points. NaN outside the law's domain.
 Source: Ogden (1984), "Non-linear elastic deformations", section 6.1.
 """
 
@@ -15,8 +15,10 @@ Number = Any  # one, or an array (m,)
 Principal = tuple[Number, list[Number], list[list[Number]]]
 
 
-def deviatoric(slopes: Sequence[Number], bends: Sequence[Number]) -> tuple[list[Number], list[list[Number]]]:
-    """Two derivatives by e of W(t), t = e less its mean, of dW/dt_a and d2W/dt_a^2, where W is a sum over axes."""
+def deviatoric_derivatives(
+    slopes: Sequence[Number], bends: Sequence[Number]
+) -> tuple[list[Number], list[list[Number]]]:
+    """Return two derivatives by e of W(t), t = e minus its mean, from dW/dt_a and d2W/dt_a^2, if W is a sum over axes."""
     (p, q, r), (u, v, w) = slopes, bends
     mean, rest = (p + q + r) / 3.0, (u + v + w) / 9.0
     a, b, c = u / 3.0, v / 3.0, w / 3.0
@@ -24,8 +26,8 @@ def deviatoric(slopes: Sequence[Number], bends: Sequence[Number]) -> tuple[list[
     return [p - mean, q - mean, r - mean], [[rest + a, xy, zx], [xy, rest + b, yz], [zx, yz, rest + c]]
 
 
-def dyad(bent: list[list[Number]], factor: Number, x: Sequence[Number], y: Sequence[Number]) -> None:
-    """bent_ab += factor (x_a y_b + y_a x_b) / 2."""
+def add_symmetric_dyad(bent: list[list[Number]], factor: Number, x: Sequence[Number], y: Sequence[Number]) -> None:
+    """Add bent_ab += factor (x_a y_b + y_a x_b) / 2."""
     half = 0.5 * factor
     for a, row in enumerate(bent):
         u, v = half * x[a], half * y[a]
@@ -34,8 +36,8 @@ def dyad(bent: list[list[Number]], factor: Number, x: Sequence[Number], y: Seque
         )  # fmt: skip
 
 
-def swollen(tau: list[Number], bent: list[list[Number]], slope: Number, bend: Number) -> None:
-    """What an energy of the volume adds, of its derivatives by ln J: a pressure, and the same everywhere."""
+def add_volume_derivatives(tau: list[Number], bent: list[list[Number]], slope: Number, bend: Number) -> None:
+    """Add the terms of a volume energy, from its derivatives by ln J: a pressure, and a constant matrix."""
     tau[0], tau[1], tau[2] = tau[0] + slope, tau[1] + slope, tau[2] + slope
     for row in bent:
         row[0], row[1], row[2] = row[0] + bend, row[1] + bend, row[2] + bend

@@ -1,7 +1,7 @@
-"""Laws W(t1, t2, t3) + K/2 g(J)^2 of the principal stretches of a change of shape, t = J^(-1/3) s, each by itself.
+"""Laws W(t1, t2, t3) + K/2 g(J)^2 of isochoric principal stretches t = J^(-1/3) s, with W a sum of one-stretch terms.
 
-What makes derivatives of such laws lose their digits is where two stretches are alike: quotients of differences there
-are 0/0. Here they are functions of m = (e_a + e_b)/2 and d = (e_a - e_b)/2, e = ln t, by sinh, and need no distinction.
+Derivatives of such laws lose digits if two stretches are equal, because quotients of differences become 0/0. Here they
+are functions of m = (e_a + e_b)/2 and d = (e_a - e_b)/2, e = ln t, by sinh, without case distinction.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
 from softmark.solvers.materials.hyperelastic import PLANES, Hyperelastic, add_modes
-from softmark.solvers.materials.isochoric_split import Isochoric, add_swelling, resisting
+from softmark.solvers.materials.isochoric_split import IsochoricMaterial, add_volumetric_terms, volumetric_derivatives
 from softmark.solvers.materials.polar_decomposition import spectrum
-from softmark.solvers.materials.principal_axes_law import Principal, deviatoric
+from softmark.solvers.materials.principal_axes_law import Principal, deviatoric_derivatives
 from softmark.solvers.materials.tensor_components import (
     displacement_gradient,
     green_strain,
@@ -22,7 +22,7 @@ from softmark.solvers.materials.tensor_components import (
     transposed,
     volume_change,
 )
-from softmark.solvers.materials.volumetric_constraints import OfVolume
+from softmark.solvers.materials.volumetric_constraints import VolumeRatioConstraint
 from softmark.solvers.runtime.scalar_or_array import expm1
 
 if TYPE_CHECKING:
@@ -33,43 +33,43 @@ else:
     from softmark.solvers.runtime.lazy_modules import np
 
 
-class OfStretches(Isochoric):
-    """A material with W = w(ln t1) + w(ln t2) + w(ln t3)."""
+class PrincipalStretchMaterial(IsochoricMaterial):
+    """Base class of materials with W = w(ln t1) + w(ln t2) + w(ln t3)."""
 
     @abstractmethod
     def energy(self, e: Array) -> Array:
-        """w, J/m^3, of logarithms e of any shape; 0 at e = 0, where its slope does not count."""
+        """Return w, J/m^3, of logarithms e of any shape; 0 at e = 0, where its slope does not matter."""
 
     @abstractmethod
     def slope(self, e: Array) -> Array:
-        """dw/de less its value at e = 0, Pa: which is the same for all three, and volume alone would feel."""
+        """Return dw/de minus its value at e = 0, Pa; that constant is equal for all three and affects only the volume."""
 
     @abstractmethod
     def curvature(self, e: Array) -> Array:
-        """d2w/de2, Pa."""
+        """Return d2w/de2, Pa."""
 
     @abstractmethod
     def quotient(self, m: Array, d: Array) -> Array:
-        """(w'(m + d) - w'(m - d)) / (2 sinh d), Pa, which is the curvature at m where d = 0."""
+        """Return (w'(m + d) - w'(m - d)) / (2 sinh d), Pa, which is the curvature at m if d = 0."""
 
     def with_bulk(self, modulus: Any) -> Law:
-        """The law with a bulk modulus in Pa."""
-        return StretchLaw(self, modulus, self.constraint)
+        """Return the law with the bulk modulus `modulus`, Pa."""
+        return PrincipalStretchLaw(self, modulus, self.constraint)
 
 
 @dataclass(frozen=True)
-class StretchLaw(Hyperelastic):
-    """The law of a material, with K of its own.
+class PrincipalStretchLaw(Hyperelastic):
+    """Law of a material of principal stretches, with bulk modulus K.
 
-    F = U diag(s) V^T; tau_a = dpsi/d ln s_a are the principal stresses of Kirchhoff. dP/dF couples the three axes by
+    F = U diag(s) V^T; tau_a = dpsi/d ln s_a are the principal Kirchhoff stresses. dP/dF couples the three axes by
     d2psi/ds_a ds_b, and has in each plane ab (tau_a s_b + tau_b s_a) / (s_a s_b (s_a + s_b)) for the twist and (psi_a -
     psi_b)/(s_a - s_b), psi_a = tau_a/s_a, for the flip. Sources: Ogden (1984), "Non-linear elastic deformations",
     section 6.1; Smith, De Goes, Kim (2019), "Analytic eigensystems for isotropic distortion energies".
     """
 
-    material: OfStretches
+    material: PrincipalStretchMaterial
     modulus: Any
-    constraint: OfVolume
+    constraint: VolumeRatioConstraint
 
     def _psi(self, f: Array) -> Array:
         h = displacement_gradient(f)
@@ -80,7 +80,7 @@ class StretchLaw(Hyperelastic):
         return np.where(j > -1.0, shape + 0.5 * self.modulus * g * g, np.inf)
 
     def _P(self, f: Array) -> Array:
-        """F S, S the second stress of Piola and Kirchhoff."""
+        """Return F S, S the second Piola-Kirchhoff stress."""
         s, e, v, j = _principal(f)
         return product(f, product(v * (self._stress(e, j) / (s * s)), transposed(v)))
 
@@ -101,24 +101,24 @@ class StretchLaw(Hyperelastic):
         add_modes(H, product(f, v) / s, v, axes, twist, flip)
 
     def principal(self, e: Sequence[Any]) -> Principal:
-        """psi, tau and its derivative of logarithms of stretches (principal_axes_law.py)."""
+        """Return psi, tau and d tau/de for logarithmic principal stretches e (principal_axes_law.py)."""
         v = e[0] + e[1] + e[2]
         t, j, of = [a - v / 3.0 for a in e], expm1(v), self.material
-        tau, bent = deviatoric([of.slope(a) for a in t], [of.curvature(a) for a in t])
-        swelling = add_swelling(self.constraint, self.modulus, j, tau, bent)
+        tau, bent = deviatoric_derivatives([of.slope(a) for a in t], [of.curvature(a) for a in t])
+        swelling = add_volumetric_terms(self.constraint, self.modulus, j, tau, bent)
         return sum(of.energy(a) for a in t) + swelling, tau, bent
 
     def _stress(self, e: Array, j: Array) -> Array:
-        """tau (3, m), Pa."""
+        """Return tau (3, m), Pa."""
         slope = self.material.slope(e)
         slope -= slope.sum(axis=0) / 3.0
-        slope += self.modulus * resisting(self.constraint, j)[0] * (1.0 + j)
+        slope += self.modulus * volumetric_derivatives(self.constraint, j)[0] * (1.0 + j)
         return slope
 
     def _blocks(self, s: Array, e: Array, j: Array) -> tuple[Array, list[Array], list[Array]]:
-        """d2psi/ds_a ds_b (3, 3, m), and twist and flip of each plane, Pa."""
+        """Return d2psi/ds_a ds_b (3, 3, m), and twist and flip of each plane, Pa."""
         tau, bend, J = self._stress(e, j), self.material.curvature(e), 1.0 + j
-        swell, stiffen = resisting(self.constraint, j)
+        swell, stiffen = volumetric_derivatives(self.constraint, j)
         rest = bend.sum(axis=0) / 9.0 + self.modulus * (swell * J + stiffen * J * J)
         axes = np.empty((3, *s.shape), dtype=s.dtype)
         for a in range(3):
@@ -134,7 +134,7 @@ class StretchLaw(Hyperelastic):
 
 
 def _principal(f: Array) -> tuple[Array, Array, Array, Array]:
-    """Stretches s (3, m), ln t (3, m), the axes v[:, a] (3, 3, m) and J - 1 (m,); NaN where J <= 0."""
+    """Return stretches s (3, m), ln t (3, m), the axes v[:, a] (3, 3, m) and J - 1 (m,); NaN if J <= 0."""
     h = displacement_gradient(f)
     j = volume_change(h)
     squares, v = spectrum(2.0 * green_strain(h))  # of F^T F - 1

@@ -1,11 +1,11 @@
-"""The small strain in the fixed frame: right for small rotations only."""
+"""Small-strain law in the fixed frame, valid for small rotations only."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
-from softmark.solvers.materials.batching import Blockwise
+from softmark.solvers.materials.batching import BatchedLaw
 from softmark.solvers.materials.tensor_components import add_diagonal, displacement_gradient, inner, trace, transposed
 
 if TYPE_CHECKING:
@@ -17,10 +17,11 @@ else:
 
 
 @dataclass(frozen=True)
-class SmallStrain(Blockwise):
-    """psi = mu eps : eps + lam/2 (tr eps)^2, eps = (F + F^T)/2 - I, with the moduli mu and lam at rest, Pa.
+class SmallStrain(BatchedLaw):
+    """Small-strain energy: mu eps : eps + lam/2 (tr eps)^2, eps = (F + F^T)/2 - I, with the moduli mu and lam at rest,
+    Pa.
 
-    P = 2 mu eps + lam tr(eps) I. A rotation by th shows as eps_xx = cos th - 1: not objective, by nature.
+    P = 2 mu eps + lam tr(eps) I. It is not objective: a rotation by th gives eps_xx = cos th - 1.
     Source: Timoshenko, Goodier, "Theory of Elasticity", chapter 1.
     """
 
@@ -41,12 +42,14 @@ class SmallStrain(Blockwise):
         H[...] = hooke(self.mu, self.lam).reshape(9, 9, -1)
 
     def dPdF_projected(self, F: Array) -> Array:
-        """dPdF itself, Pa (m, 3, 3, 3, 3): eigenvalues 2 mu, 2 mu + 3 lam > 0, and 0 of the rotations."""
+        """Return dPdF itself, Pa (m, 3, 3, 3, 3): eigenvalues 2 mu, 2 mu + 3 lam > 0, and 0 for rotations."""
         return self.dPdF(F)
 
 
 def hooke(mu: float, lam: float) -> Array:
-    """mu (delta_ik delta_JL + delta_iL delta_kJ) + lam delta_iJ delta_kL (3, 3, 3, 3), Pa; of n moduli (3, ..., n)."""
+    """Return mu (delta_ik delta_JL + delta_iL delta_kJ) + lam delta_iJ delta_kL (3, 3, 3, 3), Pa; (3, ..., n) for n
+    moduli.
+    """
     d = np.eye(3)
     pairs = d[:, None, :, None] * d[None, :, None, :]  # delta_ik delta_JL
     shear, volume = pairs + pairs.swapaxes(2, 3), d[:, :, None, None] * d
@@ -56,6 +59,6 @@ def hooke(mu: float, lam: float) -> Array:
 
 
 def _strain(f: Array) -> Array:
-    """eps (3, 3, m)."""
+    """Return eps (3, 3, m)."""
     h = displacement_gradient(f)
     return 0.5 * (h + transposed(h))

@@ -1,4 +1,4 @@
-"""The St Venant-Kirchhoff solid."""
+"""St Venant-Kirchhoff material."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from softmark.solvers.materials.tensor_components import (
     add_carried,
     add_cross,
     add_diagonal,
-    add_turned,
+    add_geometric_stiffness,
     cofactor,
     displacement_gradient,
     green_strain,
@@ -42,11 +42,11 @@ class StVenantKirchhoff(Hyperelastic, Isotropic):
     """
 
     def finite_parts(self) -> tuple[Law, Law] | None:
-        """The energy is linear in its two moduli."""
+        """Return the two parts; the energy is linear in the two moduli."""
         return _Shear(**vars(self)), _Volume(**vars(self))
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
-        """The first part has `local_lambda` for lam."""
+        """Return the shape law, with `local_lambda` for lam, and the volume constraint."""
         from softmark.solvers.materials.volumetric_constraints import GreenDilatation
 
         return _Shape(**vars(self)), GreenDilatation()
@@ -60,16 +60,16 @@ class StVenantKirchhoff(Hyperelastic, Isotropic):
         return product(f, self._S(f))
 
     def _dPdF(self, f: Array, H: Array) -> None:
-        """delta_ik S_JL + lam F_iJ F_kL + mu F_iL F_kJ + mu (F F^T)_ik delta_JL (see add_cross)."""
+        """Write delta_ik S_JL + lam F_iJ F_kL + mu F_iL F_kJ + mu (F F^T)_ik delta_JL (see add_cross)."""
         mu, lam = self.shear_modulus, self.lame_lambda
         rows = f.reshape(9, -1)
         set_outer(H, rows, (lam + mu) * rows)
         add_cross(H, -mu * cofactor(f))
         add_carried(H, mu * product(f, transposed(f)))
-        add_turned(H, self._S(f))
+        add_geometric_stiffness(H, self._S(f))
 
     def principal(self, e: Sequence[Any]) -> Principal:
-        """psi, tau and its derivative of logarithms of stretches (principal_axes_law.py)."""
+        """Return psi, tau and d tau/de for logarithmic principal stretches e (principal_axes_law.py)."""
         mu, lam = self.shear_modulus, self.lame_lambda
         E = [0.5 * expm1(2.0 * a) for a in e]
         tr = E[0] + E[1] + E[2]
@@ -81,28 +81,28 @@ class StVenantKirchhoff(Hyperelastic, Isotropic):
         return 0.5 * lam * tr * tr + mu * sum(a * a for a in E), tau, bent
 
     def _S(self, f: Array) -> Array:
-        """Second Piola-Kirchhoff stress lam tr(E) I + 2 mu E (3, 3, m)."""
+        """Return the second Piola-Kirchhoff stress lam tr(E) I + 2 mu E (3, 3, m)."""
         E = green_strain(displacement_gradient(f))
         pressure = self.lame_lambda * trace(E)
         return add_diagonal(2.0 * self.shear_modulus * E, pressure)
 
 
 class _Shear(StVenantKirchhoff):
-    """The part that belongs to mu."""
+    """The part of the law proportional to mu."""
 
     volume_share = 0.0
 
 
 class _Volume(StVenantKirchhoff):
-    """The part that belongs to lam."""
+    """The part of the law proportional to lam."""
 
     shear_share = 0.0
 
 
 class _Shape(StVenantKirchhoff):
-    """All but what a pressure takes."""
+    """The law without the volume energy that a separate pressure carries."""
 
     @property
     def lame_lambda(self) -> float:
-        """What stays at every point, Pa."""
+        """Part of the modulus that stays in the point-wise law, Pa."""
         return self.local_lambda

@@ -1,4 +1,4 @@
-"""The stable neo-Hookean solid of graphics: finite energy and forces for every F, flat and inside out included."""
+"""Stable neo-Hookean material of computer graphics: finite energy and forces for every F, flat and inverted included."""
 
 from __future__ import annotations
 
@@ -42,18 +42,18 @@ class StableNeoHookean(Hyperelastic, Isotropic):
     polyconvex = True
 
     def finite_parts(self) -> tuple[Law, Law] | None:
-        """The energy is linear in its two moduli; that of lam is lam/2 (J - 1)^2."""
+        """Return the two parts; the energy is linear in the two moduli, and the volume part is lam/2 (J - 1)^2."""
         return _Shear(**vars(self)), _Volume(**vars(self))
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
-        """The first part has `local_lambda` for lam."""
+        """Return the shape law, with `local_lambda` for lam, and the volume constraint."""
         from softmark.solvers.materials.volumetric_constraints import VolumeRatio
 
         return _Shape(**vars(self)), VolumeRatio()
 
     @property
     def _moduli(self) -> tuple[float, float]:
-        """m and l, Pa; l (J - a) = l (J - 1) - 3m/4."""
+        """Moduli m and l, Pa; l (J - a) = l (J - 1) - 3m/4."""
         return 4.0 / 3.0 * self.shear_modulus, self.lame_lambda + 5.0 / 6.0 * self.shear_modulus
 
     def _psi(self, f: Array) -> Array:
@@ -70,7 +70,7 @@ class StableNeoHookean(Hyperelastic, Isotropic):
         return P
 
     def _dPdF(self, f: Array, H: Array) -> None:
-        """m (1 - 1/(I1 + 1)) 1 + 2m/(I1 + 1)^2 F (x) F + l C (x) C + l (J - a) dC/dF, C = cof F."""
+        """Write m (1 - 1/(I1 + 1)) 1 + 2m/(I1 + 1)^2 F (x) F + l C (x) C + l (J - a) dC/dF, C = cof F."""
         m, l = self._moduli
         rows, C = f.reshape(9, -1), cofactor(f).reshape(9, -1)
         more = inner(f, f) + 1.0
@@ -80,7 +80,7 @@ class StableNeoHookean(Hyperelastic, Isotropic):
         add_identity(H, m * (1.0 - 1.0 / more))
 
     def principal(self, e: Sequence[Any]) -> Principal:
-        """psi, tau and its derivative of logarithms of stretches (principal_axes_law.py)."""
+        """Return psi, tau and d tau/de for logarithmic principal stretches e (principal_axes_law.py)."""
         m, l = self._moduli
         x, j = [expm1(2.0 * a) for a in e], expm1(e[0] + e[1] + e[2])
         stretch, J, own = x[0] + x[1] + x[2], 1.0 + j, [1.0 + a for a in x]
@@ -92,27 +92,27 @@ class StableNeoHookean(Hyperelastic, Isotropic):
         return self._energy(stretch, j), tau, bent
 
     def _energy(self, stretch: Any, j: Any) -> Any:
-        """psi, J/m^3, of I1 - 3 and J - 1."""
+        """Return psi, J/m^3, from I1 - 3 and J - 1."""
         m, l = self._moduli
         return 0.5 * m * (stretch - log1p(0.25 * stretch)) + j * (0.5 * l * j - 0.75 * m)
 
 
 class _Shear(StableNeoHookean):
-    """The part that belongs to mu."""
+    """The part of the law proportional to mu."""
 
     volume_share = 0.0
 
 
 class _Volume(StableNeoHookean):
-    """The part that belongs to lam."""
+    """The part of the law proportional to lam."""
 
     shear_share = 0.0
 
 
 class _Shape(StableNeoHookean):
-    """All but what a pressure takes."""
+    """The law without the volume energy that a separate pressure carries."""
 
     @property
     def lame_lambda(self) -> float:
-        """What stays at every point, Pa."""
+        """Part of the modulus that stays in the point-wise law, Pa."""
         return self.local_lambda

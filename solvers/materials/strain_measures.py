@@ -1,8 +1,7 @@
-"""Measures of strain that a stress which is held can work with: H : E(F), its derivative by F, and the second one.
+"""Strain measures E(F) for stresses H kept from earlier times: H : E(F), its first derivative by F, and its second one.
 
-Where strains are small E is their own; with a rotation taken off, U - 1 of F = R U (Biot's); (C - 1)/2 with C = F^T F
-(Green's), and of the change of shape alone, with J^(-2/3) C in place of C. Turned by a rotation none of the last three
-changes, and so neither does what is held.
+Four measures: small strain; U - 1 of F = R U (Biot), with the rotation removed; (C - 1)/2 with C = F^T F (Green); and
+its isochoric form with J^(-2/3) C. The last three do not change under a rotation, so neither does the kept stress.
 """
 
 from __future__ import annotations
@@ -21,25 +20,27 @@ else:
     from softmark.solvers.runtime.lazy_modules import np
 
 
-class Measure(Protocol):
-    """A measure of strain E (n, 3, 3), over deformation gradients F (n, 3, 3), and stresses H (n, 3, 3), Pa, of it."""
+class StrainMeasure(Protocol):
+    """Interface of a strain measure E (n, 3, 3) of deformation gradients F (n, 3, 3); H (n, 3, 3), Pa, is conjugate to
+    E.
+    """
 
     def strain(self, F: Array) -> Array:
-        """E."""
+        """Return E."""
 
     def stress(self, law: Law, F: Array) -> Array:
-        """The stress of an isotropic law that works with it, Pa: its P is `pulled` of this."""
+        """Return the stress of an isotropic law that is work-conjugate to E, Pa; `pulled` converts it to P."""
 
     def pulled(self, F: Array, H: Array) -> Array:
-        """d(H : E)/dF, Pa: a first Piola-Kirchhoff stress."""
+        """Return d(H : E)/dF, Pa: a first Piola-Kirchhoff stress."""
 
     def add_tangent(self, F: Array, H: Array, A: Array) -> None:
-        """A (n, 3, 3, 3, 3) += d2(H : E)/dF dF, Pa."""
+        """Add A (n, 3, 3, 3, 3) += d2(H : E)/dF dF, Pa."""
 
 
 @dataclass(frozen=True)
-class Small:
-    """The strain of small displacements."""
+class SmallStrainMeasure:
+    """Small strain (F + F^T)/2 - 1."""
 
     def strain(self, F: Array) -> Array:
         return _even(F - np.eye(3))
@@ -51,12 +52,12 @@ class Small:
         return H
 
     def add_tangent(self, F: Array, H: Array, A: Array) -> None:
-        """Nothing."""
+        """Do nothing: the strain is linear in F."""
 
 
 @dataclass(frozen=True)
-class Green:
-    """(F^T F - 1)/2, with the second Piola-Kirchhoff stress."""
+class GreenStrain:
+    """Green strain (F^T F - 1)/2, with the second Piola-Kirchhoff stress."""
 
     def strain(self, F: Array) -> Array:
         H = F - np.eye(3)
@@ -76,23 +77,24 @@ class Green:
 
 
 @dataclass(frozen=True)
-class Shape:
-    """(J^(-2/3) F^T F - 1)/2, with J^(2/3) times the second Piola-Kirchhoff stress of a law of shape alone.
+class IsochoricStrain:
+    """Isochoric Green strain (J^(-2/3) F^T F - 1)/2, with J^(2/3) times the second Piola-Kirchhoff stress of an
+    isochoric law.
 
     Source: Simo (1987), Comput. Methods Appl. Mech. Eng. 60:153, equation 3.8.
     """
 
     def strain(self, F: Array) -> Array:
         log = np.log(np.linalg.det(F))[:, None, None]
-        found: Array = np.exp(-2.0 / 3.0 * log) * Green().strain(F) + 0.5 * np.expm1(-2.0 / 3.0 * log) * np.eye(3)
+        found: Array = np.exp(-2.0 / 3.0 * log) * GreenStrain().strain(F) + 0.5 * np.expm1(-2.0 / 3.0 * log) * np.eye(3)
         return found
 
     def stress(self, law: Law, F: Array) -> Array:
-        found: Array = np.linalg.det(F)[:, None, None] ** (2.0 / 3.0) * Green().stress(law, F)
+        found: Array = np.linalg.det(F)[:, None, None] ** (2.0 / 3.0) * GreenStrain().stress(law, F)
         return found
 
     def pulled(self, F: Array, H: Array) -> Array:
-        """J^(-2/3) (F H - (H : C)/3 F^-T)."""
+        """Return J^(-2/3) (F H - (H : C)/3 F^-T)."""
         a, FH, G, held = self._parts(F, H)
         found: Array = a[:, None, None] * (FH - held[:, None, None] / 3.0 * G)
         return found
@@ -108,18 +110,19 @@ class Shape:
 
     @staticmethod
     def _parts(F: Array, H: Array) -> tuple[Array, Array, Array, Array]:
-        """J^(-2/3) (n,), F H, F^-T, and H : C (n,)."""
+        """Return J^(-2/3) (n,), F H, F^-T, and H : C (n,)."""
         FH, inverse = F @ H, np.linalg.inv(F)
         G: Any = inverse.swapaxes(1, 2)
         return np.linalg.det(F) ** (-2.0 / 3.0), FH, G, np.einsum("nij,nij->n", FH, F)
 
 
 @dataclass(frozen=True)
-class Turned:
-    """U - 1, with Biot's stress R^T P, R the rotation nearest to F.
+class BiotStrain:
+    """Biot strain U - 1, with Biot's stress R^T P, R the rotation nearest to F.
 
-    H : dU = X : dC with U X + X U = H, so that what is held pulls with 2 F X. In the axes of U, of stretches s, X is
-    H / (s_i + s_j), and its derivative follows from that equation once more.
+    H : dU = X : dC with U X + X U = H, so the first Piola-Kirchhoff stress is 2 F X. In the axes of U, with stretches
+    s, X
+    is H / (s_i + s_j); differentiating that equation again gives the tangent.
     """
 
     def strain(self, F: Array) -> Array:
@@ -151,7 +154,7 @@ class Turned:
 
     @staticmethod
     def _axes(F: Array) -> tuple[Array, Array]:
-        """The axes of U as columns (n, 3, 3), and s_i + s_j (n, 3, 3), no less than FLOOR."""
+        """Return the axes of U as columns (n, 3, 3), and s_i + s_j (n, 3, 3), at least FLOOR."""
         s, V = np.linalg.eigh(_even(_turned(rotations(F)) @ F))
         return V, np.maximum(s[:, :, None] + s[:, None, :], FLOOR)
 

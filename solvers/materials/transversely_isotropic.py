@@ -1,4 +1,4 @@
-"""A neo-Hookean matrix with one family of fibres."""
+"""Transversely isotropic material: a neo-Hookean matrix with one family of fibres."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.records import dataclass
 from softmark.solvers.materials.anisotropic_material import Bulk, Density, Fibres
-from softmark.solvers.materials.fiber_reinforced import ONSET, Onset, Reinforced, Strand
+from softmark.solvers.materials.fiber_reinforced import ONSET, FiberLaw, FiberReinforced, Onset
 
 if TYPE_CHECKING:
     from softmark.solvers.materials.constitutive_law import Array
 
 
 @dataclass(frozen=True)
-class TransverselyIsotropic(Reinforced):
+class TransverselyIsotropic(FiberReinforced):
     """A soft matrix with one family of parallel fibres, alike in all directions across them: tendon, ligament, muscle.
 
     psi = mu/2 (I1 - 3 - 2 ln J) + k1/(2 k2) (exp(k2 (I4 - 1)^2) - 1) + K/2 (J - 1)^2, I1 = tr F^T F, I4 = |F f|^2
@@ -35,13 +35,13 @@ class TransverselyIsotropic(Reinforced):
     onset: Onset = ONSET
 
     @property
-    def families(self) -> tuple[tuple[tuple[float, float], Strand], ...]:
-        """One, along the fibres."""
-        return (((1.0, 0.0), Strand(self.k1, self.k2, self.onset if self.resists == "tension" else None)),)
+    def families(self) -> tuple[tuple[tuple[float, float], FiberLaw], ...]:
+        """One fibre family, along the fibre direction."""
+        return (((1.0, 0.0), FiberLaw(self.k1, self.k2, self.onset if self.resists == "tension" else None)),)
 
     @property
     def matrix_modulus(self) -> float:
-        """mu, Pa."""
+        """Matrix modulus mu, Pa."""
         return self.shear
 
     def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | None]:

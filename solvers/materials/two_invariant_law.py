@@ -1,4 +1,4 @@
-"""Laws of two invariants of F, I1 = tr F^T F and J = det F: a few numbers for each point say all."""
+"""Laws of two invariants of F, I1 = tr F^T F and J = det F, evaluated from a few numbers per point."""
 
 from __future__ import annotations
 
@@ -25,24 +25,26 @@ if TYPE_CHECKING:
     from softmark.solvers.materials.principal_axes_law import Principal
 
 
-class OfInvariants(Hyperelastic):
-    """psi(I1, J), with P = a F + s C, C = cof F, and dP/dF = a 1 + s dC/dF + c (F (x) C + C (x) F) + d C (x) C.
+class TwoInvariantLaw(Hyperelastic):
+    """Base class of laws psi(I1, J): P = a F + s C, C = cof F, dP/dF = a 1 + s dC/dF + c (F (x) C + C (x) F) + d C (x)
+    C.
 
-    A subclass gives these numbers from I1 - 3 and j = J - 1, which are known without cancellation. An energy may ask
-    for them in place of tensors.
+    A subclass computes a, s, c, d from I1 - 3 and j = J - 1, which are known without cancellation. An energy may use
+    these
+    numbers instead of tensors.
     """
 
     @abstractmethod
     def energy(self, stretch: Array, j: Array) -> Array:
-        """psi (m,), J/m^3, of I1 - 3 (m,) and J - 1 (m,); +inf where J <= 0."""
+        """Return psi (m,), J/m^3, from I1 - 3 (m,) and J - 1 (m,); +inf if J <= 0."""
 
     @abstractmethod
     def slopes(self, stretch: Array, j: Array) -> tuple[Array, Array]:
-        """a = 2 dpsi/dI1 and s = dpsi/dJ (m,), Pa."""
+        """Return a = 2 dpsi/dI1 and s = dpsi/dJ (m,), Pa."""
 
     @abstractmethod
     def curvatures(self, stretch: Array, j: Array) -> tuple[Array | None, Array]:
-        """c = 2 d2psi/dI1 dJ, None where it is zero, and d = d2psi/dJ2 (m,), Pa; psi is linear in I1."""
+        """Return c = 2 d2psi/dI1 dJ, or None if zero, and d = d2psi/dJ2 (m,), Pa; psi is linear in I1."""
 
     def _psi(self, f: Array) -> Array:
         return self.energy(*invariants(f))
@@ -65,7 +67,7 @@ class OfInvariants(Hyperelastic):
         add_identity(H, a)
 
     def principal(self, e: Sequence[Any]) -> Principal:
-        """psi, tau and its derivative of logarithms of stretches (principal_axes_law.py)."""
+        """Return psi, tau and d tau/de for logarithmic principal stretches e (principal_axes_law.py)."""
         x, j = [expm1(2.0 * a) for a in e], expm1(e[0] + e[1] + e[2])
         stretch, J, own = x[0] + x[1] + x[2], 1.0 + j, [1.0 + a for a in x]
         (a, s), (c, d) = self.slopes(stretch, j), self.curvatures(stretch, j)
@@ -78,6 +80,6 @@ class OfInvariants(Hyperelastic):
 
 
 def invariants(f: Array) -> tuple[Array, Array]:
-    """I1 - 3 and J - 1 (m,)."""
+    """Return I1 - 3 and J - 1 (m,)."""
     h = displacement_gradient(f)
     return 2.0 * trace(h) + inner(h, h), volume_change(h)

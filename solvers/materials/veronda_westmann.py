@@ -1,11 +1,11 @@
-"""The solid of Veronda and Westmann."""
+"""Veronda-Westmann material."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
-from softmark.solvers.materials.isochoric_invariants import Number, OfBarInvariants
+from softmark.solvers.materials.isochoric_invariants import IsochoricInvariantMaterial, Number
 from softmark.solvers.runtime.scalar_or_array import exp, expm1
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ LEAST = 0.3575  # the largest ln(t^2/2) / (t^2 + 2/t - 3), at t = 1.829
 
 
 @dataclass(frozen=True)
-class VerondaWestmann(OfBarInvariants):
+class VerondaWestmann(IsochoricInvariantMaterial):
     """Skin that turns stiff exponentially (Veronda and Westmann), often taken for the breast and the liver.
 
     psi = c (exp(a i) - 1) - c a/2 k + K/2 g(J)^2, i = J^(-2/3) I1 - 3, k = J^(-4/3) I2 - 3; mu = c a
@@ -33,7 +33,7 @@ class VerondaWestmann(OfBarInvariants):
 
     @property
     def gives_way(self) -> tuple[str, str] | None:
-        """Pulled to t, a shear across has the modulus 2 (W_i + t^2 W_k): none where exp(a i) = t^2/2."""
+        """Reason for loss of shear stiffness: at stretch t it is 2 (W_i + t^2 W_k), zero if exp(a i) = t^2/2."""
         if self.a > LEAST:
             return None
         return "a", f"pulled, it loses its resistance to shear across, for a is not above {LEAST}"

@@ -1,4 +1,4 @@
-"""A solid that forgets: the stress of an elastic law relaxes by a sum of exponentials (a Prony series)."""
+"""Viscoelastic material: the stress of an elastic law relaxes by a sum of exponentials (a Prony series)."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ class Viscous:
     of: Annotated[Literal["shape", "whole"], "what relaxes: the stress of shape alone, or all of it"] = "shape"
 
     def __getattr__(self, name: str) -> Any:
-        """Whatever else is asked of a material: of the elastic solid."""
+        """Return any other material attribute from the elastic solid."""
         if name.startswith("__") or name == "law":
             raise AttributeError(name)
         return getattr(self.law, name)
 
     @property
     def branches(self) -> tuple[tuple[float, float], ...]:
-        """Share and time, s, of every term that has some."""
+        """Share and relaxation time, s, of every term with a nonzero share."""
         pairs = zip(self.g.values, self.tau.values, strict=False)
         return tuple((g, tau) for g, tau in pairs if g > 0.0)

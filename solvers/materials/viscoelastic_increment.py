@@ -1,9 +1,8 @@
-"""An elastic law of which a part has relaxed: what a step in time makes of a viscoelastic solid.
+"""Elastic law of one time step of a viscoelastic solid, part of whose stress has relaxed.
 
-Over a step from n to n + 1 the stress of branch i goes from H to exp(-h/tau) H + g f(h/tau) (S(F) - S_n), where f(z) =
-(1 - exp(-z)) / z is the exact mean of exp(-(t - s)/tau) over the step, so that all is exact where S grows in proportion
-to time. Together they are a law again, with an energy: of the state at the end, with a stress `held` that the past has
-left.
+Over a step from n to n + 1 the stress of branch i changes from H to exp(-h/tau) H + g f(h/tau) (S(F) - S_n), where f(z)
+= (1 - exp(-z)) / z is the exact mean of exp(-(t - s)/tau) over the step, so the result is exact if S grows linearly in
+time. The sum is again a law with an energy: of the state at the end, with the stress `held` left from the past.
 """
 
 from __future__ import annotations
@@ -15,68 +14,71 @@ from softmark.records import dataclass
 from softmark.solvers.materials import law_for
 from softmark.solvers.materials.constitutive_law import project
 from softmark.solvers.materials.corotational import Corotational
-from softmark.solvers.materials.maxwell_branch_energy import OfAny, of_first
+from softmark.solvers.materials.maxwell_branch_energy import IsotropicBranch, first_invariant_branch
 from softmark.solvers.materials.small_strain import SmallStrain
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
-from softmark.solvers.materials.strain_measures import Green, Shape, Small, Turned
+from softmark.solvers.materials.strain_measures import BiotStrain, GreenStrain, IsochoricStrain, SmallStrainMeasure
 
 if TYPE_CHECKING:
     import numpy as np
 
     from softmark.solvers.materials.constitutive_law import Array, Law
-    from softmark.solvers.materials.maxwell_branch_energy import OfFirst
-    from softmark.solvers.materials.strain_measures import Measure
+    from softmark.solvers.materials.maxwell_branch_energy import FirstInvariantBranch
+    from softmark.solvers.materials.strain_measures import StrainMeasure
     from softmark.solvers.materials.viscoelastic import Viscous
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
 
 @dataclass(frozen=True, eq=False)
-class Relaxing:
-    """psi = whole - lost part + held : E, over all points at once: `held` (m, q, 3, 3), Pa, is of each.
+class ViscoelasticStepLaw:
+    """Law of a viscoelastic step: psi = whole - lost part + held : E, over all points; `held` (m, q, 3, 3), Pa, per
+    point.
 
-    Its `part` lacks the share `lost`; E is strain in a `measure`.
+    The law `part` is reduced by the share `lost`; E is the strain in a `measure`.
     """
 
     whole: Law
     part: Law
     lost: float
     held: Array
-    measure: Measure
+    measure: StrainMeasure
 
     @property
-    def law(self) -> Relaxing:
-        """As `Varying` has its own: this one has no constants to hand on."""
+    def law(self) -> ViscoelasticStepLaw:
+        """The law itself, for code that expects the wrapped law of a heterogeneous law; it has no constants to
+        distribute.
+        """
         return self
 
-    def of(self, which: Any, kind: Any = None) -> Relaxing:
-        """The same of some cells."""
-        return Relaxing(self.whole, self.part, self.lost, self.held[which], self.measure)
+    def of(self, which: Any, kind: Any = None) -> ViscoelasticStepLaw:
+        """Return the law of some of the cells."""
+        return ViscoelasticStepLaw(self.whole, self.part, self.lost, self.held[which], self.measure)
 
     def at_rest(self, measure: Callable[[Array], Array]) -> Array:
-        """What `measure` makes of dP/dF of the whole at rest, at every point (m, q)."""
+        """Apply `measure` to dP/dF of the whole law at rest and return the result at every point (m, q)."""
         found: Array = np.broadcast_to(measure(self.whole.dPdF(np.eye(3)[None])), self.held.shape[:2])
         return found
 
     def psi(self, F: Array) -> Array:
-        """Energy of the step per volume, J/m^3 (n,); +inf outside the domain of the law."""
+        """Return the energy of the step per volume, J/m^3 (n,); +inf outside the domain of the law."""
         found = self.whole.psi(F) - self.lost * self.part.psi(F)
         found += np.einsum("nij,nij->n", self._held, self.measure.strain(F))
         return np.where(np.isnan(found), np.inf, found)
 
     def P(self, F: Array) -> Array:
-        """First Piola-Kirchhoff stress, Pa (n, 3, 3)."""
+        """Return the first Piola-Kirchhoff stress, Pa (n, 3, 3)."""
         return self.whole.P(F) - self.lost * self.part.P(F) + self.measure.pulled(F, self._held)
 
     def dPdF(self, F: Array) -> Array:
-        """dP_iJ/dF_kL, Pa (n, 3, 3, 3, 3): the stress of the past turns with F."""
+        """Return dP_iJ/dF_kL, Pa (n, 3, 3, 3, 3); the kept stress rotates with F."""
         A = self.whole.dPdF(F) - self.lost * self.part.dPdF(F)
         self.measure.add_tangent(F, self._held, A)
         return A
 
     def dPdF_projected(self, F: Array) -> Array:
-        """The positive semi-definite 9x9 matrix nearest to dPdF, Pa (n, 3, 3, 3, 3)."""
-        return self.dPdF(F) if isinstance(self.measure, Small) else project(self.dPdF(F))
+        """Return the positive semi-definite 9x9 matrix nearest to dPdF, Pa (n, 3, 3, 3, 3)."""
+        return self.dPdF(F) if isinstance(self.measure, SmallStrainMeasure) else project(self.dPdF(F))
 
     @property
     def _held(self) -> Array:
@@ -84,11 +86,12 @@ class Relaxing:
 
 
 @dataclass(frozen=True, eq=False)
-class Series:
-    """What relaxes, and how: the law of its stress, shares `g` (k,) and times `tau` (k,), s.
+class PronySeries:
+    """Prony series of a material: the law of the relaxing stress, shares `g` (k,) and times `tau` (k,), s.
 
-    `mu` and `bulk` are its moduli at rest in Pa, infinite where no change of volume is of it. `springs` says what those
-    of a law store and lose whose stress does not go with strain in the measure.
+    `mu` and `bulk` are its moduli at rest in Pa; `bulk` is infinite if only the isochoric stress relaxes. `springs` is
+    the
+    branch energy of a law whose stress is not linear in the strain measure.
     """
 
     part: Law
@@ -96,11 +99,11 @@ class Series:
     tau: Array
     mu: float
     bulk: float
-    measure: Measure
-    springs: OfFirst | OfAny | None = None
+    measure: StrainMeasure
+    springs: FirstInvariantBranch | IsotropicBranch | None = None
 
     def compliant(self, S: Array) -> Array:
-        """S : C^-1 : S (...), J/m^3, by the moduli at rest: twice what S (..., 3, 3) stores in a small strain."""
+        """Return S : C^-1 : S (...), J/m^3, with the moduli at rest: twice the small-strain energy of S (..., 3, 3)."""
         square = np.einsum("...ij,...ij->...", S, S)
         if np.isinf(self.bulk):
             found: Array = square / (2.0 * self.mu)
@@ -110,28 +113,32 @@ class Series:
         return whole
 
     def stress(self, F: Array) -> Array:
-        """The stress of what relaxes that works with its strain, Pa (n, 3, 3)."""
+        """Return the relaxing stress that is work-conjugate to `strain`, Pa (n, 3, 3)."""
         return self.measure.stress(self.part, F)
 
     def energy(self, F: Array) -> Array:
-        """Its energy, J/m^3 (n,)."""
+        """Return the energy of the relaxing stress, J/m^3 (n,)."""
         return self.part.psi(F)
 
     def strain(self, F: Array) -> Array:
-        """The strain that works with it (n, 3, 3)."""
+        """Return the strain that is work-conjugate to `stress` (n, 3, 3)."""
         return self.measure.strain(F)
 
-    def relaxed(self, whole: Law, decay: Array, mean: Array, H: Array, S: Array, shape: tuple[int, int]) -> Relaxing:
-        """The law of a step from stresses H (k, n, 3, 3) of branches and S (n, 3, 3), Pa, at points (m, q).
+    def relaxed(
+        self, whole: Law, decay: Array, mean: Array, H: Array, S: Array, shape: tuple[int, int]
+    ) -> ViscoelasticStepLaw:
+        """Return the law of a step from branch stresses H (k, n, 3, 3) and stress S (n, 3, 3), Pa, at points (m, q).
 
-        Over it exp(-s/tau) falls to `decay` (k,), and is `mean` (k,).
+        Over the step exp(-s/tau) falls to `decay` (k,) and has the mean `mean` (k,).
         """
         held = np.einsum("k,knij->nij", decay, H) - (self.g @ mean) * S
-        return Relaxing(whole, self.part, float(self.g @ (1.0 - mean)), held.reshape(*shape, 3, 3), self.measure)
+        return ViscoelasticStepLaw(
+            whole, self.part, float(self.g @ (1.0 - mean)), held.reshape(*shape, 3, 3), self.measure
+        )
 
 
-def part_of(material: Viscous, strain: str) -> Law | None:
-    """The law of the stress that relaxes, in a measure of strain; None where a material has no such part."""
+def relaxing_part(material: Viscous, strain: str) -> Law | None:
+    """Return the law of the relaxing stress for a strain measure; None if a material has no such part."""
     elastic: Any = material.law
     if material.of == "whole":
         return None if elastic.incompressible else law_for(elastic, strain)
@@ -142,15 +149,19 @@ def part_of(material: Viscous, strain: str) -> Law | None:
     return found
 
 
-def series_of(material: Viscous, strain: str) -> Series:
-    """The series of a material. Raises ValueError where its law has no part that relaxes."""
-    if (part := part_of(material, strain)) is None:
+def prony_series(material: Viscous, strain: str) -> PronySeries:
+    """Return the Prony series of a material. Raises ValueError if its law has no part that relaxes."""
+    if (part := relaxing_part(material, strain)) is None:
         raise ValueError(f"no part of it relaxes in {strain} strain")
     g, tau = (np.array(column) for column in zip(*material.branches, strict=True))
     whole = material.of == "whole"
     bulk = material.bulk_modulus if whole else np.inf
-    measures: dict[str, Measure] = {"small": Small(), "corotational": Turned(), "finite": Green() if whole else Shape()}
+    measures: dict[str, StrainMeasure] = {
+        "small": SmallStrainMeasure(),
+        "corotational": BiotStrain(),
+        "finite": GreenStrain() if whole else IsochoricStrain(),
+    }
     linear = strain != "finite" or (whole and isinstance(material.law, StVenantKirchhoff))
-    first = None if linear or whole else of_first(material.law)
-    springs = None if linear else first or OfAny(part, material.shear_modulus, not whole)
-    return Series(part, g, tau, material.shear_modulus, bulk, measures[strain], springs)
+    first = None if linear or whole else first_invariant_branch(material.law)
+    springs = None if linear else first or IsotropicBranch(part, material.shear_modulus, not whole)
+    return PronySeries(part, g, tau, material.shear_modulus, bulk, measures[strain], springs)

@@ -1,7 +1,7 @@
-"""What measures a change of volume in each kind of strain, as a constraint g(F) = 0 that a pressure upholds.
+"""Volume constraints g(F) = 0, one for each kind of strain, enforced by a pressure.
 
-A law whose part of the volume is M/2 g(F)^2 has the same states as p g(F) - p^2 / (2 M) with a pressure p of its own,
-and the latter stays finite where M does not: 1/M = 0 is the incompressible solid, with g = 0. p is in tension positive.
+A law with volume energy M/2 g(F)^2 has the same solutions as p g(F) - p^2 / (2 M) with a separate pressure p, and the
+latter stays finite if M does not: 1/M = 0 is the incompressible solid, with g = 0. p is positive in tension.
 Sources: Herrmann (1965), "Elasticity equations for incompressible and nearly incompressible materials by a variational
 theorem"; Simo, Taylor and Pister (1985), Comput. Methods Appl. Mech. Eng. 51:177; Bonet and Wood (2008), section 8.5.
 """
@@ -13,7 +13,7 @@ from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
-from softmark.solvers.materials.corotational import add_turning
+from softmark.solvers.materials.corotational import add_rotation_derivative
 from softmark.solvers.materials.polar_decomposition import rotation
 from softmark.solvers.materials.tensor_components import (
     add_cross,
@@ -39,35 +39,35 @@ else:
 
 
 class Constraint(ABC):
-    """g and its derivatives over F (m, 3, 3), zero at rest; NaN outside its domain.
+    """Base class of volume constraints: g and its derivatives over F (m, 3, 3), zero at rest; NaN outside its domain.
 
     A subclass writes `_value`, `_gradient` and `_add_curvature` on components f (3, 3, m) (see tensor_components.py).
     """
 
     @abstractmethod
     def _value(self, f: Array) -> Array:
-        """g (m,), no unit."""
+        """Return g (m,), no unit."""
 
     @abstractmethod
     def _gradient(self, f: Array) -> Array:
-        """dg/dF (3, 3, m)."""
+        """Return dg/dF (3, 3, m)."""
 
     @abstractmethod
     def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
-        """H (9, 9, m) += p d2g/dF2, on and above the diagonal; p (m,), Pa."""
+        """Add H (9, 9, m) += p d2g/dF2, on and above the diagonal; p (m,), Pa."""
 
     def value(self, F: Array) -> Array:
-        """g (m,), no unit."""
+        """Return g (m,), no unit."""
         with np.errstate(all="ignore"):
             return self._value(components(F))
 
     def gradient(self, F: Array) -> Array:
-        """dg/dF (m, 3, 3), no unit."""
+        """Return dg/dF (m, 3, 3), no unit."""
         with np.errstate(all="ignore"):
             return np.ascontiguousarray(self._gradient(components(F)).transpose(2, 0, 1))
 
     def curvature(self, F: Array, p: Array) -> Array:
-        """p d2g/dF2 (m, 3, 3, 3, 3), Pa, of pressures p (m,)."""
+        """Return p d2g/dF2 (m, 3, 3, 3, 3), Pa, for pressures p (m,)."""
         f = components(F)
         H, A = np.zeros((9, 9, len(F)), dtype=f.dtype), np.empty((len(F), 3, 3, 3, 3), dtype=f.dtype)
         with np.errstate(all="ignore"):
@@ -77,11 +77,12 @@ class Constraint(ABC):
 
 
 @dataclass(frozen=True)
-class Mixed:
-    """A law taken apart: `shape`, what stays at every point, and M/2 g^2 of the constraint g.
+class MixedSplit:
+    """Mixed split of a law: the point-wise law `shape`, and M/2 g^2 of the constraint g.
 
-    `modulus` is M in Pa, infinite where the solid is incompressible: the bulk modulus K where strains are small or
-    corotational, else what `Isotropic.local_lambda` leaves of lam.
+    `modulus` is M in Pa, infinite if incompressible: the bulk modulus K for small or corotational strain, else lam
+    minus
+    `Isotropic.local_lambda`.
     """
 
     shape: Law
@@ -90,59 +91,59 @@ class Mixed:
 
     @property
     def compliance(self) -> float:
-        """1/M, 1/Pa; 0 where the solid is incompressible."""
+        """Compliance 1/M, 1/Pa; 0 if incompressible."""
         return 1.0 / self.modulus
 
 
 class Dilatation(Constraint):
-    """g = tr eps, of small strains."""
+    """Constraint g = tr eps, for small strains."""
 
     def _value(self, f: Array) -> Array:
-        """tr (F - I)."""
+        """Return tr (F - I)."""
         return trace(displacement_gradient(f))
 
     def _gradient(self, f: Array) -> Array:
-        """I."""
+        """Return I."""
         return add_diagonal(np.zeros_like(f), 1.0)
 
     def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
-        """None: g is linear."""
+        """Do nothing: g is linear."""
 
 
-class Stretching(Constraint):
-    """g = tr (R^T F - I), R the rotation nearest to F: of small strains in a frame that turns."""
+class CorotationalDilatation(Constraint):
+    """Constraint g = tr (R^T F - I), R the rotation nearest to F, for corotational strain."""
 
     def _value(self, f: Array) -> Array:
-        """R : (F - R)."""
+        """Return R : (F - R)."""
         r = rotation(f)
         return inner(r, f - r)
 
     def _gradient(self, f: Array) -> Array:
-        """R: what it turns by does not change its product with F."""
+        """Return R; the rotation of R does not change R : F."""
         return rotation(f)
 
     def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
-        """p dR/dF."""
-        add_turning(H, f, rotation(f), p)
+        """Add p dR/dF."""
+        add_rotation_derivative(H, f, rotation(f), p)
 
 
-class OfVolume(Constraint):
-    """g that knows of J = det F alone: a subclass gives it and two derivatives."""
+class VolumeRatioConstraint(Constraint):
+    """Base class of constraints g that depend only on J = det F: a subclass gives g and two derivatives."""
 
     @abstractmethod
     def of(self, j: Array) -> tuple[Array, Array, Array | None]:
-        """g, dg/dJ and d2g/dJ2 (m,), None where it is zero, of j = J - 1 (m,); g is NaN outside its domain."""
+        """Return g, dg/dJ and d2g/dJ2 (m,), None if zero, from j = J - 1 (m,); g is NaN outside its domain."""
 
     def _value(self, f: Array) -> Array:
-        """g, accurate near rest."""
+        """Return g, accurate near rest."""
         return self.of(volume_change(displacement_gradient(f)))[0]
 
     def _gradient(self, f: Array) -> Array:
-        """dg/dJ cof F."""
+        """Return dg/dJ cof F."""
         return self.of(volume_change(displacement_gradient(f)))[1] * cofactor(f)
 
     def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
-        """p (dg/dJ d(cof F)/dF + d2g/dJ2 cof F (x) cof F)."""
+        """Add p (dg/dJ d(cof F)/dF + d2g/dJ2 cof F (x) cof F)."""
         _, first, second = self.of(volume_change(displacement_gradient(f)))
         add_cross(H, (p * first) * f)
         if second is not None:
@@ -150,56 +151,56 @@ class OfVolume(Constraint):
             add_outer(H, (p * second) * C, C)
 
 
-class VolumeRatio(OfVolume):
-    """g = J - 1."""
+class VolumeRatio(VolumeRatioConstraint):
+    """Constraint g = J - 1."""
 
     def of(self, j: Array) -> tuple[Array, Array, Array | None]:
-        """J - 1, 1 and 0."""
+        """Return J - 1, 1 and None."""
         return j, like(j, 1.0), None
 
     def _gradient(self, f: Array) -> Array:
-        """cof F, without J."""
+        """Return cof F, without computing J."""
         return cofactor(f)
 
     def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
-        """p d(cof F)/dF."""
+        """Add p d(cof F)/dF."""
         add_cross(H, p * f)
 
 
-class LogarithmicVolume(OfVolume):
-    """g = ln J, for J > 0."""
+class LogarithmicVolume(VolumeRatioConstraint):
+    """Constraint g = ln J, for J > 0."""
 
     def of(self, j: Array) -> tuple[Array, Array, Array | None]:
-        """ln J, 1/J and -1/J^2; NaN where J <= 0."""
+        """Return ln J, 1/J and -1/J^2; NaN if J <= 0."""
         first = 1.0 / (1.0 + j)
         return log1p(where(j > -1.0, j, math.nan)), first, -first * first
 
 
-class ReciprocalVolume(OfVolume):
-    """g = (J - 1/J)/2, for J > 0: as much for a volume that is halved as for one that is doubled.
+class ReciprocalVolume(VolumeRatioConstraint):
+    """Constraint g = (J - 1/J)/2, for J > 0: of equal size for halved and doubled volume.
 
     K/2 g^2 = K/8 (J^2 + J^-2 - 2). Source: Hartmann and Neff (2003), "Polyconvexity of generalized polynomial-type
     hyperelastic strain energy functions for near-incompressibility", the family K/(2 n^2) (J^n + J^-n - 2) with n = 2.
     """
 
     def of(self, j: Array) -> tuple[Array, Array, Array | None]:
-        """(J - 1/J)/2, (1 + 1/J^2)/2 and -1/J^3; NaN where J <= 0."""
+        """Return (J - 1/J)/2, (1 + 1/J^2)/2 and -1/J^3; NaN if J <= 0."""
         inverse = 1.0 / where(j > -1.0, 1.0 + j, math.nan)
         return 0.5 * j * (1.0 + inverse), 0.5 * (1.0 + inverse**2), -(inverse**3)
 
 
 class GreenDilatation(Constraint):
-    """g = tr E, E = (F^T F - I)/2: what the St Venant-Kirchhoff law takes for a change of volume."""
+    """Constraint g = tr E, E = (F^T F - I)/2: the volume measure of the St Venant-Kirchhoff law."""
 
     def _value(self, f: Array) -> Array:
-        """tr h + h : h / 2, h = F - I."""
+        """Return tr h + h : h / 2, h = F - I."""
         h = displacement_gradient(f)
         return trace(h) + 0.5 * inner(h, h)
 
     def _gradient(self, f: Array) -> Array:
-        """F."""
+        """Return F."""
         return f
 
     def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
-        """p times the identity."""
+        """Add p times the identity."""
         add_identity(H, p)

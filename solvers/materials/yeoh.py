@@ -1,18 +1,18 @@
-"""The solid of Yeoh."""
+"""Yeoh material."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
-from softmark.solvers.materials.isochoric_invariants import Number, OfBarInvariants
+from softmark.solvers.materials.isochoric_invariants import IsochoricInvariantMaterial, Number
 
 if TYPE_CHECKING:
     from softmark.solvers.materials.constitutive_law import Array
 
 
 @dataclass(frozen=True)
-class Yeoh(OfBarInvariants):
+class Yeoh(IsochoricInvariantMaterial):
     """Yeoh's rubber: a cubic of the first invariant, for one that turns soft and then stiff.
 
     psi = c1 i + c2 i^2 + c3 i^3 + K/2 g(J)^2, i = J^(-2/3) tr F^T F - 3; mu = 2 c1
@@ -32,12 +32,14 @@ class Yeoh(OfBarInvariants):
 
     @property
     def convex(self) -> bool:
-        """W rises and is convex."""
+        """True if W is increasing and convex."""
         return self.c2 >= 0.0 and self.c3 >= 0.0
 
     @property
     def gives_way(self) -> tuple[str, str] | None:
-        """Where the shear stress 2 W' g of simple shear g = sqrt(i) has a peak: c1 + 6 c2 i + 15 c3 i^2 is zero."""
+        """Reason for loss of stiffness: the shear stress 2 W' g of simple shear g = sqrt(i) peaks if c1 + 6 c2 i + 15
+        c3 i^2 = 0.
+        """
         if self.c3 < 0.0:
             return "c3", "a shear stress that has a peak, for c3 is negative"
         if self.c2 < 0.0 and 3.0 * self.c2**2 >= 5.0 * self.c1 * self.c3:

@@ -1,7 +1,7 @@
-"""The series of Young's modulus of a solid whose shear modulus relaxes, and whose bulk modulus does not.
+"""Prony series of Young's modulus for a solid whose shear modulus relaxes and whose bulk modulus does not.
 
 With s-multiplied transforms G(s) = G0 (1 - sum g a / (s + a)), a = 1 / tau, and E = 9 K G / (3 K + G): its poles are
-the roots of 3 K + G(s) = 0, one above each -a and below the next. So it is a series with as many terms.
+the roots of 3 K + G(s) = 0, one between each -a and the next. So it is a series with as many terms.
 Source: Tschoegl (1989), "The Phenomenological Theory of Linear Viscoelastic Behavior", section 11.1.
 """
 
@@ -20,7 +20,9 @@ HALVED = 200  # times at most: a root is known to the last digit then
 
 
 def young_series(g: Array, tau: Array, shear: float, bulk: float) -> tuple[Array, Array]:
-    """Shares and times, s, of Young's modulus, from those of the shear modulus (Pa, at once) and K, infinite or not."""
+    """Return shares and times, s, of Young's modulus from those of the shear modulus (`shear`, Pa, instantaneous) and
+    K.
+    """
     if np.isinf(bulk):
         return g, tau
     rates, which = np.unique(1.0 / tau, return_inverse=True)

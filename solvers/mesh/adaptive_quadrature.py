@@ -24,15 +24,13 @@ Values = Callable[[Floats], Floats]  # of points (n, 3), m: values of g function
 Bounds = Callable[[Floats, Floats], tuple[Floats, Floats]]  # of boxes (n, 3), m: least and largest values (g, n)
 
 ROUNDS = 48  # times that parts are halved
-BULGE = 0.1  # of the extent of a part: how far curved sides may reach beyond its vertices
-VISIBLE = 1.0  # of the range of the values seen in a part: bounds that exceed it by less hide nothing of weight
-STRAIGHT = 1e-12  # of the extent of a mesh: how far nodes may lie from the middle between corners
-SLABS = 4  # that a part is cut into, along each edge, to see which way bounds become narrowest
-ALL_HIDDEN = 5.0  # of the tolerance: what all parts of a cell together may hide
-CLOSER = (
-    3  # times that a part is halved for narrower bounds: those of its bounding box are wide, of tetrahedra above all
-)
-BATCH = 4000  # parts that are looked at together: 50 MB of shape functions
+BULGE = 0.1  # bulge of curved sides beyond a part's vertices, relative to its extent
+VISIBLE = 1.0  # relative to the range of sampled values: excess of the bounds that is accepted
+STRAIGHT = 1e-12  # relative to the mesh extent: tolerance of midside nodes on straight edges
+SLABS = 4  # pieces along each edge to find the best direction to halve a part
+ALL_HIDDEN = 5.0  # relative to the tolerance: accepted hidden part of a cell
+CLOSER = 3  # halvings for narrower bounds: those of a bounding box are wide, especially for tetrahedra
+BATCH = 4000  # parts evaluated at once: 50 MB of shape functions
 
 # Edges of the reference cell that are parallel: a part is halved across one of these bundles.
 BUNDLES: dict[str, tuple[tuple[tuple[int, int], ...], ...]] = {
@@ -110,7 +108,7 @@ def adaptive_rule(
         if turn == 0:
             cells = volume
             size = magnitude + floor[:, None] * volume
-        else:  # a peak that is found later makes its cell larger
+        else:  # a peak found later increases the magnitude of its cell
             now = np.zeros_like(size)
             for g in range(len(floor)):
                 now[g] = np.bincount(parts.cell, magnitude[g], minlength=count)
@@ -122,7 +120,7 @@ def adaptive_rule(
         if turn == ROUNDS:
             rough[:] = False
         room = most - taken - len(parts)
-        if rough.sum() > room:  # the worst are halved, as long as there is room
+        if rough.sum() > room:  # halve the worst parts while the limit allows
             worst = ((error + hidden) / share).max(axis=0)
             worst[~rough] = 0.0
             rough[:] = False
@@ -223,7 +221,7 @@ class _CellFunctions:
         coarse = self.at(Y)
         volume = np.abs(w.sum(axis=1))
         error = np.abs((fine * w).sum(axis=2) - (coarse * v).sum(axis=2))
-        seen = np.concatenate([fine, coarse], axis=2)  # and not vertices, which no rule has
+        seen = np.concatenate([fine, coarse], axis=2)  # no rule has points at vertices
         least, largest = seen.min(axis=2), seen.max(axis=2)
         beyond = _excess_over_samples(self.bounds(*self.box(parts)), least, largest)
         wide = np.flatnonzero((beyond > 0.0).any(axis=0))
@@ -275,7 +273,7 @@ class _CellFunctions:
             one[:, b], other[:, a] = middle, middle
             halves.append((one, other))
             width = np.zeros(len(parts))
-            for k in range(SLABS):  # halves alone do not tell where a peak lies in the middle, or waves are short
+            for k in range(SLABS):  # two halves do not reveal a central peak or short waves
                 slab = parts.vertices.copy()
                 slab[:, a] += k / SLABS * (parts.vertices[:, b] - parts.vertices[:, a])
                 slab[:, b] -= (1.0 - (k + 1) / SLABS) * (parts.vertices[:, b] - parts.vertices[:, a])
@@ -286,7 +284,7 @@ class _CellFunctions:
             lengths.append((np.abs(X[:, b] - X[:, a]).max(axis=1) * self.axes).max(axis=1))
         width, length = np.array(widths), np.array(lengths)
         length /= np.maximum(length.max(axis=0), 1e-300)
-        near = width <= 1.05 * width.min(axis=0)  # as good: the longest of these
+        near = width <= 1.05 * width.min(axis=0)  # among equally good edges, the longest
         which = np.where(near, length, -1.0).argmax(axis=0)
         every = np.array(halves)  # (d, 2, n, v, 3)
         rows = np.arange(len(parts))

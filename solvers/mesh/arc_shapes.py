@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-SIDEWAYS = 1e-6  # of a direction: less of it across the axis says no plane
+SIDEWAYS = 1e-6  # length of the unit vector's normal part below which it defines no plane
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class Arc(Swept):
         """Cross-section: its first axis points to the centre of the circle, its second is normal to the plane."""
         if self.section_radius is not None:
             return Disc(self.section_radius)
-        side = self.side or self.radius  # without one it is a fault, of which only that is said
+        side = self.side or self.radius  # reported by `fault`; this value is not used
         return Rectangle(side, self.height or side)
 
     def frame(self, station: float) -> tuple[Vector3, Vector3, Vector3]:
@@ -97,7 +97,7 @@ class Arc(Swept):
     def _start(self) -> tuple[Vector3, Vector3, Vector3]:
         across = cross(self.axis, self.towards)
         norm = math.hypot(*across)
-        if norm == 0.0:  # a fault, of which only that is said
+        if norm == 0.0:  # reported by `fault`; this value is not used
             return self.axis, *transverse(self.axis)
         b = (across[0] / norm, across[1] / norm, across[2] / norm)
         return self.axis, cross(b, self.axis), b

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import CurvedSide
 
 EMPTY, MISSING, UNFIT, ENDLESS = "E336", "E337", "E338", "E578"
-SAME = 12  # digits, of the extent: faces that differ by rounding lie in one plane
-NOTHING = 1e-9  # of the extent cubed: a volume that is no more is none
+SAME = 12  # digits relative to the extent: faces that differ by rounding lie in one plane
+NOTHING = 1e-9  # relative to the extent cubed: smaller volumes count as zero
 MEANING = {"union": "__add__", "difference": "__sub__", "intersection": "__xor__"}
 
 
@@ -46,7 +46,7 @@ def combine_surfaces(operation: str, one: tuple[Floats, Ints], other: tuple[Floa
         raise UnreadableMesh(_emptied(operation), EMPTY, "look at their places and sizes: `origin`, `axis`, units")
     mesh = found.to_mesh64()
     points = np.array(mesh.vert_properties[:, :3], dtype=np.float64) * extent + middle
-    # Where sides touch it leaves slivers with points next to each other: its own, and no flaw of a file to tell of.
+    # Touching sides leave slivers with close points, which are no flaw of a file and are not reported.
     surface = close_surface(*merge_points(points, np.array(mesh.tri_verts, dtype=np.int64), []))
     if operation == "difference" and surface.volume >= signed_volume(*one) * (1.0 - NOTHING):
         raise UnreadableMesh("what is taken away does not meet the rest: nothing is taken", EMPTY,

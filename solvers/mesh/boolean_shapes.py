@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.tetrahedralization import FilledMesh
 
 Operation = Literal["union", "difference", "intersection"]
-FACETS = 0.5  # of a model's size: of facets that curved sides are made of, where a scene says nothing
-COARSE = 0.1  # of the extent: a surface is made with cells so large, and its triangles are halved
-USUAL = 0.05  # of the extent: of the cells of a model, where none is known
+FACETS = 0.5  # facet size of curved sides relative to a model's cell size, by default
+COARSE = 0.1  # relative to the extent: cell size of the surface before its triangles are refined
+USUAL = 0.05  # relative to the extent: cell size if no model gives one
 AXES: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-MANY = 1e6  # triangles of a surface: more is not combined in a minute, nor in a gigabyte
-FLUSH = 1e-12  # of their extent: bodies that are no farther apart have a face in common
-INSIDE = 1e-6  # of the extent: what is within by less is on the border
+MANY = 1e6  # largest number of triangles of a surface: more take over a minute and a gigabyte
+FLUSH = 1e-12  # relative to the extent: bodies closer than this share a face
+INSIDE = 1e-6  # relative to the extent: tolerance of the border
 
 
 @dataclass(frozen=True)

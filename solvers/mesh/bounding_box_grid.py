@@ -6,8 +6,8 @@ import numpy as np
 
 from softmark.solvers.mesh.mesh import Floats, Ints
 
-MOST = 64  # entries of the lists for each box, on average: beyond, cubes are larger
-CHUNK = 20_000  # points whose candidates are held at once
+MOST = 64  # average number of list entries per box; if more, cubes are made larger
+CHUNK = 20_000  # points processed at once
 
 
 def find_boxes_of_points(low: Floats, high: Floats, X: Floats) -> tuple[Ints, Ints]:

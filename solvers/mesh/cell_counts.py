@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from softmark.solvers.mesh.conforming_planes import Cut, anchors, cuts_along
 
-SMALLEST = 0.2  # of a disc's radius: a circle around the core may be as small
+SMALLEST = 0.2  # relative to a disc's radius: smallest circle around the core
 OFF_CENTRE = 0.6  # of a disc's radius: a chord may be as far from the middle; cells there are 1 to 4 in size
 
 

@@ -16,8 +16,8 @@ from softmark.solvers.mesh.structured_meshes import extrude_layers, grid_between
 
 NOWHERE = "E341"
 FINE = 24  # cells of that grid along the longest extent
-BEYOND = 0.05  # of the extent: how far it goes beyond the surface
-REACH = 0.5  # of the extent: how far from where cells are finer they have their size again
+BEYOND = 0.05  # margin of the grid around the surface, relative to the extent
+REACH = 0.5  # distance over which sizes grow back, relative to the extent
 
 
 def build_size_field(surface: ClosedSurface, size: float, graded: Sequence[Cut]) -> dict[str, Any]:

@@ -12,10 +12,10 @@ from typing import Any
 
 from softmark.records import dataclass
 
-SAME = 1e-9  # of the span of a coordinate: what is nearer is at the same place
-LEAST = 0.05  # of the usual distance of lines: two are no nearer, or cells become needles
-SAMPLES = 400  # of an interval, over which sizes of cells are added up
-THINNEST = 1e-6  # of the span: a layer that is held as a whole may be as thin as that
+SAME = 1e-9  # relative to the coordinate range: closer values coincide
+LEAST = 0.05  # smallest distance of two lines relative to the usual one, to avoid needle-shaped cells
+SAMPLES = 400  # samples of an interval for the integral of cell sizes
+THINNEST = 1e-6  # relative to the range: smallest thickness of a fully held layer
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-TIP = 1e-10  # of a cone's radius: so near to its axis points have no direction away from it
-ON = 1e-6  # of its size: how far off a side a node of it may be, as another mesh of the body may have it
+TIP = 1e-10  # relative to a cone's radius: closer to the axis the radial direction is undefined
+ON = 1e-6  # relative to the size: tolerance of nodes on a curved side, for meshes from elsewhere
 
 
 @dataclass(frozen=True)

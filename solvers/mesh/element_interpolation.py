@@ -13,7 +13,7 @@ from softmark.solvers.mesh.nearest_points import build_point_search
 Rule = tuple[Floats, Floats]  # local points (q, 3) and weights (q,)
 BESIDE = 1e-9  # barycentric coordinates below zero that rounding explains
 STILL = 1e-13  # local coordinates that no longer move
-OUT = 0.01  # of a cell: a point so far beyond it, by the last step, is not on a face that it shares
+OUT = 0.01  # in local coordinates: a point farther outside by the last step is not on a shared face
 CHUNK = 32  # points whose distances to all cells are held at once
 
 

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-ON = 1e-6  # of its size: how far off a side a node of it may be
-NEAR = 1e-9  # of its size: what lies so near to a bowl is of it
+ON = 1e-6  # relative to the size: tolerance of nodes on a curved side
+NEAR = 1e-9  # relative to the size: tolerance of containment
 
 
 @dataclass(frozen=True)
@@ -183,16 +183,14 @@ class Bowl(EllipsoidalWall, Shape):
 
         wall, way = self._sizes
         flat = mesh_extrusion(mesh_disc(way, size), wall, wall / self.layers if self.layers else size, kind)
-        flat = curve_sides(
-            flat, (CylinderSide((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), wall, way),)
-        )  # so that the rim is flat
+        flat = curve_sides(flat, (CylinderSide((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), wall, way),))  # makes the rim flat
         u, v, s = flat.points.T
         far = np.hypot(u, v)
         on = np.where(far > 0.0, far, 1.0)
         t = np.where(np.abs(far / way - 1.0) < NEAR, 1.0, far / way)
         r, z = self._at(s / wall, t)
         z = np.where(t == 1.0, self.rim, z)
-        points = np.stack([r * u / on, -r * v / on, z], axis=1)  # mirrored: the wall goes outward, which is down
+        points = np.stack([r * u / on, -r * v / on, z], axis=1)  # mirrored: outward through the wall is downward
         return place_mesh(Mesh(np.ascontiguousarray(points), flat.cells, flat.kind), self.axis, self.origin)
 
     @property

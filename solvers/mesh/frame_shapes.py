@@ -20,9 +20,9 @@ else:
     from softmark.solvers.runtime.lazy_modules import np
 
 MEASURES = ("radius", "inner", "side", "height")
-CROSSED = 1e-6  # of the diagonal: axes this near meet
-NEAR = 1e-9  # of the diagonal: points this near are one
-ALONG = 1e-6  # of a direction: less of it across a member says no second axis of its section
+CROSSED = 1e-6  # relative to the diagonal: axes closer than this intersect
+NEAR = 1e-9  # relative to the diagonal: points closer than this coincide
+ALONG = 1e-6  # length of the unit vector's normal part below which it defines no second section axis
 
 
 @dataclass(frozen=True)
@@ -344,7 +344,7 @@ class Network(Shape):
 def _section(radius: float | None, inner: float | None, side: float | None, height: float | None) -> Section:
     if radius is not None:
         return Disc(radius) if inner is None else Annulus(radius, inner)
-    side = side or 1.0  # without one it is a fault, of which only that is said
+    side = side or 1.0  # reported by `fault`; this value is not used
     return Rectangle(side, height or side)
 
 

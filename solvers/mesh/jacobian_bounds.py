@@ -17,8 +17,8 @@ from softmark.solvers.elements import element_of
 from softmark.solvers.elements.reference_cells import Hexahedron
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, jacobians
 
-POINTS = 5  # per axis, of the finest Gauss rule that looks at cells: those of the elements have 2 or 3
-DEPTH = 8  # cuts at most: a cell that is undecided then is within 1e-4 of a volume of zero, and counts as folded
+POINTS = 5  # points per axis of the finest Gauss rule checked: the elements' rules have 2 or 3
+DEPTH = 8  # largest number of splits: a cell undecided then is within 1e-4 of zero volume, and counts as folded
 
 
 @lru_cache(maxsize=2)

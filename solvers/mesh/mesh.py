@@ -105,7 +105,7 @@ def _keys(rows: Ints) -> Ints:
     keys = rows[:, 0]
     for column in rows.T[1:]:
         base = int(column.max(initial=0)) + 1
-        if int(keys.max(initial=0)) >= np.iinfo(np.int64).max // base - 1:  # numbered anew: there are fewer
+        if int(keys.max(initial=0)) >= np.iinfo(np.int64).max // base - 1:  # renumbered, since some are unused
             keys = np.unique(keys, return_inverse=True)[1]
         keys = keys * base + column
     return keys

@@ -12,9 +12,9 @@ import numpy as np
 
 from softmark.solvers.mesh.mesh import Floats, Mesh, jacobians
 
-SEED = 20  # of the directions
-FLAT = 1e-9  # sine between facets that are taken for one plane
-HALVINGS = 120  # of the bracket of the amplitude: to its last digit
+SEED = 20  # seed of the random directions
+FLAT = 1e-9  # sine of the angle up to which facets form one plane
+HALVINGS = 120  # bisections of the amplitude, to the last digit
 
 
 class QualityTooLow(Exception):

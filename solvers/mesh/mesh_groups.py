@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     Bools = NDArray[np.bool_]
 
-ON = 1e-9  # of a reference cell: how far from a side its points may lie
+ON = 1e-9  # in local coordinates: tolerance of points on a side
 
 
 def cells_in(mesh: Mesh, name: str) -> Bools:
@@ -114,7 +114,7 @@ def faces_of(cells: Ints, element: type[Element], corners: Ints) -> tuple[Ints, 
 
 def reorder_faces(faces: Ints, which: Bools, element: type[Element]) -> Ints:
     """Return the same faces after some cells (m,) have their nodes reordered as `element.turned`."""
-    now = np.argsort(np.array(element.turned))  # where each node stands afterwards
+    now = np.argsort(np.array(element.turned))  # new position of each node
     corners = element.facet.corners
     sides = [frozenset(side[:corners]) for side in element.facets]
     table = np.array([sides.index(frozenset(now[list(side[:corners])].tolist())) for side in element.facets])
@@ -164,7 +164,7 @@ def refine_groups(mesh: Mesh, new: type[Element], corners: Floats) -> Groups | N
     off = np.einsum("ctki,si->sctk", sides, normal) - np.einsum("si,si->s", places[:, 0], normal)[:, None, None, None]
     on = (np.abs(off) < ON).all(axis=-1)  # (s, c, t)
     far: Floats = np.abs(mesh.element.places()[:, None, None] - corners).max(axis=-1)  # (a, c, b)
-    # of each node a child that has it, and its number there
+    # for each node a child that contains it, and its number there
     children = np.array([(np.argwhere(one < ON).tolist() or [[-1, -1]])[0] for one in far])
 
     def carried(group: Group) -> Group:

@@ -7,7 +7,7 @@ import numpy as np
 from softmark.solvers.mesh.mesh import Floats, Mesh
 
 POINTS = 8  # Gauss points between two faces: exact for polynomials of degree 15, of which straight cells have 6
-APART = 1e-12  # of the length: crossings that are nearer are one
+APART = 1e-12  # relative to the length: closer crossings are merged
 
 
 def integrate_along(mesh: Mesh, begin: Floats, end: Floats) -> tuple[Floats, Floats]:

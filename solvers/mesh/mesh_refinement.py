@@ -21,8 +21,8 @@ from softmark.solvers.mesh.shape import CurvedSide, Shape
 if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh_group import Group
 
-WHOLE = 64  # shape functions at the places of new nodes are whole multiples of 1 / WHOLE, or of half of it, and so on
-HELD = 20.0  # bytes for each number of the stiffness of each cell: 8 in it, the rest where it goes and what makes it
+WHOLE = 64  # shape functions at new nodes are integer multiples of 1 / WHOLE, or of half of it, and so on
+HELD = 20.0  # bytes per entry of each cell's stiffness: 8 for the value, the rest for indices and assembly
 QUARTERS = 4  # steps along an edge, at which new nodes lie
 
 
@@ -140,4 +140,4 @@ def _on_facet(element: type[Element], places: Floats) -> Floats:
     return known
 
 
-__all__ = ["Finer", "Unmatched", "finer"]
+__all__ = ["FinerSpace", "UnmatchedFaces", "build_finer_space"]

@@ -8,8 +8,8 @@ import numpy as np
 
 from softmark.solvers.mesh.mesh import Floats, Ints
 
-FEW = 2_000_000  # pairs of a point and a place whose distances take less time than importing scipy.spatial
-CHUNK = 32  # places whose distances to all points are held at once
+FEW = 2_000_000  # point pairs whose distances take less time than importing scipy.spatial
+CHUNK = 32  # places processed at once
 
 
 class PointSearch(Protocol):

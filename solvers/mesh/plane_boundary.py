@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from softmark.solvers.mesh.mesh import Floats, Ints
 
-SAME = 1e-9  # of a slice: what is thinner lies in its faces, what is nearer to the axis on it
+SAME = 1e-9  # relative to the slice: tolerance of its faces and of the axis
 
 
 def is_on_border(points: Floats, facets: Ints, revolved: bool = False) -> NDArray[np.bool_]:

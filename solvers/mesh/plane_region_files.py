@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Surface
     from softmark.solvers.mesh.surface_bodies import Seen
 
-NEAR = 1e-9  # of its size: what lies so near to its bounds is within them
+NEAR = 1e-9  # tolerance of the bounds, relative to the size
 
 
 class FileDeclaration(Protocol):
@@ -77,10 +77,10 @@ class FileSlice(Shape):
 
     def named(self, kind: str | None = None) -> Mesh:
         """Return the mesh with the file's groups; without an element, the file's own cells. Raises as `mesh`."""
-        from softmark.solvers.elements import sliced
+        from softmark.solvers.elements import solid_element_name
         from softmark.solvers.mesh.files.plane_cells import convert_slice
 
-        return self.read if kind is None else convert_slice(self.read, sliced(kind))
+        return self.read if kind is None else convert_slice(self.read, solid_element_name(kind))
 
     def surface(self, size: float = 0.0) -> Surface:
         """Return points (n, 3) in m and triangles (t, 3) of the slice's boundary. Raises UnreadableMesh."""

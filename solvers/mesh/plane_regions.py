@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-ON = 1e-6  # of its size: how far off a side a node of it may be
-NEAR = 1e-9  # of its size: what lies so near to a region is of it
+ON = 1e-6  # relative to the size: tolerance of nodes on a curved side
+NEAR = 1e-9  # relative to the size: tolerance of containment
 Place = tuple[float, float]  # x and y, m
 
 
@@ -34,7 +34,7 @@ class PlaneRegion(Shape):
 
     flat = True
     depth = 1.0
-    across = "t"  # the second coordinate by name: along `s`, the first, lines are straight
+    across = "t"  # name of the second coordinate; lines along the first, `s`, are straight
 
     def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
         """Return x and y (m) of points of the square, s and t from 0 to 1: counter-clockwise, numbers or arrays."""
@@ -108,12 +108,12 @@ class PlaneRegion(Shape):
 
         Raises UnknownElement.
         """
-        from softmark.solvers.elements import sliced
+        from softmark.solvers.elements import solid_element_name
         from softmark.solvers.mesh.mesh import Mesh
         from softmark.solvers.mesh.structured_meshes import grid, mesh_extrusion
 
         lines = (cuts_along(cuts, "s"), cuts_along(cuts, self.across))
-        made = mesh_extrusion(grid(*self._divided(size), *lines), 1.0, 1.0, sliced(kind))
+        made = mesh_extrusion(grid(*self._divided(size), *lines), 1.0, 1.0, solid_element_name(kind))
         s, t, z = made.points.T
         points = np.ascontiguousarray(np.stack([*self(s, t), self.depth * (z - 0.5)], axis=1))
         for k, ends in enumerate(made.element.between):

@@ -11,8 +11,8 @@ from typing import NamedTuple
 Place = tuple[float, float]
 Corners = tuple[Place, ...]
 
-SAME = 1e-9  # of its size: what is nearer is at one place
-THIN = 1e-9  # of its size squared: an area that is no more is none, and so much of an angle is no turn
+SAME = 1e-9  # relative to the size: closer points coincide
+THIN = 1e-9  # relative to the size squared: smaller areas are zero, and smaller angles are no corners
 MOST = 500  # corners: each pair of sides is looked at
 
 

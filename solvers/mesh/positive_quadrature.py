@@ -12,8 +12,8 @@ import numpy as np
 from softmark.solvers.mesh.mesh import Floats, Ints
 from softmark.solvers.runtime.kernel_cache import kernel
 
-NOTHING = 1e-10  # of a column's coordinates: rounding
-ALIKE = 1e-12  # of the largest eigenvalue of functions' products: below it they are the same functions
+NOTHING = 1e-10  # relative to a column's coordinates: smaller ones are rounding
+ALIKE = 1e-12  # relative to the largest eigenvalue of the Gram matrix: below it functions are dependent
 
 
 def reduce_rules(cell: Ints, V: Floats, w: Floats, count: int) -> tuple[Ints, Floats, Floats]:
@@ -107,7 +107,7 @@ def _reduce(V: Floats, w: Floats, order: Ints, inverse: Floats, basis: Ints, own
             d[i] = s
             most = max(most, abs(s))
         pivot, size = -1, 1e-8 * max(most, 1e-300)
-        for i in range(r):  # a direction that no point has yet
+        for i in range(r):  # a direction independent of the basis
             if basis[i] < 0 and abs(d[i]) > size:
                 pivot, size = i, abs(d[i])
         if pivot < 0:

@@ -19,7 +19,7 @@ from softmark.solvers.mesh.structured_meshes import PlaneMesh, grid, grid_betwee
 
 LARGE = 1.0  # sizes: the circle of a triangle may be as large as an equilateral triangle's of twice the size, and a bit
 THIN = 1.3  # radius of a triangle's circle over its shortest edge: 22.6 degrees is the least angle then
-SHORTEST = 0.2  # of the size, and of the shortest side: no side is halved to less
+SHORTEST = 0.2  # relative to the size and the shortest side: sides are halved to no less
 ROUNDS, SMOOTHED = 60, 6
 
 

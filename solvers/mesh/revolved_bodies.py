@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.mesh.shape import Swept
 
-ON_AXIS = 1e-9  # of the largest radius: a corner that is nearer lies on the axis
+ON_AXIS = 1e-9  # relative to the largest radius: closer corners lie on the axis
 HEXAHEDRA = "it meets its axis at a tip, or more than once"
 
 

@@ -15,11 +15,11 @@ from softmark.solvers.mesh.polygons import Corners
 from softmark.solvers.mesh.quadrilateral_meshing import mesh_polygon
 from softmark.solvers.mesh.structured_meshes import PlaneMesh, extrude, extrude_layers, grid, grid_outline, mesh_disc
 
-CORE = 0.5  # of the nearest corner's radius: that of the core
-NEAR = 1e-9  # of the largest radius: what is on the axis, or on the border of the core
-CAP = 0.4  # of a cone with a tip: the part at the tip, whose cells close over it
-SUNK = 0.25  # of that part: how far the core ends below it
-FADE = 0.3  # of the cone: how far below that part sections are bent for it
+CORE = 0.5  # radius of the core relative to the nearest corner's
+NEAR = 1e-9  # relative to the largest radius: tolerance of the axis and of the core's border
+CAP = 0.4  # part of a pointed cone whose cells close over the tip, relative to its length
+SUNK = 0.25  # distance of the core's end below it, relative to that part
+FADE = 0.3  # length below that part with bent sections, relative to the cone
 
 
 def sweep_polygon(outline: Corners, count: int, size: float, kind: str, touches: bool, cored: bool) -> Mesh:
@@ -81,7 +81,7 @@ def _sweep_around_core(outline: Corners, radius: float, count: int, size: float,
     inner, prisms, hues = extrude_layers(flat, section.points[at, 1])
     rim, per = len(flat.points) - count + np.arange(count), len(flat.points)
     m, n = len(points), len(section.points)
-    # of a point of the core's rim, the same point of the sections
+    # index in the sections of each point of the core's rim
     same = np.arange(m + len(inner))
     layers = per * np.arange(len(at))
     same[m + (rim[:, None] + layers).ravel()] = (n * np.arange(count)[:, None] + at).ravel()

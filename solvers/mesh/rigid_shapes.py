@@ -17,7 +17,7 @@ from softmark.solvers.mesh.shape import Bounds, Shape, Vector3, dot
 if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Surface
 
-SIDES = 8  # of an arc of a rounded rim that is drawn
+SIDES = 8  # sides of a drawn rim arc
 
 
 def _enlarge_bounds(bounds: Bounds, by: float) -> Bounds:

@@ -188,12 +188,12 @@ class CurvedSide:
 class Shape:
     """The geometry of a body."""
 
-    prebuilt: ClassVar[bool] = False  # its cells are those of a file, and a size has no part in them
-    enclosed: ClassVar[bool] = False  # it is filled with tetrahedra, and asks a mesher for them
-    flat: ClassVar[bool] = False  # it is a region of a plane, for plane problems
-    meshed: ClassVar[bool] = True  # cells can be made of it; of others there are rigid bodies alone
-    wired: ClassVar[bool] = False  # it is a network of axes, of which no cells are made
-    gap: ClassVar[str] = "hollow"  # why a point between others that it holds may be outside, where it is not convex
+    prebuilt: ClassVar[bool] = False  # cells come from a file and have no adjustable size
+    enclosed: ClassVar[bool] = False  # filled with tetrahedra by a mesher
+    flat: ClassVar[bool] = False  # a plane region, for plane problems
+    meshed: ClassVar[bool] = True  # can be meshed; other shapes are for rigid bodies only
+    wired: ClassVar[bool] = False  # a frame of axes, without cells
+    gap: ClassVar[str] = "hollow"  # reason why the shape is not convex
 
     @property
     def fault(self) -> str:

@@ -46,7 +46,7 @@ def _hollow(outer: Floats, inner: Floats, k: int, along: int) -> tuple[Floats, I
     j = (i + 1) % k
     rows = [_triangles_between_rings(k * s, i, j, k) for s in range(along)]
     within = [r[:, ::-1] + len(outer) for r in rows]
-    a, b, c, d = i, j, j + len(outer), i + len(outer)  # of the first end, which looks back along the axis
+    a, b, c, d = i, j, j + len(outer), i + len(outer)  # first end, whose normal points back along the axis
     first = np.concatenate([np.stack([a, c, b], axis=1), np.stack([a, d, c], axis=1)])
     caps = [first, first[:, ::-1] + k * along]
     return np.concatenate([outer, inner]), np.concatenate([*rows, *within, *caps]).astype(np.int64)
@@ -89,7 +89,7 @@ def triangulate_rounded_box(size: Vector3, rounding: float, origin: Vector3) -> 
             face = np.empty((len(ends[first]), len(ends[second]), 3))
             face[..., first], face[..., second] = np.meshgrid(ends[first], ends[second], indexing="ij")
             face[..., k] = sign * half[k]
-            points.append(face.reshape(-1, 3))  # of every face as many
+            points.append(face.reshape(-1, 3))  # equally many on every face
             triangles.append(_lattice(*face.shape[:2], flipped=sign < 0.0) + len(triangles) * len(points[0]))
     X = np.concatenate(points)
     _, kept, numbers = np.unique((X / rounding).round(6), axis=0, return_index=True, return_inverse=True)

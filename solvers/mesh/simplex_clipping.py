@@ -15,8 +15,8 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.mesh.mesh import Floats, Ints
 
-BISECTIONS = 50  # of an edge that a curved surface crosses
-ROUNDS = 64  # of cutting: an edge of every piece is cut in each
+BISECTIONS = 50  # bisections of an edge crossed by a curved surface
+ROUNDS = 64  # largest number of cutting rounds: each cuts one edge of every piece
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
 
 Part = Literal["whole", "half", "quarter", "octant"]
-KEPT = {"whole": 0, "half": 1, "quarter": 2, "octant": 3}  # of x, y and z: those along which half of it is left
+KEPT = {"whole": 0, "half": 1, "quarter": 2, "octant": 3}  # number of the axes x, y, z along which a half is kept
 
 
 class RoundBody(Shape):

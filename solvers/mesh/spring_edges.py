@@ -14,7 +14,7 @@ from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 Diagonals = Literal["faces", "all"]
 
-EDGE, FACE, BODY = 0, 1, 2  # what a spring runs along
+EDGE, FACE, BODY = 0, 1, 2  # edge or diagonal of each spring
 
 # Shares of E V / l0^2 that make a cube isotropic with Young's modulus E, as edge, face and body diagonal; in each row
 # 12 edges, 12 face diagonals and 4 body diagonals add up to 6. A lattice of cubes with edge a has the elasticities
@@ -22,8 +22,8 @@ EDGE, FACE, BODY = 0, 1, 2  # what a spring runs along
 # "faces": k_e = k_f = 2 E a / 5. "all": half of that, and half of edges with body diagonals, k_e = 8/3 k_b = 4 E a / 5.
 # Edges and body diagonals alone are isotropic too, but rows of such a lattice slide past each other without force.
 CUBE: dict[str, tuple[float, float, float]] = {"faces": (0.1, 0.4, 0.0), "all": (0.15, 0.2, 0.45)}
-LEAST = 0.1  # of a cube's share that every spring keeps, so that no cell comes loose
-PULL = 0.01  # towards the shares of a cube, where the directions of springs leave a choice
+LEAST = 0.1  # smallest share relative to a cube's, so that no cell comes loose
+PULL = 0.01  # weight towards a cube's shares, where the solution is not unique
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def hexahedron_shares(corners: Floats, diagonals: Diagonals) -> Floats:
     usual = np.array(CUBE[diagonals])[what]
     d = corners[:, pairs[:, 1]] - corners[:, pairs[:, 0]]
     n = d / np.linalg.norm(d, axis=2, keepdims=True)  # (m, springs, 3)
-    # cells of an extruded mesh are alike: each kind is balanced once
+    # cells of an extruded mesh repeat: each kind is solved once
     _, first, which = np.unique(np.round(n.reshape(len(n), -1), 9), axis=0, return_index=True, return_inverse=True)
     balanced: Floats = np.array([_fit_shares(directions, usual) for directions in n[first]])[which.ravel()]
     return balanced

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Surface
     from softmark.solvers.mesh.tetrahedralization import FilledMesh
 
-NEAR = 0.02  # of a model's smallest cells: how far a mesh is from its surface where a scene says nothing
+NEAR = 0.02  # default tolerance of the surface relative to a model's smallest cells
 
 
 class SurfaceBody(Shape):
@@ -128,7 +128,7 @@ class Filled(SurfaceBody):
         return surface.points, surface.triangles
 
 
-Seen = tuple[int, int] | None  # when a file was changed, and its bytes: one that was changed is read again
+Seen = tuple[int, int] | None  # modification time and size of a file: a changed file is read again
 
 
 def seen(path: str) -> Seen:

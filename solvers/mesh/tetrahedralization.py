@@ -31,12 +31,12 @@ from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 MESHER = "pytetwild"
 MISSING, FAILED = "E575", "E576"
-MEANT = "1"  # to be raised when the same input is to give another mesh
-UNREAD = (OSError, ValueError, KeyError, EOFError, BadZipFile)  # what a file of arrays that is cut off may raise
-REACH = 3.0  # tolerances: how far from the surface a node of the mesh's own may lie to be moved onto it
-SHRUNK = 0.3  # of its volume: what a cell keeps at the least when its nodes are moved
+MEANT = "1"  # increase when the same input should give another mesh
+UNREAD = (OSError, ValueError, KeyError, EOFError, BadZipFile)  # errors of a truncated array file
+REACH = 3.0  # in tolerances: largest distance of a mesh node from the surface to be moved onto it
+SHRUNK = 0.3  # smallest volume of a cell after moving nodes, relative to the one before
 SHARP = 0.64  # cosine of 50 degrees: facets that meet at a larger angle meet at an edge of the body
-LOST = 1e-3  # of the volume: what hangs on by an edge may be left out if it is no more
+LOST = 1e-3  # relative to the volume: largest loosely connected part that may be dropped
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def fill_surface(surface: ClosedSurface, size: float, tolerance: float, graded: 
 # ------------------------------------------------------------------ the mesher, and what it made before
 
 Made = tuple[Floats, Ints, float]
-Field = dict[str, Any]  # arrays of a mesh, and of sizes at its points, as the mesher calls them
+Field = dict[str, Any]  # arrays of a mesh and of sizes at its points, by the mesher's names
 
 
 def _cache_folder() -> Path | None:
@@ -141,7 +141,7 @@ def _fill_and_cache(key: str, surface: ClosedSurface, size: float, tolerance: fl
     folder = _cache_folder()
     if folder is None:
         return points, cells, seconds
-    with suppress(OSError):  # a cache that cannot be written is no cache
+    with suppress(OSError):  # the cache is optional
         folder.mkdir(parents=True, exist_ok=True)
         handle, part = tempfile.mkstemp(dir=folder, prefix=".part-")
         try:
@@ -165,7 +165,7 @@ def _run_mesher(surface: ClosedSurface, size: float, tolerance: float, **field: 
                  tolerance=tolerance / extent, **field)  # fmt: skip
         command = [sys.executable, "-m", "softmark.solvers.mesh.files.ftetwild_process", str(given), str(wanted)]
         before = _cpu_seconds()
-        done = subprocess.run(  # in that folder, for it writes what nobody asked for
+        done = subprocess.run(  # in that folder, since it writes additional files
             command, cwd=folder, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL
         )
         seconds = _cpu_seconds() - before

@@ -10,7 +10,7 @@ from softmark.records import dataclass
 from softmark.solvers.mesh.mesh import Floats, Ints
 from softmark.solvers.runtime.kernel_cache import kernel
 
-MANY = 4096  # voxels of a box, beyond which blocks of voxels are looked at
+MANY = 4096  # largest number of voxels evaluated one by one; beyond, blocks are used
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,9 @@
-"""Reduced models: displacements x = V q in a space of a few fields V, found once, with few unknowns q to solve for.
+"""Reduced models: displacements x = V q in a space of a few fields V, computed once, with few unknowns q to solve for.
 
-basis      the fields: vibration modes, static responses, modal derivatives, principal fields of training states
-cells      energies with every cell by itself, and over a chosen part of the cells
-sampling   which cells, with which weights, stand for all (ECSW)
-projected  energies over q, so that statics and dynamics solve them as they solve any other
+reduced_basis     fields: vibration modes, static responses, modal derivatives, principal fields of training states
+cell_energies     energies split into cells, and restricted to chosen cells
+hyperreduction    selection and weights of the cells that represent all (ECSW)
+projected_energy  energies of q, solved by the same statics and dynamics as any other
+reduction_error   error of a reduced model from the residual of the full equations
+basis_products    products with V in one thread
 """

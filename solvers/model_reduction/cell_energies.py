@@ -1,7 +1,7 @@
-"""Energies over cells, taken apart: every cell by itself, or a chosen part of the cells with weights.
+"""Energies over cells, split into single cells or restricted to chosen cells with weights.
 
-What is taken apart are the dataclasses of `energies` whose fields `cells`, `dNdX`, `w`, `G` and `K` have a row for each
-cell, or sums of such; `X` has a row for each node.
+They are the dataclasses of `energies` whose fields `cells`, `dNdX`, `w`, `G` and `K` have a row for each cell, or sums
+of such; `X` has a row for each node.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ LAWS = ("law", "volume", "drag")  # whose constants may have a row for each cell
 MODULI = ("bulk", "compliance")  # one for all cells, or a row for each
 SHAPES = ("Np",)  # the same in all cells (q, b), or of each (m, q, b)
 BY_NODE = ("X",)
-WEIGHED = ("w", "K")  # what the energy of a cell is proportional to
+WEIGHED = ("w", "K")  # fields that the energy of a cell is proportional to
 
 
-def cells_of(energy: Energy) -> Ints:
-    """Nodes of each cell (m, a)."""
+def nodes_of_cells(energy: Energy) -> Ints:
+    """Return the nodes of each cell (m, a)."""
     if isinstance(energy, EnergySum):
-        return cells_of(energy.parts[0])
+        return nodes_of_cells(energy.parts[0])
     known: Any = energy
     cells: Ints = known.cells
     return cells
 
 
-def apart(energy: Energy) -> Energy:
-    """The same energy where no two cells share a node: node b of cell e is e a + b."""
+def disconnect_cells(energy: Energy) -> Energy:
+    """Return the energy on disconnected cells: node b of cell e becomes e a + b."""
     if isinstance(energy, EnergySum):
-        return EnergySum(tuple(apart(part) for part in energy.parts))
+        return EnergySum(tuple(disconnect_cells(part) for part in energy.parts))
     known: Any = energy
     own = np.arange(known.cells.size).reshape(known.cells.shape)
     moved = {name: rows[known.cells.ravel()] for name, rows in _fields(energy, BY_NODE).items()}
@@ -43,12 +43,12 @@ def apart(energy: Energy) -> Energy:
     return split
 
 
-def part(energy: Energy, which: Ints, weights: Floats, nodes: Ints) -> Energy:
-    """The energy of the cells `which` times their weights; nodes are numbered as they stand in `nodes`, ascending."""
+def restrict_to_cells(energy: Energy, which: Ints, weights: Floats, nodes: Ints) -> Energy:
+    """Return the weighted energy of the cells `which`; nodes are renumbered by their position in `nodes`, ascending."""
     if isinstance(energy, EnergySum):
-        return EnergySum(tuple(part(own, which, weights, nodes) for own in energy.parts))
+        return EnergySum(tuple(restrict_to_cells(own, which, weights, nodes) for own in energy.parts))
     known: Any = energy
-    rows = of_cells(energy, which)
+    rows = fields_of_cells(energy, which)
     for name in set(WEIGHED) & set(rows):
         rows[name] = rows[name] * weights.reshape(-1, *(1,) * (rows[name].ndim - 1))
     rows["cells"] = np.searchsorted(nodes, rows["cells"])
@@ -57,8 +57,8 @@ def part(energy: Energy, which: Ints, weights: Floats, nodes: Ints) -> Energy:
     return fewer
 
 
-def of_cells(energy: Energy, which: Any) -> dict[str, Any]:
-    """What of an energy over cells has a row for each, of some: constants of laws that vary among it."""
+def fields_of_cells(energy: Energy, which: Any) -> dict[str, Any]:
+    """Return the fields of an energy that have a row for each cell, for some cells, with varying constants of laws."""
     rows: dict[str, Any] = {n: np.ascontiguousarray(a[which]) for n, a in _fields(energy, BY_CELL).items()}
     rows |= {n: law.of(which) for n, law in _fields(energy, LAWS).items() if isinstance(law, VaryingLaw)}
     rows |= {n: a[which] for n, a in _fields(energy, SHAPES).items() if np.ndim(a) == 3}
@@ -66,13 +66,13 @@ def of_cells(energy: Energy, which: Any) -> dict[str, Any]:
 
 
 def _fields(energy: Energy, names: tuple[str, ...]) -> dict[str, Any]:
-    """Those of its fields that have one of these names, and a value."""
+    """Return the energy's fields that have one of these names, and a value."""
     known: Any = energy
     each = ((f.name, getattr(known, f.name)) for f in fields(known) if f.name in names)
     return {name: value for name, value in each if value is not None}
 
 
-def pressed(load: FollowerPressure) -> tuple[FollowerPressure, Ints]:
-    """A follower pressure over the nodes of its facets alone, and these nodes."""
+def restrict_to_loaded_nodes(load: FollowerPressure) -> tuple[FollowerPressure, Ints]:
+    """Return a follower pressure over the nodes of its facets only, and these nodes."""
     nodes, faces = np.unique(load.faces, return_inverse=True)
     return replace(load, points=load.points[nodes], faces=faces.reshape(load.faces.shape)), nodes

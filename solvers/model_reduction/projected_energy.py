@@ -1,4 +1,4 @@
-"""Energies over the unknowns q of a reduced model, where displacements are V q."""
+"""Energies of the unknowns q of a reduced model with displacements V q."""
 
 from __future__ import annotations
 
@@ -12,31 +12,31 @@ from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.linear.factorisations import Singular
-from softmark.solvers.model_reduction.basis_products import down, inner, up
+from softmark.solvers.model_reduction.basis_products import expand, inner_products, project
 from softmark.solvers.runtime.thread_limits import ALONE
 
 
-def _whole(r: int) -> Ints:
-    """One stencil of all unknowns (1, r)."""
+def _full_stencil(r: int) -> Ints:
+    """Return one stencil of all unknowns (1, r)."""
     return np.arange(r, dtype=np.int64)[None]
 
 
 @dataclass(frozen=True)
-class Projected(Energy):
-    """E(V q) of an energy over the degrees of freedom of some nodes; V (dofs, r) are the rows of the fields there."""
+class ProjectedEnergy(Energy):
+    """E(V q) for an energy over the degrees of freedom of some nodes; V (dofs, r) are the rows of the fields there."""
 
     energy: Energy
     V: Floats
 
     @property
     def conservative(self) -> bool:
-        """As the energy."""
+        """True if the energy is conservative."""
         return self.energy.conservative
 
     @cached_property
     def stencils(self) -> Ints:
-        """All unknowns at once (1, r)."""
-        return _whole(self.V.shape[1])
+        """One stencil of all unknowns (1, r)."""
+        return _full_stencil(self.V.shape[1])
 
     @cached_property
     def _local(self) -> Assembly:
@@ -44,67 +44,67 @@ class Projected(Energy):
 
     @cached_property
     def _stretch(self) -> float:
-        """The largest singular value of V."""
-        return float(np.sqrt(np.linalg.eigvalsh(inner(self.V, self.V))[-1]))
+        """Largest singular value of V."""
+        return float(np.sqrt(np.linalg.eigvalsh(inner_products(self.V, self.V))[-1]))
 
     def rounding(self, x: Floats) -> float:
-        """Norm of what rounding leaves in the gradient: that of the energy's own, in the worst direction."""
-        return self._stretch * self.energy.rounding(up(self.V, x))
+        """Return the norm of the gradient's rounding error: that of the energy, in the worst direction."""
+        return self._stretch * self.energy.rounding(expand(self.V, x))
 
     def value(self, x: Floats) -> float:
-        """Energy, J."""
-        return self.energy.value(up(self.V, x))
+        """Return the energy, J."""
+        return self.energy.value(expand(self.V, x))
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """g (r,) += scale V^T dE/du."""
+        """Add scale V^T dE/du to g (r,)."""
         forces = np.zeros(len(self.V))
-        self.energy.add_gradient(up(self.V, x), forces)
-        g += scale * down(self.V, forces)
+        self.energy.add_gradient(expand(self.V, x), forces)
+        g += scale * project(self.V, forces)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """V^T K V, made definite cell by cell where it is `projected`."""
-        block = inner(self.V, self._local.tangent(up(self.V, x), 1.0, projected) @ self.V)
+        """Add V^T K V, made definite cell by cell if `projected`."""
+        block = inner_products(self.V, self._local.tangent(expand(self.V, x), 1.0, projected) @ self.V)
         keep = slots[0] >= 0
         data[slots[0][keep]] += scale * block[keep]
 
 
 @dataclass(frozen=True)
-class Quadratic(Energy):
-    """q . K q / 2, K (r, r): a linear body, whose cells need not be visited again."""
+class QuadraticEnergy(Energy):
+    """The energy q . K q / 2, K (r, r), of a linear body, whose cells need not be evaluated again."""
 
     K: Floats
-    noise: float = 0.0  # norm of what rounding leaves in the gradient
+    noise: float = 0.0  # norm of the gradient's rounding error
     conservative: bool = True
 
     @cached_property
     def stencils(self) -> Ints:
-        """All unknowns at once (1, r)."""
-        return _whole(len(self.K))
+        """One stencil of all unknowns (1, r)."""
+        return _full_stencil(len(self.K))
 
     def rounding(self, x: Floats) -> float:
-        """Norm of what rounding leaves in the gradient."""
+        """Return the norm of the gradient's rounding error."""
         return self.noise
 
     def value(self, x: Floats) -> float:
-        """Energy, J."""
+        """Return the energy, J."""
         return 0.5 * float(x @ self.K @ x)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """g += scale K q."""
+        """Add scale K q to g."""
         g += scale * (self.K @ x)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """K."""
+        """Add K."""
         keep = slots[0] >= 0
         data[slots[0][keep]] += scale * self.K[keep]
 
 
 @dataclass(frozen=True)
-class Dense:
-    """Solves the small full systems of a reduced model in motion, by Gauss's elimination (LAPACK)."""
+class DenseSolver:
+    """Solver of the small full systems of a reduced dynamic model, by Gaussian elimination (LAPACK)."""
 
     def solve(self, K: sparse.csr_matrix, b: Floats, tolerance: float) -> Floats:
-        """x with K x = b to rounding. Raises Singular."""
+        """Return x with K x = b to rounding. Raises Singular."""
         try:
             with ALONE:
                 x: Floats = dense.solve(K.toarray(), b, check_finite=False)

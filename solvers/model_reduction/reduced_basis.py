@@ -1,7 +1,7 @@
-"""Fields that span a reduced space: vibration modes, modal derivatives, principal fields of known states.
+"""Basis of a reduced space: vibration modes, modal derivatives, principal fields of training states.
 
-Fields are the columns of arrays (n, k) over n unknowns that are free to move; M (n, n) is the mass in kg, so that
-V^T M V = I makes the unknowns of a reduced model lengths times the root of a mass.
+Fields are the columns of arrays (n, k) over n free unknowns; M (n, n) is the mass in kg, so that V^T M V = I gives the
+unknowns of a reduced model the unit m kg^(1/2).
 """
 
 from __future__ import annotations
@@ -13,20 +13,21 @@ import numpy as np
 from scipy import sparse
 
 from softmark.records import dataclass
-from softmark.solvers.dynamics.vibration_modes import lowest
+from softmark.solvers.dynamics.vibration_modes import lowest_modes
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import factor
 
-DEPENDENT = 1e-9  # of its length: what must be left of a field beside the others
-STEP = 1e-3  # of the body's size: displacements between which forces are compared
-PAIRED = 8  # fields whose pairs give modal derivatives: 36 pairs
+DEPENDENT = 1e-9  # relative to its length: smallest independent part of a field
+STEP = 1e-3  # relative to the body's size: displacement step of force differences
+PAIRED = 8  # fields for modal derivatives: 36 pairs
 
 Solve = Callable[[Floats], Floats]
 
 
 @dataclass(frozen=True)
-class Principal:
-    """Orthonormal fields (n, r), the share of the states' squared length that they hold, and what is left of each.
+class PrincipalFields:
+    """Orthonormal fields (n, r), the fraction of the states' squared length that they contain, and the rest of each
+    state.
 
     `error` is the largest relative distance of a state from the space.
     """
@@ -36,10 +37,10 @@ class Principal:
     error: float
 
 
-def orthonormal(S: Floats, M: sparse.csr_matrix) -> tuple[Floats, Floats]:
-    """Q (n, r) and R (r, k) with S = Q R and Q^T M Q = I; columns that depend on earlier ones add no field.
+def orthonormalize(S: Floats, M: sparse.csr_matrix) -> tuple[Floats, Floats]:
+    """Return Q (n, r) and R (r, k) with S = Q R and Q^T M Q = I; linearly dependent columns add no field.
 
-    Gram and Schmidt's method, twice for each column, which suffices (Giraud, Langou and Rozloznik 2005).
+    Gram-Schmidt is applied twice to each column, which suffices (Giraud, Langou and Rozloznik 2005).
     """
     Q, R = np.empty((len(S), 0)), np.zeros((S.shape[1], S.shape[1]))
     for k, column in enumerate(S.T):
@@ -56,12 +57,12 @@ def orthonormal(S: Floats, M: sparse.csr_matrix) -> tuple[Floats, Floats]:
     return Q, R[: Q.shape[1]]
 
 
-def principal(S: Floats, W: sparse.csr_matrix, modes: int | None, tolerance: float) -> Principal:
-    """The fields that hold most of the states S (n, k), lengths measured by W (Sirovich 1987).
+def principal_fields(S: Floats, W: sparse.csr_matrix, modes: int | None, tolerance: float) -> PrincipalFields:
+    """Return the fields that contain most of the states S (n, k), with lengths measured by W (Sirovich 1987).
 
     The first `modes` of them, or as many as leave at most `tolerance` of the root mean square of the states.
     """
-    Q, R = orthonormal(S, W)
+    Q, R = orthonormalize(S, W)
     U, s, _ = np.linalg.svd(R, full_matrices=False)
     total = float(np.sum(s**2))
     left = np.append(np.cumsum(s[::-1] ** 2)[::-1], 0.0)  # beyond the first 0, 1, 2 ... fields
@@ -70,23 +71,23 @@ def principal(S: Floats, W: sparse.csr_matrix, modes: int | None, tolerance: flo
     missed = np.linalg.norm(U[:, r:].T @ R, axis=0)
     lengths = np.linalg.norm(R, axis=0)
     error = float(np.max(missed[lengths > 0] / lengths[lengths > 0], initial=0.0))
-    return Principal(Q @ U[:, :r], 1.0 - float(left[r]) / total if total else 1.0, error)
+    return PrincipalFields(Q @ U[:, :r], 1.0 - float(left[r]) / total if total else 1.0, error)
 
 
-def vibration(K: sparse.csr_matrix, M: sparse.csr_matrix, count: int) -> tuple[Floats, Floats]:
-    """The lowest angular frequencies (count,), rad/s, and their modes (n, count) with Phi^T M Phi = I.
+def vibration_modes(K: sparse.csr_matrix, M: sparse.csr_matrix, count: int) -> tuple[Floats, Floats]:
+    """Return the lowest angular frequencies (count,), rad/s, and their modes (n, count) with Phi^T M Phi = I.
 
-    K phi = w^2 M phi (see `lowest`). Raises Singular where K is singular.
+    K phi = w^2 M phi (see `lowest`). Raises Singular if K is singular.
     """
-    values, modes = lowest(K, M, count, lambda: factor(K))
+    values, modes = lowest_modes(K, M, count, lambda: factor(K))
     return np.sqrt(np.maximum(values, 0.0)), modes
 
 
-def derivatives(gradient: Solve, solve: Solve, fields: Floats, size: float) -> Floats:
-    """Modal derivatives -K^-1 D^2 g [v_i, v_j] (n, pairs): how static responses curve where amplitudes are large.
+def modal_derivatives(gradient: Solve, solve: Solve, fields: Floats, size: float) -> Floats:
+    """Return modal derivatives -K^-1 D^2 g [v_i, v_j] (n, pairs): the curvature of static responses at large amplitude.
 
-    g is the internal force, of which the second derivative at rest is found by central differences between
-    displacements of `size` times STEP (m). Source: Idelsohn and Cardona (1985); Barbic and James (2005), section 4.2.
+    g is the internal force, whose second derivative at rest is found by central differences between displacements of
+    `size` times STEP (m). Source: Idelsohn and Cardona (1985); Barbic and James (2005), section 4.2.
     """
     found = []
     for i, j in combinations_with_replacement(range(min(PAIRED, fields.shape[1])), 2):

@@ -1,8 +1,8 @@
-"""Error of a reduced model, from the residual that its states leave in the equations of the full model.
+"""Error of a reduced model, from the residual of its states in the equations of the full model.
 
-At rest the displacement error is estimated by one Newton step of the full equations from the reduced state. In
-motion it is the solution of the error equation M e'' + C e' + K e = -R(t), which linearises the full equations about
-the reduced motion; in linear problems it is exact. It is integrated with the trapezoidal rule over the times of output.
+In statics the displacement error is estimated by one Newton step of the full equations from the reduced state. In
+dynamics it is the solution of the error equation M e'' + C e' + K e = -R(t), which linearises the full equations about
+the reduced motion; in linear problems it is exact. It is integrated with the trapezoidal rule over the output times.
 Source: Ainsworth and Oden (2000), "A Posteriori Error Estimation in Finite Element Analysis", chapter 9; for reduced
 models Hesthaven, Rozza and Stamm (2016), "Certified Reduced Basis Methods", section 4.2.
 """
@@ -16,7 +16,7 @@ import numpy as np
 from scipy import linalg as dense
 
 from softmark.records import dataclass
-from softmark.solvers.dynamics.dynamic_forces import Forces
+from softmark.solvers.dynamics.dynamic_forces import DynamicForces
 from softmark.solvers.dynamics.dynamic_problem import Dynamics
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Factor, Singular, factor
@@ -26,15 +26,15 @@ if TYPE_CHECKING:
 
 LARGEST = 300_000  # unknowns up to which a tangent is factorised
 TANGENTS = 60  # factorisations in the course of a motion
-NUDGE = 1e-7  # of the body's displacement or size: step of the difference that gives stiffness times velocity
+NUDGE = 1e-7  # relative to the body's displacement or size: difference step for stiffness times velocity
 
 
 @dataclass(frozen=True)
 class ReductionError:
-    """Residual of the full equations in the states of a reduced model, and the displacement error estimated from it.
+    """Residual of the full equations in the states of a reduced model, and the estimated displacement error.
 
-    `residual` is relative to the largest of the forces that balance each other. `distance` is the largest estimated
-    displacement error of a node, m, and `relative` the same over the largest displacement; None where it is unknown.
+    `residual` is relative to the largest of the balancing forces. `distance` is the largest estimated displacement
+    error of a node, m, and `relative` the same over the largest displacement; None if unknown.
     """
 
     residual: float
@@ -43,14 +43,14 @@ class ReductionError:
 
     @property
     def facts(self) -> dict[str, float | None]:
-        """The entries of a report."""
+        """Return the entries of a report."""
         return {
             "full_residual": self.residual, "estimated_error": self.relative, "estimated_error_m": self.distance
         }  # fmt: skip
 
 
 def _largest(u: Floats) -> float:
-    """Largest displacement of a node, m, of displacements u (3 n,)."""
+    """Return the largest displacement of a node, m, from displacements u (3 n,)."""
     return float(np.linalg.norm(u.reshape(-1, 3), axis=1).max(initial=0.0))
 
 
@@ -64,7 +64,7 @@ def _relative(distance: float, size: float) -> float:
 
 
 def static_error(problem: Statics, x: Floats) -> ReductionError:
-    """Error of the state x (dofs,), m, of a reduced model in the full static `problem`."""
+    """Return the error of the state x (dofs,), m, of a reduced model in the full static `problem`."""
     assembly = problem.assembly
     g, loads = assembly.gradient(x, 1.0), np.zeros_like(x)
     for load in assembly.loads:
@@ -101,16 +101,16 @@ class ReducedMotion:
 
 
 def dynamic_error(full: Dynamics, reduced: Dynamics, motion: ReducedMotion) -> ReductionError:
-    """Error of a motion of the `reduced` equations in those of the `full` problem, over all times of output."""
+    """Return the error of a motion of the `reduced` equations in the `full` problem, over all output times."""
     return _ErrorEquation(full, reduced, motion).integrate()
 
 
 class _ErrorEquation:
-    """The linearised equation of the displacement error, integrated in time."""
+    """Linearised equation of the displacement error, integrated in time."""
 
     def __init__(self, full: Dynamics, reduced: Dynamics, motion: ReducedMotion) -> None:
         self.full, self.reduced, self.motion = full, reduced, motion
-        self.forces, self.own = Forces(full), Forces(reduced)
+        self.forces, self.own = DynamicForces(full), DynamicForces(reduced)
         self.free = self.forces.free
         self.every = max(1, math.ceil(len(motion.times) / TANGENTS))
         self.M = self.K = self.C = self.forces.M_free
@@ -119,7 +119,7 @@ class _ErrorEquation:
         self.scale = 0.0
 
     def integrate(self) -> ReductionError:
-        """The largest error over all times."""
+        """Return the largest error over all times."""
         motion, V = self.motion, self.motion.fields
         residual, distance, size = 0.0, 0.0, 0.0
         e = np.zeros(len(self.free))
@@ -145,7 +145,7 @@ class _ErrorEquation:
         return ReductionError(relative, _relative(distance, size), distance)
 
     def _advanced(self, i: int, h: float, x: Floats, e: Floats, w: Floats, R: Floats) -> tuple[Floats, Floats]:
-        """Error and its velocity after a trapezoidal step of h, s; R is the sum of the residuals of its two ends, N."""
+        """Return error and velocity after a trapezoidal step of h, s; R is the sum of the residuals at both ends, N."""
         if self.solver is None or (i - 1) % self.every == 0 or abs(h - self.step) > 1e-9 * h:
             factors = self.forces.factors(float(self.motion.times[i]))
             self.K = self.forces.tangent(x, factors, projected=True)
@@ -159,9 +159,9 @@ class _ErrorEquation:
         return found, 2.0 / h * (found - e) - w
 
     def _residual(self, i: int, x: Floats) -> Floats:
-        """Out-of-balance forces (free,), N, of the full equations in output i.
+        """Return the out-of-balance forces (free,), N, of the full equations in output i.
 
-        The acceleration is the one that the reduced equations give in that state: integrators keep one of another time.
+        The acceleration follows from the reduced equations in that state, since integrators store one of another time.
         """
         motion, V, time = self.motion, self.motion.fields, float(self.motion.times[i])
         q, v, a = motion.q[i], motion.v[i], motion.a[i].copy()
@@ -177,8 +177,8 @@ class _ErrorEquation:
         self.scale = max(self.scale, *(float(np.linalg.norm(f)) for f in each))
         return np.asarray(whole[self.free])
 
-    def _drag(self, forces: Forces, x: Floats, v: Floats) -> Floats:
-        """Damping forces (dofs,), N: alpha M v + beta K v, the latter by a difference of internal forces."""
+    def _drag(self, forces: DynamicForces, x: Floats, v: Floats) -> Floats:
+        """Return damping forces (dofs,), N: alpha M v + beta K v, the latter by a difference of internal forces."""
         damping = self.full.damping
         drag = damping.alpha * forces.inertia(v)
         speed = float(np.abs(v).max(initial=0.0))

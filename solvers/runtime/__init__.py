@@ -1,1 +1,1 @@
-"""Shared utilities of all solvers, without mechanics: kernels cached on disk, late imports, threads."""
+"""Shared utilities of all solvers, without mechanics: kernels cached on disk, lazy imports, threads."""

@@ -1,4 +1,4 @@
-"""Gauss-Jacobi rules: what integrates over a collapsed cube, without scipy.special, which takes 0.1 s to import."""
+"""Gauss-Jacobi quadrature for collapsed cubes, without scipy.special, which takes 0.1 s to import."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ Floats = NDArray[np.float64]
 
 
 def gauss_jacobi(n: int, power: int) -> tuple[Floats, Floats]:
-    """Points s (n,), ascending, and weights (n,) on [-1, 1] for integrands times (1 - s)^power, exact to degree 2n - 1.
+    """Return points s (n,), ascending, and weights (n,) on [-1, 1] for integrands times (1 - s)^power, exact to degree
+    2n - 1.
 
     The points are the eigenvalues of the three-term recurrence, the weights the squares of the eigenvectors' first
     entries times the whole weight, 2^(power + 1) / (power + 1).

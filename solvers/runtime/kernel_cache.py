@@ -1,22 +1,22 @@
-"""numba, with a cache on disk that never returns what an older source computed.
+"""Compilation by numba with a disk cache that never returns code compiled from older sources.
 
-numba's cache does not notice that a function called from another file has changed: the old kernel answers, silently.
-So the folder of the cache is named by a digest of all solver sources, of numba's and numpy's version and of the
-processor. numba's index of a function is read, changed and written without a lock, too, so that two processes that
-compile it at once for different types can leave the one's machine code under the other's types; and a file that was
-cut off or altered is run as it is. Here a kernel has a file of its own, named by all that decides it, that begins with
-a checksum of what follows: it is there whole, or it is compiled anew. The folder knows the sources as they were when
-this file was loaded, and numba's key of a function the operations of its code alone: to the key belong, too, its
-constants, its names, the numbers they stand for, its file when it was loaded, and all that of the kernels it calls.
+numba's own cache does not notice that a function called from another file has changed, and silently returns the old
+kernel. So the cache folder is named by a digest of all solver sources, of numba's and numpy's version and of the
+processor. numba's index of a function is also read, changed and written without a lock, so that two processes that
+compile it at once for different types can store one's machine code under the other's types; and a truncated or altered
+file is executed as it is. Here a kernel has its own file, named by everything that determines it, that begins with a
+checksum of the rest: it is complete, or it is compiled anew. The folder name reflects the sources at the time this file
+was loaded, and numba's key of a function only the operations of its code: the key here also includes its constants, its
+names, the values they refer to, its file when it was loaded, and the same for the kernels it calls.
 
-Kernels live in `kernels.py` files, in `sparse` and in `corotational_tets.py`; what needs none must not
-import these, for numba is slow to load. A kernel is compiled for the types that it is called with and no others, so
-one that a run does not call costs it nothing. What one does cost is mostly what numba writes around it, so there are
-three decorators: `kernel` of what is called from Python and makes no array, `maker` of what makes some, and `part` of
-what only kernels call.
+Kernels are in `kernels.py` files, in `sparse` and in `corotational_tets.py`; code that needs no kernels must not import
+these, since numba is slow to load. A kernel is compiled only for the types that it is called with, so an unused one
+costs a run nothing. The cost of a kernel is mostly the wrapper code that numba adds, so there are three decorators:
+`kernel` for functions called from Python that make no array, `maker` for those that make some, and `part` for functions
+called only by kernels.
 
-numba promises nothing of the classes that this is made of, so pyproject.toml bounds its version; tests/solvers/
-test_numba.py says what a newer one lacks before the bound is raised.
+numba does not guarantee the interface of the classes used here, so pyproject.toml bounds its version; tests/solvers/
+test_numba.py reports what a newer one lacks before the bound is raised.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ from numba.core import event as _event
 from numba.core import runtime as _runtime
 from numba.core import serialize as _serialize
 
-from softmark.solvers.runtime.numba_pipeline import Passes
+from softmark.solvers.runtime.numba_pipeline import ShortPipeline
 
 caching: Any = _caching  # without types of its own
 event: Any = _event
-njit: Any = numba.njit  # whose types do not know all of its options
+njit: Any = numba.njit  # whose type stubs lack some options
 serialize: Any = _serialize
 runtime: Any = _runtime
 
@@ -58,12 +58,12 @@ CHECKSUM = hashlib.sha256().digest_size  # bytes
 
 
 def sources() -> list[Path]:
-    """Every source file whose change must make the kernels compile anew."""
+    """Return every source file whose change must trigger recompilation."""
     return sorted(Path(__file__).parents[1].rglob("*.py"))
 
 
 def digest(files: Iterable[Path], *facts: str) -> str:
-    """SHA-256 over the names and texts of `files` and over `facts`, as 16 hexadecimal digits."""
+    """Return the SHA-256 of the names and texts of `files` and of `facts`, as 16 hexadecimal digits."""
     h = hashlib.sha256("\0".join(facts).encode())
     for file in files:
         text = file.read_bytes()
@@ -73,7 +73,7 @@ def digest(files: Iterable[Path], *facts: str) -> str:
 
 
 def _processor() -> str:
-    """The processor's model as far as it is known: kernels are compiled for it."""
+    """Return the processor's model if known: kernels are compiled for it."""
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
     except OSError:
@@ -82,18 +82,18 @@ def _processor() -> str:
 
 
 def cache_folder() -> Path:
-    """Where this version of the kernels is kept: $XDG_CACHE_HOME/softmark/kernels/<digest>."""
+    """Return the folder of this version's kernels: $XDG_CACHE_HOME/softmark/kernels/<digest>."""
     home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
     facts = (version("numba"), version("numpy"), sys.version, _processor())
     return Path(home) / "softmark" / "kernels" / digest(sources(), *facts)
 
 
 def _usable(folder: Path) -> bool:
-    """Whether kernels can be looked for in the folder, made if need be; without it they live in memory.
+    """Return whether the folder can be searched for kernels, creating it if needed; otherwise they stay in memory.
 
-    A folder that is there but cannot be written to may have them: what is compiled beside them is not kept.
+    A read-only folder may contain them: kernels compiled in addition are not saved.
     """
-    if not folder.is_absolute():  # there is no home, and "~" would be a folder right here
+    if not folder.is_absolute():  # without a home folder "~" would be a folder in the working directory
         return False
     with suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
@@ -110,14 +110,16 @@ CACHED = _usable(FOLDER)
 _made = 0  # kernels that this process has compiled
 
 
-class _Files:
-    """Kernels of one function on disk, a file for each set of types: what numba asks of its index and data files."""
+class _KernelFiles:
+    """Kernels of one function on disk, one file for each set of types, with the interface of numba's index and data
+    files.
+    """
 
     def __init__(self, folder: Path, name: str) -> None:
         self.folder, self.name = folder, name
 
     def load(self, key: Any) -> Any:
-        """What was saved under the key, None where there is nothing or not all of it."""
+        """Return the object saved under the key, None if it is missing or incomplete."""
         try:
             data = self._path(key).read_bytes()
         except OSError:
@@ -128,7 +130,7 @@ class _Files:
         return kept if own == key else None
 
     def save(self, key: Any, kept: Any) -> None:
-        """Keep it, whole or not at all; a disk that is full or read-only keeps nothing."""
+        """Save it completely or not at all; nothing is saved on a full or read-only disk."""
         global _made
         _made += 1
         data: bytes = serialize.dumps((key, kept))
@@ -137,7 +139,7 @@ class _Files:
             _replace(self._path(key), hashlib.sha256(data).digest() + data)
 
     def flush(self) -> None:
-        """Forget all kernels of the function."""
+        """Delete all kernels of the function."""
         for file in self.folder.glob(f"{self.name}.*{SUFFIX}"):
             file.unlink(missing_ok=True)
 
@@ -146,7 +148,7 @@ class _Files:
 
 
 def _replace(path: Path, data: bytes) -> None:
-    """Write under another name, then rename: nobody ever reads half a file. Raises OSError."""
+    """Write under another name, then rename, so that no process reads half a file. Raises OSError."""
     handle, part = tempfile.mkstemp(dir=path.parent, prefix=".part-")
     try:
         with os.fdopen(handle, "wb") as file:
@@ -157,68 +159,68 @@ def _replace(path: Path, data: bytes) -> None:
         raise
 
 
-class _Place(caching.UserProvidedCacheLocator):  # type: ignore[misc]
-    """Our folder and no other: numba's own choice falls back on folders in which an edited callee goes unnoticed."""
+class _CacheLocator(caching.UserProvidedCacheLocator):  # type: ignore[misc]
+    """Locator that always selects our folder: numba's choice may fall back on folders that miss edited callees."""
 
     def __init__(self, function: Any, file: str) -> None:
         super().__init__(function, file)
         self._cache_path = str(FOLDER / self.get_suitable_cache_subpath(file))
 
     @classmethod
-    def from_function(cls, function: Any, file: str) -> _Place:
-        """Ours, whether or not it can be written to."""
+    def from_function(cls, function: Any, file: str) -> _CacheLocator:
+        """Return our locator, whether or not its folder can be written to."""
         return cls(function, file)
 
     def ensure_cache_path(self) -> None:
-        """Saving makes the folder, and does without where it cannot."""
+        """Do nothing: saving creates the folder, or skips it if that fails."""
 
 
-class _Machinery(caching.CompileResultCacheImpl):  # type: ignore[misc]
-    """How numba makes data of a compiled function and a function of data."""
+class _CompileResultData(caching.CompileResultCacheImpl):  # type: ignore[misc]
+    """numba's conversion between compiled functions and stored data."""
 
-    _locator_classes = (_Place,)
+    _locator_classes = (_CacheLocator,)
 
 
 def _source(file: str) -> str:
-    """SHA-256 of a file as it is now, "" where there is none."""
+    """Return the SHA-256 of a file's present content, "" for a missing file."""
     try:
         return hashlib.sha256(Path(file).read_bytes()).hexdigest()
     except OSError:
         return ""
 
 
-class _Cache(caching.FunctionCache):  # type: ignore[misc]
+class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
     """numba's cache of a function, on our files."""
 
-    _impl_class = _Machinery
+    _impl_class = _CompileResultData
 
     def __init__(self, function: Any) -> None:
         super().__init__(function)
-        self._cache_file = _Files(Path(self._cache_path), self._impl.filename_base)
+        self._cache_file = _KernelFiles(Path(self._cache_path), self._impl.filename_base)
         self.source = _source(function.__code__.co_filename)  # now, while it is being loaded
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The machine code on disk, None without; numba's own would import its whole compiler here first, 0.3 s.
+        """Return the machine code on disk, or None; numba's version would first import its whole compiler, 0.3 s.
 
-        What is loaded is linked with numba's memory management and its helpers in C alone, and where there is nothing
-        to load, compiling imports what it needs.
+        Loaded code is linked only with numba's memory management and its C helpers; if there is nothing to load,
+        compilation imports what it needs.
         """
         runtime.rtsys.initialize(target_context)
         with self._guard_against_spurious_io_errors():
             return self._load_overload(sig, target_context)
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
-        """numba's, and what it leaves out; asked for where the function is to be compiled, and no sooner."""
-        return (*super()._index_key(sig, codegen), self.source, stamp(self._py_func))
+        """Return numba's key extended by what it omits; requested only when the function is to be compiled."""
+        return (*super()._index_key(sig, codegen), self.source, kernel_digest(self._py_func))
 
 
-def stamp(function: Any) -> str:
-    """SHA-256 of all that a kernel computes with: code, constants, numbers it finds in its module, kernels it calls."""
-    return hashlib.sha256("\0".join(_told(function, set())).encode()).hexdigest()
+def kernel_digest(function: Any) -> str:
+    """Return the SHA-256 of all inputs of a kernel: code, constants, numbers of its module, kernels it calls."""
+    return hashlib.sha256("\0".join(_describe_function(function, set())).encode()).hexdigest()
 
 
-def _told(function: Any, seen: set[Any]) -> list[str]:
-    """Of a function and of the kernels it calls, each once."""
+def _describe_function(function: Any, seen: set[Any]) -> list[str]:
+    """Return the description of a function and of the kernels it calls, each once."""
     if function in seen:
         return [function.__qualname__]
     seen.add(function)
@@ -228,43 +230,43 @@ def _told(function: Any, seen: set[Any]) -> list[str]:
     for code in codes:  # which grows by the functions within
         codes += (c for c in code.co_consts if isinstance(c, CodeType))
         told += [code.co_code.hex(), repr(code.co_names)]
-        told += [_plain(c) for c in code.co_consts if not isinstance(c, CodeType)]
+        told += [_describe_constant(c) for c in code.co_consts if not isinstance(c, CodeType)]
         names.update(code.co_names)
     for name in sorted(names & function.__globals__.keys()):
-        told += [name, *_value(function.__globals__[name], seen)]
+        told += [name, *_describe_value(function.__globals__[name], seen)]
     for cell in function.__closure__ or ():
-        told += _value(cell.cell_contents, seen)
+        told += _describe_value(cell.cell_contents, seen)
     return told
 
 
-def _value(value: Any, seen: set[Any]) -> list[str]:
-    """What a name stands for, as far as machine code depends on it; the same in every process."""
+def _describe_value(value: Any, seen: set[Any]) -> list[str]:
+    """Return the description of a name's value, as far as machine code depends on it; the same in every process."""
     callee = getattr(value, "py_func", None) or getattr(value, "_defn", None)  # a kernel, an intrinsic
     if callee is not None:
-        return [getattr(getattr(value, "_cache", value), "source", ""), *_told(callee, seen)]
+        return [getattr(getattr(value, "_cache", value), "source", ""), *_describe_function(callee, seen)]
     if isinstance(value, np.ndarray):
         return [str(value.dtype), str(value.shape), hashlib.sha256(value.tobytes()).hexdigest()]
     if isinstance(value, tuple):
-        return [str(len(value)), *(text for v in value for text in _value(v, seen))]
+        return [str(len(value)), *(text for v in value for text in _describe_value(v, seen))]
     if isinstance(value, (bool, int, float, complex, str, bytes, np.generic)) or value is None:
-        return [_plain(value)]
+        return [_describe_constant(value)]
     # a module, a type, a function of numpy
     return [type(value).__qualname__, str(getattr(value, "__name__", ""))]
 
 
-def _plain(value: Any) -> str:
-    """A constant in words: a set has no order of its own."""
+def _describe_constant(value: Any) -> str:
+    """Return a constant as text; a set is sorted, since it has no order."""
     return repr(sorted(map(repr, value))) if isinstance(value, frozenset) else repr(value)
 
 
-class _Pause(event.Listener):  # type: ignore[misc]
-    """No search for garbage while numba compiles: through all that numba holds, it takes a tenth of the time."""
+class _GarbageCollectionPause(event.Listener):  # type: ignore[misc]
+    """Suspends garbage collection while numba compiles, where it takes a tenth of the time."""
 
     def __init__(self) -> None:
         self._lock, self._depth, self._enabled = threading.Lock(), 0, False
 
     def on_start(self, event: Any) -> None:
-        """Kernels are compiled within others, and in other threads."""
+        """Disable collection at the first compilation; kernels are compiled within others, and in other threads."""
         with self._lock:
             if not self._depth:
                 self._enabled = gc.isenabled()
@@ -272,30 +274,30 @@ class _Pause(event.Listener):  # type: ignore[misc]
             self._depth += 1
 
     def on_end(self, event: Any) -> None:
-        """As it was before the first."""
+        """Restore the original setting after the last one."""
         with self._lock:
             self._depth -= 1
             if not self._depth and self._enabled:
                 gc.enable()
 
 
-event.register("numba:compile", _Pause())
+event.register("numba:compile", _GarbageCollectionPause())
 _LEAN: dict[str, Any] = {
     "nogil": True,
     "error_model": "numpy",
-    "no_cfunc_wrapper": True,  # nobody calls a kernel from C
-    "pipeline_class": Passes,
+    "no_cfunc_wrapper": True,  # no kernel is called from C
+    "pipeline_class": ShortPipeline,
 }
 
 
-class _Part:
-    """What numba compiles where a kernel calls it, and Python runs as it is written."""
+class _KernelPart:
+    """A function that numba compiles within its calling kernels, and that Python runs directly."""
 
     def __init__(self, function: Any) -> None:
         self.py_func = function
         self.source = _source(function.__code__.co_filename)
         self._compiled = njit(**_LEAN, no_cpython_wrapper=True, _nrt=False)(function)
-        self._numba_type_ = numba.types.Dispatcher(self._compiled)  # which knows it by a weak reference
+        self._numba_type_ = numba.types.Dispatcher(self._compiled)  # which holds a weak reference to it
         functools.update_wrapper(self, function)
 
     def __call__(self, *arguments: Any) -> Any:
@@ -303,40 +305,40 @@ class _Part:
 
 
 def kernel(function: Kernel) -> Kernel:
-    """Decorator of a kernel: compiled at its first call, kept on disk where that is possible.
+    """Decorate a kernel: it is compiled at its first call and saved on disk if possible.
 
     It counts no references: an array belongs to the caller, and none can be made.
     """
-    return _kept(function, njit(**_LEAN, _nrt=False)(function))
+    return _with_disk_cache(function, njit(**_LEAN, _nrt=False)(function))
 
 
 def maker(function: Kernel) -> Kernel:
-    """Decorator of a kernel that makes arrays."""
-    return _kept(function, njit(**_LEAN)(function))
+    """Decorate a kernel that makes arrays."""
+    return _with_disk_cache(function, njit(**_LEAN)(function))
 
 
 def part(function: Kernel) -> Kernel:
-    """Decorator of a piece of kernels, compiled within them; called from Python it runs there. It makes no array."""
-    return cast(Kernel, _Part(function))
+    """Decorate a function that is compiled within kernels; Python runs it directly. It makes no array."""
+    return cast(Kernel, _KernelPart(function))
 
 
-def _kept(function: Kernel, compiled_later: Any) -> Kernel:
+def _with_disk_cache(function: Kernel, compiled_later: Any) -> Kernel:
     if CACHED:
-        compiled_later._cache = _Cache(function)
+        compiled_later._cache = _KernelCache(function)
     return cast(Kernel, compiled_later)
 
 
-def compiled() -> bool:
-    """Whether kernels of this version are on disk already: if not, the first run has to compile them."""
+def is_compiled() -> bool:
+    """Return whether kernels of this version are on disk; if not, the first run has to compile them."""
     return CACHED and any(FOLDER.rglob(f"*{SUFFIX}"))
 
 
-def made() -> int:
-    """How many kernels this process has compiled so far, or has had compiled beside it, with all their parts."""
+def count_compiled() -> int:
+    """Return how many kernels this process or its helper process has compiled so far, with all their parts."""
     return _made
 
 
-def count(kernels: int) -> None:
-    """Add those that another process has made for this one."""
+def add_compiled(kernels: int) -> None:
+    """Add the number of kernels that another process has compiled for this one."""
     global _made
     _made += kernels

@@ -1,6 +1,7 @@
-"""Modules that are imported at their first use, so that reading a vocabulary costs no numpy.
+"""Modules that are imported at their first use, so that reading a vocabulary does not import numpy.
 
-The classes that a scene names live beside their numerics. `dsl check` and `dsl explain` read the classes only.
+The classes that a scene names are in the same modules as their numerics. `dsl check` and `dsl explain` read the classes
+only.
 """
 
 from __future__ import annotations
@@ -9,8 +10,8 @@ import importlib
 from typing import Any
 
 
-class Deferred:
-    """Stands for the module `name` and imports it at the first attribute that is asked of it."""
+class LazyModule:
+    """A proxy for the module `name` that imports it at the first attribute access."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -21,4 +22,4 @@ class Deferred:
         return value
 
 
-np = Deferred("numpy")
+np = LazyModule("numpy")

@@ -1,8 +1,8 @@
-"""The steps by which numba compiles our kernels: those of its own that they need, two thirds of all.
+"""Shortened numba compiler pipeline: only the passes that our kernels need, two thirds of all.
 
-Left out is what looks for closures, `with` blocks, expressions of whole arrays, literal arguments and functions to be
-spliced in: a kernel has none of these, and each step goes through all of its code. And what an operation gives is
-found out once for all operands of the same types, where numba asks all its rules for arrays anew at every sum.
+It omits the passes for closures, `with` blocks, whole-array expressions, literal arguments and inlined functions: a
+kernel has none of these, and each pass visits all of its code. The result type of an operation is also inferred once
+for all operands of the same types, where numba tries all its array rules at every operation.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ early: Any = untyped_passes
 
 
 @machinery.register_pass(mutates_CFG=True, analysis_only=False)
-class Types(typed_passes.NopythonTypeInference):
-    """numba's inference of types, with a memory for functions of numbers."""
+class CachedTypeInference(typed_passes.NopythonTypeInference):
+    """numba's type inference with a cache for functions of numbers."""
 
     _name = "types"
 
     def run_pass(self, state: Any) -> bool:
-        """In the context of this kernel alone; those that it calls are compiled meanwhile, and have their own."""
+        """Infer types in the context of this kernel only; called kernels are compiled meanwhile, with their own."""
         context, known = state.typingctx, {}
         resolve, before = context.resolve_function_type, vars(context).get("resolve_function_type")
 
@@ -50,10 +50,10 @@ ORDER = (
     early.FixupArgs,
     early.IRProcessing,
     early.RewriteSemanticConstants,  # `x is None` is known, ...
-    early.DeadBranchPrune,  # ... and what it excludes left out
+    early.DeadBranchPrune,  # ... and excluded branches are removed
     early.GenericRewrites,
     early.ReconstructSSA,
-    Types,
+    CachedTypeInference,
     typed.PreLowerStripPhis,
     typed.IRLegalization,
     typed.AnnotateTypes,
@@ -62,11 +62,11 @@ ORDER = (
 )
 
 
-class Passes(compiler.CompilerBase):
-    """numba's compiler with the steps above; whatever else a kernel contains ends in its error message."""
+class ShortPipeline(compiler.CompilerBase):
+    """numba's compiler with these passes; anything else in a kernel ends in numba's error message."""
 
     def define_pipelines(self) -> list[Any]:
-        """One, without a second that would fall back on Python's objects."""
+        """Return one pipeline, without a second one that falls back on Python objects."""
         manager = machinery.PassManager("kernel")
         for step in ORDER:
             manager.add_pass(step, step.__name__)

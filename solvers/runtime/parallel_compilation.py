@@ -1,7 +1,7 @@
-"""Another process that compiles kernels while this one compiles others: in one, numba compiles them one by one.
+"""Parallel compilation of kernels in a second process, since numba compiles one at a time in each process.
 
-What it makes it leaves on disk, where this process finds it; what is not there is compiled here, so that nothing
-depends on the other but the time that it saves. It is asked for once, where no kernel of this version is on disk.
+The helper process saves its kernels on disk, where this process finds them; missing ones are compiled here, so that the
+result does not depend on the helper, only the time. It is started once, if no kernel of this version is on disk.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ _asked = False
 
 
 @contextmanager
-def asked(wanted: bool) -> Iterator[None]:
-    """Whether another process may be started within."""
+def allow_helper(wanted: bool) -> Iterator[None]:
+    """Allow or forbid a helper process within the block."""
     global _asked
     _asked, before = wanted, _asked
     try:
@@ -31,12 +31,12 @@ def asked(wanted: bool) -> Iterator[None]:
 
 
 @contextmanager
-def beside(code: str) -> Iterator[None]:
-    """Have another process run Python that prints how many kernels it made, where that helps; wait for it at the end.
+def helper_process(code: str) -> Iterator[None]:
+    """Run Python code that prints how many kernels it compiled in a helper process, if useful; wait for it at the end.
 
-    Where what is within fails, it is ended.
+    If the block fails, the helper is terminated.
     """
-    helper = _started(code) if _asked and _helps() else None
+    helper = _start(code) if _asked and _is_useful() else None
     try:
         yield
         if helper is not None:
@@ -48,20 +48,20 @@ def beside(code: str) -> Iterator[None]:
 
 
 def processors() -> int:
-    """How many this process may use."""
+    """Return the number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _helps() -> bool:
-    """Whether there is a second processor, a Python to start, and a place for what it makes."""
+def _is_useful() -> bool:
+    """Return whether there is a second processor, a Python to start, and a usable cache folder."""
     from softmark.solvers.runtime import kernel_cache
 
     startable = bool(sys.executable) and not getattr(sys, "frozen", False)
     return processors() > 1 and startable and kernel_cache.CACHED and os.access(kernel_cache.FOLDER, os.W_OK)
 
 
-def _started(code: str) -> Popen[str] | None:
-    """None where there is no process to be had; nothing is imported from the folder where it starts."""
+def _start(code: str) -> Popen[str] | None:
+    """Return the started process, None if that fails; nothing is imported from its working folder."""
     from subprocess import DEVNULL, PIPE, Popen
 
     with suppress(OSError):
@@ -70,10 +70,10 @@ def _started(code: str) -> Popen[str] | None:
 
 
 def _join(helper: Popen[str]) -> None:
-    """Wait, and count what it made; one that crashed says nothing, and one that does not end is not waited for."""
+    """Wait and add its number of kernels; a crashed process adds none, and one that does not end is not waited for."""
     from subprocess import TimeoutExpired
 
     from softmark.solvers.runtime import kernel_cache
 
     with suppress(TimeoutExpired, ValueError):
-        kernel_cache.count(int(helper.communicate(timeout=PATIENCE)[0]))
+        kernel_cache.add_compiled(int(helper.communicate(timeout=PATIENCE)[0]))

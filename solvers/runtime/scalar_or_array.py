@@ -1,7 +1,7 @@
-"""Functions that take one number as they take an array, so that a formula is written once for both.
+"""Functions of a number or an array, so that a formula is written once for both.
 
-Of a `float` they are those of `math`, some twenty times as fast as an array of one; of anything else those of numpy.
-Beyond a domain they say inf and NaN as numpy does, and raise nothing.
+For a `float` they are those of `math`, about twenty times as fast as an array of one; otherwise those of numpy. Outside
+their domain they return inf and NaN as numpy does, and raise nothing.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def log1p(x: Any) -> Any:
 
 
 def where(condition: Any, one: T, other: Any) -> T:
-    """One where a condition holds, else the other."""
+    """Return `one` where a condition holds, else `other`."""
     if type(condition) is bool:
         alone: T = one if condition else other
         return alone
@@ -72,5 +72,5 @@ def where(condition: Any, one: T, other: Any) -> T:
 
 
 def like(x: Any, value: Any) -> Any:
-    """A value, as many times as there are of x."""
+    """Return a value repeated to the shape of x."""
     return value if type(x) is float else np.full_like(x, value)

@@ -1,4 +1,4 @@
-"""One compiled module of scipy without the package around it: `scipy.linalg` takes 0.1 s to import, its BLAS 4 ms."""
+"""Import of one compiled scipy module without its package: `scipy.linalg` takes 0.1 s to import, its BLAS 4 ms."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from types import ModuleType
 import scipy
 
 
-def lone(name: str) -> ModuleType:
-    """The module `scipy.PACKAGE.NAME`, which a later import of the package finds and takes.
+def import_submodule(name: str) -> ModuleType:
+    """Return the module `scipy.PACKAGE.NAME`, which a later import of the package reuses.
 
-    It must need nothing of its package; one that lies elsewhere in another scipy is imported the long way.
+    It must not depend on its package; if its location differs in another scipy version, it is imported normally.
     """
     if name in sys.modules:
         return sys.modules[name]

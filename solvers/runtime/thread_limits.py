@@ -1,4 +1,4 @@
-"""How many threads the linear algebra underneath may use."""
+"""Limits on the number of threads of the linear algebra libraries."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from collections.abc import Callable
 from functools import cache
 
 
-class Alone:
-    """One thread of OpenBLAS, process-wide, while any block `with ALONE` runs.
+class SingleThread:
+    """A context that limits OpenBLAS to one thread, process-wide, while any block `with ALONE` runs.
 
-    The fronts are too small for more: on two processors a second thread costs three times the time, most of it
-    spent in waiting. Other libraries, which have no such switch, are left as they are.
+    The frontal matrices are too small for more: on two processors a second thread triples the time, most of it spent
+    waiting. Other libraries, which have no such setting, are unaffected.
     """
 
     def __init__(self) -> None:
@@ -21,7 +21,7 @@ class Alone:
         self._threads = 1
 
     def __enter__(self) -> None:
-        get, put = _switches()
+        get, put = _thread_functions()
         with self._lock:
             self._inside += 1
             if self._inside == 1:
@@ -29,22 +29,22 @@ class Alone:
                 put(1)
 
     def __exit__(self, *failure: object) -> None:
-        put = _switches()[1]
+        put = _thread_functions()[1]
         with self._lock:
             self._inside -= 1
             if self._inside == 0:
                 put(self._threads)
 
 
-ALONE = Alone()
+ALONE = SingleThread()
 
 
 @cache
-def _switches() -> tuple[Callable[[], int], Callable[[int], object]]:
-    """How many threads the library uses, and how to set it."""
-    from softmark.solvers.runtime.scipy_submodules import lone
+def _thread_functions() -> tuple[Callable[[], int], Callable[[int], object]]:
+    """Return functions that read and set the library's number of threads."""
+    from softmark.solvers.runtime.scipy_submodules import import_submodule
 
-    library = ctypes.CDLL(lone("scipy.linalg.cython_blas").__file__)  # finds what the module is linked with
+    library = ctypes.CDLL(import_submodule("scipy.linalg.cython_blas").__file__)  # finds what the module is linked with
     for prefix in ("scipy_openblas", "openblas"):
         try:
             get, put = (getattr(library, f"{prefix}_{verb}_num_threads") for verb in ("get", "set"))

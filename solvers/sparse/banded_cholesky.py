@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.runtime.scipy_submodules import lone
+from softmark.solvers.runtime.scipy_submodules import import_submodule
 
 NAME = "banded Cholesky (LAPACK)"
 WIDEST = 32  # diagonals up to which LAPACK goes column by column: nothing that threads could share
@@ -29,7 +29,7 @@ _LOCK = threading.Lock()
 @cache
 def _lapack() -> Any:
     """What `scipy.linalg.lapack` has its functions from."""
-    return lone("scipy.linalg._flapack")
+    return import_submodule("scipy.linalg._flapack")
 
 
 class NegativePivot(Exception):

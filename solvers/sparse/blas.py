@@ -15,7 +15,7 @@ from numba import types
 from numba.extending import get_cython_function_address, intrinsic
 from numpy.typing import NDArray
 
-from softmark.solvers.runtime.scipy_submodules import lone
+from softmark.solvers.runtime.scipy_submodules import import_submodule
 
 ROUTINES = (
     *(("lapack", "potrf"), ("blas", "trsm"), ("blas", "syrk")),
@@ -28,7 +28,7 @@ POTRF, TRSM, SYRK, TRSV, GEMV, GEMM = range(6)  # columns of the table
 def table(letter: str) -> NDArray[np.int64]:
     """Addresses of ROUTINES for letter "d" (float64) or "s" (float32)."""
     for library in ("blas", "lapack"):
-        lone(f"scipy.linalg.cython_{library}")
+        import_submodule(f"scipy.linalg.cython_{library}")
     found = [get_cython_function_address(f"scipy.linalg.cython_{library}", letter + name) for library, name in ROUTINES]
     return np.array(found, dtype=np.int64)
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from softmark.solvers.runtime.scipy_submodules import lone
+from softmark.solvers.runtime.scipy_submodules import import_submodule
 from softmark.solvers.sparse.multifrontal_symbolic import dissect
 
 Ints = NDArray[np.int64]
@@ -48,7 +48,7 @@ def minimum_degree(graph: sparse.csr_matrix, begin: Ints) -> Ints:
     # a matrix that can be factorised without a choice of pivots
     K = (sparse.diags(np.diff(mixed.indptr) + 1.0) - mixed).tocsc()
     K.sort_indices()
-    superlu: Any = lone("scipy.sparse.linalg._dsolve._superlu")
+    superlu: Any = import_submodule("scipy.sparse.linalg._dsolve._superlu")
     arrays = K.data, K.indices.astype(np.intc), K.indptr.astype(np.intc)
     made, options = sparse.csc_matrix, ORDER | DROP
     factor = superlu.gstrf(n, K.nnz, *arrays, csc_construct_func=made, ilu=True, options=options)

@@ -1,1 +1,1 @@
-"""Static equilibrium: Newton's method, paths by their length, stability, recovery from any state."""
+"""Static equilibrium: Newton's method, load stepping, arc length, stability, and recovery from perturbed states."""

@@ -1,10 +1,10 @@
-"""The equilibrium path of a body, followed by its length: past loads that have a maximum, and past snaps.
+"""Arc-length method: follows the equilibrium path of a body past maximum loads and snaps.
 
-A path is a curve of states and load factors. Its points lie a given length apart, measured in displacements and load
-together (Keller 1977; Riks 1979): each is found by Newton's method in the plane across the tangent of the one before
-(Ramm 1981), with the system of state and load solved by block elimination (Crisfield 1981). Along the path the load may
-fall; where it turns is a limit point, and where the tangent stiffness changes its count of negative eigenvalues without
-that, paths meet: a bifurcation, where the path that is followed goes straight on.
+The path is a curve of states and load factors. Its points are a given length apart, measured in displacements and load
+together (Keller 1977; Riks 1979). Each is found by Newton's method in the plane normal to the tangent of the one before
+(Ramm 1981), and the system of state and load is solved by block elimination (Crisfield 1981). The load may fall along
+the path; a point where it turns is a limit point. Where the number of negative eigenvalues of the tangent stiffness
+changes without that, paths meet: at such a bifurcation this method goes straight on.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ BACK = -1.0  # load at which a path is given up
 
 @dataclass(frozen=True)
 class PathLimit:
-    """Where a path is special: its load factor, and a `limit point` or a `bifurcation`."""
+    """Critical point of a path: its load factor, and its kind, a `limit point` or a `bifurcation`."""
 
     load: float
     kind: str
@@ -46,7 +46,7 @@ class PathLimit:
 
 @dataclass
 class PathPoint:
-    """A point of the path: state, load, tangent (dofs of motion, load) of length one, count of negative eigenvalues."""
+    """Point of a path: state, load, unit tangent (dofs of motion, load), and number of negative eigenvalues."""
 
     x: Floats
     load: float
@@ -58,20 +58,20 @@ class PathPoint:
 
 @dataclass
 class Path:
-    """What is known of a path so far."""
+    """Points and critical points of a path found so far."""
 
     points: list[PathPoint] = field(default_factory=list)
     limits: list[PathLimit] = field(default_factory=list)
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What the report says."""
+        """Data of the path for the report."""
         shown = [{"load": float(p.load), "displacement": p.size, "negative_pivots": p.negative} for p in self.points]
         return {"path": shown, "limits": [{"load": float(s.load), "kind": s.kind} for s in self.limits]}
 
 
 def _pressures(problem: Statics) -> NDArray[np.bool_]:
-    """Which unknowns (dofs,) are pressures."""
+    """Return a mask of the unknowns (dofs,) that are pressures."""
     found = np.zeros(problem.space.dofs, dtype=np.bool_)
     if problem.linear.spare is not None:
         found[problem.assembly.free] = problem.linear.spare != 0.0
@@ -79,11 +79,11 @@ def _pressures(problem: Statics) -> NDArray[np.bool_]:
 
 
 class PathLost(Exception):
-    """No point of the path at this length."""
+    """Raised if no point of the path is found at a given length."""
 
 
 class PathFollower:
-    """Follows the path of one problem from rest."""
+    """Arc-length solver that follows the path of one problem from rest."""
 
     def __init__(self, newton: Newton) -> None:
         self.newton = newton
@@ -95,14 +95,14 @@ class PathFollower:
         self.weights = np.where(_pressures(self.problem), np.inf, weights)  # pressures are no part of the length
 
     def to_full_load(self) -> Floats:
-        """The first state of the path under full load. Raises NotConverged where it never comes there."""
+        """Return the first state of the path under full load. Raises NotConverged if it does not get there."""
         try:
             return self._followed()
         except PathLost as lost:
             raise self._stopped(f"where the path ends: {lost}") from lost
 
     def _followed(self) -> Floats:
-        """The same. Raises NotConverged, and PathLost where a point that must be there is not found."""
+        """Follow the path to full load. Raises NotConverged, and PathLost where a point that must exist is not found."""
         here, step, length = self._first(), FIRST, 0.0
         self.path.points.append(here)
         while len(self.path.points) < STEPS:
@@ -121,6 +121,7 @@ class PathFollower:
     # ------------------------------------------------------------------ points
 
     def _first(self) -> PathPoint:
+        """Return the point of the path at rest."""
         x = np.array(self.problem.rest, dtype=np.float64)
         factor = self._factor(x, 0.0)
         rate = self._rate(x, 0.0, factor)
@@ -128,7 +129,7 @@ class PathFollower:
         return PathPoint(x, 0.0, self._unit(rate, 1.0), self._negative(factor), 0.0)
 
     def _next(self, here: PathPoint, step: float) -> tuple[PathPoint, float]:
-        """The next point, and the step that it took. Raises NotConverged."""
+        """Return the next point, and the step taken, which is shortened as needed. Raises NotConverged."""
         while True:
             try:
                 there = self.at(here, step)
@@ -142,7 +143,7 @@ class PathFollower:
                 raise self._stopped("where the path has a corner")
 
     def at(self, here: PathPoint, step: float) -> PathPoint:
-        """The point of the path whose part along the tangent of another is `step`. Raises PathLost."""
+        """Return the point of the path at distance `step` along the tangent of another point. Raises PathLost."""
         ahead, lift = here.tangent
         d, up = step * ahead, step * lift
         x, load = self._moved(here.x, d), here.load + up
@@ -162,7 +163,7 @@ class PathFollower:
     def _correction(
         self, x: Floats, load: float, g: Floats, tangent: tuple[Floats, float], missing: float
     ) -> tuple[Floats, float]:
-        """Motion and load that restore balance to first order and add what is missing along the tangent."""
+        """Return the Newton correction of state and load that also adds the missing length along the tangent."""
         factor = self._factor(x, load)
         try:
             rate = self._rate(x, load, factor)
@@ -178,13 +179,14 @@ class PathFollower:
         return balance + rise * rate, rise
 
     def _moved(self, x: Floats, d: Floats) -> Floats:
-        """The state after a motion, with the pressures that it promises."""
+        """Return the state after a motion, and set the predicted pressures for the next tangent."""
         if self.newton.cellular:
             self.newton._promised = self.newton.mixing.promised(self.assembly, x, d)
         self.newton.moved = self.newton._farther(d, 1.0)
         return self.problem.space.move(x, d)
 
     def _point(self, here: PathPoint, x: Floats, load: float, iterations: int) -> PathPoint:
+        """Return a converged state as a point of the path, with its tangent directed forward."""
         self.newton._promised = None
         factor = self._factor(x, load)
         try:
@@ -196,7 +198,7 @@ class PathFollower:
         return PathPoint(x, load, tangent, self._negative(factor), self._displaced(x), iterations)
 
     def _displaced(self, x: Floats) -> float:
-        """The largest displacement of a node, m: rods have a position and a rotation for each, solids no more."""
+        """Return the largest nodal displacement, m; rods have position and rotation at each node, solids only position."""
         moved = x - self.origin
         if len(x) == self.assembly.dofs:
             moved, width = moved[~_pressures(self.problem)], 3
@@ -210,6 +212,7 @@ class PathFollower:
     # ------------------------------------------------------------------ its equations
 
     def _factor(self, x: Floats, load: float) -> Factor:
+        """Return a factorisation of the tangent stiffness. Raises PathLost if it is singular."""
         newton = self.newton
         assembly = newton._promised if newton._promised is not None else self.assembly
         K = assembly.tangent(x, load)
@@ -225,10 +228,11 @@ class PathFollower:
         return newton.last
 
     def _negative(self, factor: Factor) -> int | None:
+        """Return the number of negative eigenvalues; None for follower loads."""
         return factor.negative_pivots if self.assembly.conservative else None
 
     def _rate(self, x: Floats, load: float, factor: Factor) -> Floats:
-        """dx/dload along the path (dofs,): imposed motions as they are, the rest as the tangent says."""
+        """Return dx/dload along the path (dofs,): imposed motions as given, the rest from the tangent."""
         problem, free = self.problem, self.assembly.free
         change = np.zeros(problem.space.dofs)
         for energy in self.assembly.loads:
@@ -241,13 +245,13 @@ class PathFollower:
         return rate
 
     def _towed(self, x: Floats, load: float, d: Floats) -> Floats:
-        """Force for each part of the imposed motion d, by central differences."""
+        """Return the force that the imposed motion d causes per unit of it, by central differences."""
         eps = 1e-6 * self.problem.extent / max(float(np.abs(d).max()), np.finfo(float).tiny)
         ahead, behind = (self.assembly.gradient(self.problem.space.move(x, s * d), load) for s in (eps, -eps))
         return (ahead - behind) / (2.0 * eps)
 
     def _balanced(self, x: Floats, load: float, g: Floats) -> bool:
-        """Whether forces balance to EXACT of the full load or of the reactions, or to rounding."""
+        """Return whether forces balance to EXACT of the full load or of the reactions, or to rounding."""
         weights, external = self.problem.weights, np.zeros_like(g)
         for energy in self.assembly.loads:
             energy.add_gradient(x, external, 1.0)
@@ -257,17 +261,21 @@ class PathFollower:
         return left <= max(EXACT * max(sizes), 4.0 * self.assembly.rounding(x))
 
     def _dot(self, a: tuple[Floats, float], b: tuple[Floats, float]) -> float:
+        """Return the scalar product of two vectors of motion and load, scaled."""
         w = self.weights * self.scale
         return float((a[0] / w) @ (b[0] / w)) + a[1] * b[1]
 
     def _parts(self, a: tuple[Floats, float]) -> tuple[float, float]:
+        """Return the scaled length of the motion, and the load."""
         return float(np.linalg.norm(a[0] / (self.weights * self.scale))), a[1]
 
     def _unit(self, d: Floats, load: float) -> tuple[Floats, float]:
+        """Return a vector of motion and load scaled to length one."""
         size = np.sqrt(self._dot((d, load), (d, load)))
         return d / size, load / size
 
     def _record(self, load: float, g: Floats) -> None:
+        """Add an iteration to the history."""
         left = float(np.linalg.norm((g * self.problem.weights)[self.assembly.free]))
         reactions = float(np.linalg.norm((g * self.problem.weights)[self.problem.fixed]))
         self.newton._record(load, len(self.path.points), left / max(reactions, left) if left else 0.0, 1.0)
@@ -275,7 +283,7 @@ class PathFollower:
     # ------------------------------------------------------------------ where it is special
 
     def _crossing(self, here: PathPoint, there: PathPoint, step: float) -> PathPoint | None:
-        """The point under full load between two, to the tolerance of the problem; None where there is none."""
+        """Return the point under full load between two points, to the tolerance; None if there is none."""
         top = there
         if there.load < 1.0 and here.tangent[1] > 0.0 > there.tangent[1]:  # it may have gone over and come back
             top, step = self._turning(here, there, step)
@@ -291,7 +299,7 @@ class PathFollower:
         raise self._stopped("and its point at full load could not be settled")
 
     def _settled(self, here: PathPoint, near: PathPoint) -> PathPoint | None:
-        """The point at full load beside one that is nearly there; None where Newton's method leads elsewhere."""
+        """Return the converged point at full load near another; None if Newton's method leads elsewhere."""
         newton = self.newton
         newton._promised = None
         try:
@@ -306,12 +314,13 @@ class PathFollower:
         return PathPoint(x, 1.0, near.tangent, near.negative, self._displaced(x), near.iterations)
 
     def _imposed(self, x: Floats, part: float) -> Floats:
+        """Return a fraction of the imposed displacements (dofs,)."""
         d = np.zeros(self.problem.space.dofs)
         d[self.problem.fixed] = part * self.problem.target
         return d
 
     def _note(self, here: PathPoint, there: PathPoint, step: float) -> None:
-        """Find what is special between two points, and keep it."""
+        """Find critical points between two points, and store them."""
         turns = here.tangent[1] * there.tangent[1] < 0.0
         known = here.negative is not None and there.negative is not None
         change = (there.negative or 0) - (here.negative or 0) if known else 0
@@ -324,7 +333,7 @@ class PathFollower:
             pass  # the two points say themselves that something lies between them
 
     def _turning(self, here: PathPoint, there: PathPoint, step: float) -> tuple[PathPoint, float]:
-        """Where the load turns, by false position on the load's part of the tangent (Illinois). Raises PathLost."""
+        """Return the point where the load turns, by false position on the tangent (Illinois). Raises PathLost."""
         a, fa, b, fb = 0.0, here.tangent[1], step, there.tangent[1]
         best, at = there, step
         for _ in range(12):
@@ -341,7 +350,7 @@ class PathFollower:
         return best, at
 
     def _meeting(self, here: PathPoint, there: PathPoint, step: float) -> float:
-        """The load at which the count of negative eigenvalues changes first, by halving. Raises PathLost."""
+        """Return the load at which the number of negative eigenvalues first changes, by bisection. Raises PathLost."""
         low, high = (0.0, here), (step, there)
         while abs(high[1].load - low[1].load) > SHARP * abs(high[1].load) and high[0] - low[0] > 1e-6 * step:
             middle = 0.5 * (low[0] + high[0])
@@ -352,7 +361,7 @@ class PathFollower:
     # ------------------------------------------------------------------ where it is given up
 
     def _given_up(self, there: PathPoint) -> None:
-        """Raises NotConverged where there is no use in going on."""
+        """Stop a path that inverts cells, reverses the load, or leads too far: raises NotConverged."""
         checks: tuple[tuple[bool, Callable[[], str]], ...] = (
             (not self.problem.sound(there.x), lambda: "where cells turn inside out"),
             (there.load < BACK, lambda: "and it goes on to loads of the other sign"),
@@ -363,7 +372,7 @@ class PathFollower:
                 raise self._stopped(why())
 
     def _stopped(self, why: str) -> NotConverged:
-        """What is said of a path that does not come to full load."""
+        """Return the error for a path that does not reach full load."""
         highest = max((p.load for p in self.path.points), default=0.0)
         tops = [s.load for s in self.path.limits if s.kind == "limit point" and s.load > 0.0]
         last = self.path.points[-1].load if self.path.points else 0.0

@@ -1,6 +1,6 @@
-"""Equilibrium beside rigid bodies: what presses through a barrier is solved again with a stiffer one.
+"""Barrier continuation: solves contact with rigid bodies again with stiffer barriers until all gaps are positive.
 
-And what cuts in between the points that are kept clear is solved again with more of them
+If facets still penetrate between contact points, points are added and the problem is solved again
 (contact/facet_penetration.py).
 """
 
@@ -22,15 +22,17 @@ Find = Callable[[Statics], Equilibrium]
 
 
 class PassedThrough(NotConverged):
-    """A rigid body has passed through the surface in one step: smaller steps may avoid it."""
+    """Raised if a rigid body has passed through the surface in one step: smaller steps may avoid it."""
 
 
 def clear(problem: Statics, find: Find) -> Equilibrium:
-    """What `find` finds, with barriers and points that it takes to keep clear of rigid bodies: `beside`.
+    """Return the equilibrium from `find` with barriers stiff enough, and contact points enough, for positive gaps.
 
-    `stiffened` of its facts says by how much, and `joined` how many points press that were not kept clear at first;
-    these are there with all others from the state before on. Raises NotConverged where nothing is found, no barrier
-    holds, or a rigid body has gone through the surface.
+    Its `beside` has the final contacts. In its facts, `stiffened` is the factor of stiffness, and `joined` the number
+    of
+    added points in contact; these start with the state before, like all others. Raises NotConverged if no equilibrium
+    is
+    found, no barrier is stiff enough, or a rigid body has passed through the surface.
     """
     found, used = _behind_barriers(problem, find)
     last, contacts = found, _driven(used.assembly)
@@ -54,7 +56,7 @@ def clear(problem: Statics, find: Find) -> Equilibrium:
 
 
 def _at_its_body(contacts: list[Any], x: Floats) -> bool:
-    """Whether what has joined presses on what is there, so that a state is one, be it that something still cuts in."""
+    """Return whether added points press close to the surface of their rigid body, so that the state is acceptable."""
     if all(energy.extra is None for energy in contacts):
         return True
     from softmark.solvers.contact.facet_penetration import MOST, presses_off_surface
@@ -63,7 +65,7 @@ def _at_its_body(contacts: list[Any], x: Floats) -> bool:
 
 
 def _behind_barriers(problem: Statics, find: Find, near: Equilibrium | None = None) -> tuple[Equilibrium, Statics]:
-    """What is found with barriers as stiff as it takes, and how; `near` what is known already. Raises NotConverged."""
+    """Return the equilibrium with barriers stiff enough, and its problem; starts from `near`. Raises NotConverged."""
     history, given, factor = tuple[Iteration, ...](), problem, 1.0
     if near is not None:
         factor = near.facts["stiffened"]
@@ -80,7 +82,7 @@ def _behind_barriers(problem: Statics, find: Find, near: Equilibrium | None = No
 
 
 def _must_be_in_front(problem: Statics, found: Equilibrium) -> None:
-    """Raises NotConverged where a rigid body has gone through the surface since the state that was started from."""
+    """Raise PassedThrough if a rigid body has passed through the surface since the start."""
     from softmark.solvers.contact.tunnelling_check import tunnelling_depth
 
     before = problem.rest if problem.start is None else problem.start
@@ -90,18 +92,18 @@ def _must_be_in_front(problem: Statics, found: Equilibrium) -> None:
 
 
 def _driven(assembly: Assembly) -> list[Any]:
-    """Its contacts with rigid bodies where these are in the end."""
+    """Return the contacts with rigid bodies at full load."""
     known: list[Any] = [energy for energy in assembly.loads if energy.driven]
     return [energy.at(1.0) for energy in known]
 
 
 def least_gap(problem: Statics, x: Floats) -> float:
-    """The least gap of all contacts in a state (dofs,), m; inf without any."""
+    """Return the smallest gap of all contacts in a state (dofs,), m; inf without contacts."""
     return min((float(energy.gaps(x).min()) for energy in _driven(problem.assembly)), default=float("inf"))
 
 
 def _stiffer(problem: Statics, factor: float, stay: bool = False) -> Statics:
-    """With barriers so many times as stiff; rigid bodies `stay` where the state to start from has them already."""
+    """Return the problem with stiffer barriers; with `stay`, rigid bodies are already in place in the start."""
 
     def each(assembly: Assembly) -> Assembly:
         known: list[Any] = list(assembly.loads)
@@ -112,7 +114,7 @@ def _stiffer(problem: Statics, factor: float, stay: bool = False) -> Statics:
 
 
 def _bare(problem: Statics) -> Statics:
-    """Without points that have joined."""
+    """Return the problem without added contact points."""
     before = problem.rest if problem.start is None else problem.start
     known: list[Any] = list(problem.assembly.loads)
     loads = [energy.joining(None, before) if energy.driven else energy for energy in known]
@@ -120,7 +122,7 @@ def _bare(problem: Statics) -> Statics:
 
 
 def _joined(problem: Statics, x: Floats) -> tuple[Statics | None, bool]:
-    """With more points, where facets cut into rigid bodies in a state (dofs,), or None; and whether it may stay."""
+    """Return the problem with more points if facets penetrate in x, else None, and whether x is acceptable."""
     before = problem.rest if problem.start is None else problem.start
     loads: list[Any] = list(problem.assembly.loads)
     stays = True

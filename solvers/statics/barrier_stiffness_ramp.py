@@ -1,8 +1,8 @@
-"""Equilibrium beside barriers that are soft at first: what is sought with stiff ones is found from there.
+"""Barrier stiffness ramp: solves contact with soft barriers first, and starts stiffer ones from there.
 
-A barrier is thin, and what lies behind it bears nothing: of nodes that come to press at once, Newton's method sends
-some off, and fetches them back by turns. Of a soft one, which begins at the same gap, all that presses lies behind the
-surface, and whole steps lead there from anywhere near; the stiff one then has little left to move.
+A barrier is thin, and behind it there is no resistance: when many nodes come into contact at once, Newton's method
+oscillates between contact and separation. With a soft barrier that begins at the same gap all loaded nodes lie behind
+the surface, and full Newton steps lead there from anywhere near; the stiff barrier then moves them only little.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ NEAR = 1e-4  # residual to which all but the last are solved
 
 
 def hardened(newton: Newton, x: Floats, load: float) -> Floats:
-    """The equilibrium without friction at a load, from x. Raises NotConverged."""
+    """Return the frictionless equilibrium at a load, from x, by a stiffness ramp. Raises NotConverged."""
 
     def known(own: Newton, x: Floats, load: float, before: Assembly | None) -> Floats:
         return fallen(own, x, load, before is None)
@@ -37,11 +37,12 @@ def hardened(newton: Newton, x: Floats, load: float) -> Floats:
 
 
 def fallen(newton: Newton, x: Floats, load: float, first: bool) -> Floats:
-    """The equilibrium at a load that energy falls to; with pressures as unknowns that to which whole steps lead.
+    """Return the equilibrium at a load by decreasing the energy; with pressure unknowns, by full Newton steps first.
 
-    No energy falls on the way in and out of contact then, and where forces have to, steps are short. So where whole
-    ones lead out of the domain of the law, of all but the `first` stiffness, a smaller change of stiffness is sooner
-    there. Raises NotConverged.
+    With pressure unknowns no energy decreases in and out of contact, and steps that decrease the residual are short. So
+    if
+    full steps leave the domain of the law at any but the `first` stiffness, it stops: a smaller change of stiffness is
+    faster. Raises NotConverged.
     """
     if newton.assembly.saddle:
         try:
@@ -53,7 +54,7 @@ def fallen(newton: Newton, x: Floats, load: float, first: bool) -> Floats:
 
 
 def _softest(assembly: Assembly) -> float:
-    """The first part: so soft that nothing comes behind the middle of a rigid body, and out at the other side."""
+    """Return the first stiffness fraction: so soft, but no body gets past the middle of a rigid body."""
     each: list[Any] = [e for e in assembly.loads if e.driven]
     softest: Iterator[float] = (
         e.barrier.distance / max(BEHIND * depth_of_centroid(e.body), e.barrier.distance / SOFT) for e in each
@@ -62,10 +63,11 @@ def _softest(assembly: Assembly) -> float:
 
 
 def in_steps(newton: Newton, x: Floats, load: float, softs: tuple[float, ...], find: Callable[..., Floats]) -> Floats:
-    """What `find` finds at a load from x, as barriers take on these parts of their stiffness in turn.
+    """Return the equilibrium from `find` at a load, from x, for each of these fractions of the barrier stiffness in
+    turn.
 
-    Where it finds nothing, by smaller steps. It is given a state, the load, and the assembly that the state is of.
-    Raises NotConverged.
+    Where it fails, smaller steps follow. `find` gets a state, the load, and the assembly of that state. Raises
+    NotConverged.
     """
     known, left, before, own = 0.0, list(softs), None, newton
     while left:
@@ -85,7 +87,7 @@ def in_steps(newton: Newton, x: Floats, load: float, softs: tuple[float, ...], f
 
 
 def like(newton: Newton, assembly: Assembly, tolerance: float = 0.0) -> Newton:
-    """The same iteration over another assembly, to its tolerance, or a rougher one."""
+    """Return a Newton solver like another, for another assembly, with its tolerance or a larger one."""
     tolerance = max(newton.problem.tolerance, tolerance)
     problem = replace(newton.problem, assembly=assembly, tolerance=tolerance, exact=None)
     own = type(newton)(problem, newton.history, newton.systems, newton.phase)
@@ -94,12 +96,12 @@ def like(newton: Newton, assembly: Assembly, tolerance: float = 0.0) -> Newton:
 
 
 def take(newton: Newton, own: Newton) -> None:
-    """What is asked of an iteration that has found an equilibrium."""
+    """Copy the last factorisation and criterion from a solver that has found an equilibrium."""
     newton.last, newton.matrix, newton.criterion = own.last, own.matrix, own.criterion
 
 
 def softened(assembly: Assembly, load: float, soft: float) -> Assembly:
-    """With all barriers of rigid bodies, and all friction, so soft, as they are at a load."""
+    """Return the assembly at a load with a fraction of the stiffness of all rigid contacts and of friction."""
     inner, outer = list[Any](assembly.internal), list[Any](assembly.loads)
     internal = [e.softened(soft) if e.rubs else e for e in inner]
     return assembly.acting(internal, [e.at(load).softened(soft) if e.driven else e for e in outer])

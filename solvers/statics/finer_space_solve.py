@@ -1,9 +1,9 @@
-"""From the equilibrium of a mesh to that of a finer space over it: Newton's steps from the state that is there.
+"""Equilibrium on a finer space over the same mesh, by Newton's method from the state on the coarse space.
 
-The systems of the finer space are solved by conjugate gradients. What is smooth in the error is left to the factor of
-the coarse tangent in the same state, what is rough to the diagonal: the angle between a space and what a
-finer one adds to it does not shrink with the mesh, so the number of iterations does not grow with it (Bank 1996). The
-state is wanted to a part of how far the two lie apart, and no better.
+The systems of the finer space are solved by conjugate gradients. Smooth errors are reduced by the factor of the coarse
+tangent in the same state, rough ones by the diagonal. The angle between a space and its complement in a finer one does
+not depend on the mesh size, so the number of iterations does not grow with it (Bank 1996). The state is found only to
+a fraction of the distance between the two.
 """
 
 from __future__ import annotations
@@ -41,19 +41,19 @@ Solve = Callable[[Floats], Floats]
 
 
 class StateLost(Exception):
-    """The finer space has no equilibrium near the state of the coarse one, or it was not found."""
+    """Raised if the finer space has no equilibrium near the coarse state, or it was not found."""
 
 
 @dataclass(frozen=True)
 class Below:
-    """The coarse level: a factor of its tangent, and what takes its free unknowns to those of the fine level."""
+    """Coarse level: factor of its tangent, and prolongation P of its free unknowns to those of the fine level."""
 
     factor: Factor
     P: sparse.csr_matrix  # (fine free, coarse free)
 
     @classmethod
     def of(cls, P: sparse.csr_matrix, coarse: Assembly, fine: Assembly, factor: Factor) -> Below:
-        """P takes values at nodes (fine nodes, coarse nodes)."""
+        """Return the coarse level for a prolongation P of nodal values (fine nodes, coarse nodes)."""
         three = sparse.kron(P, sparse.identity(3), format="csr")
         return cls(factor, three[fine.free][:, coarse.free].tocsr())
 
@@ -61,7 +61,7 @@ class Below:
 def settled(
     assembly: Assembly, x: Floats, below: Callable[[], Below], watch: Callable[[], None] = lambda: None
 ) -> Floats:
-    """The equilibrium (dofs,) near x, to SETTLED of how far it is. Raises StateLost, Singular, what `watch` raises."""
+    """Return the equilibrium (dofs,) near x, to SETTLED of its distance. Raises StateLost, Singular, errors of `watch`."""
     first = 0.0
     with np.errstate(all="ignore"), ALONE:
         for number in range(STEPS):
@@ -104,7 +104,7 @@ def nearby(assembly: Assembly, x: Floats, known: Factor, watch: Callable[[], Non
 def solver(
     assembly: Assembly, x: Floats, below: Callable[[], Below], watch: Callable[[], None] = lambda: None
 ) -> tuple[sparse.csr_matrix, Solve]:
-    """The tangent in a state, and what solves with it, which raises StateLost. Raises Singular, what `watch` raises."""
+    """Return the tangent in a state, and a solver for it, which raises StateLost. Raises Singular, errors of `watch`."""
     K = assembly.tangent(x, 1.0)
     watch()
     if is_direct(assembly):
@@ -120,10 +120,11 @@ def solver(
 
 
 def slowest(K: sparse.csr_matrix, solve: Solve, M: sparse.csr_matrix, modes: Floats) -> Floats:
-    """w^2 (m,), (rad/s)^2, of K phi = w^2 M phi near `modes` (n, m) of a coarser space. Raises StateLost.
+    """Return w^2 (m,), (rad/s)^2, of K phi = w^2 M phi near `modes` (n, m) of a coarser space. Raises StateLost.
 
-    Each mode is taken by one step of inverse iteration, which leaves w^2 / w_j^2 of what it has of faster ones, and all
-    of them and the steps by Rayleigh and Ritz (Bathe 2014, section 10.3.2): its error is of the square of what is left.
+    Each mode gets one step of inverse iteration, which leaves w^2 / w_j^2 of its faster parts; modes and steps together
+    are combined by the Rayleigh-Ritz method (Bathe 2014, section 10.3.2). The error of w^2 is quadratic in that of
+    modes.
     """
     with np.errstate(all="ignore"), ALONE:
         stiff, heavy = K @ modes, M @ modes
@@ -133,7 +134,7 @@ def slowest(K: sparse.csr_matrix, solve: Solve, M: sparse.csr_matrix, modes: Flo
 
 
 def _ritz(K: sparse.csr_matrix, M: sparse.csr_matrix, basis: Floats) -> Floats:
-    """w^2 in rising order within the span of vectors (n, k). Raises StateLost."""
+    """Return w^2 in ascending order in the span of vectors (n, k). Raises StateLost."""
     basis = basis / np.maximum(np.sqrt((basis * (M @ basis)).sum(axis=0)), np.finfo(np.float64).tiny)
     if not np.all(np.isfinite(basis)):
         raise StateLost("the modes of the finer space are not finite")
@@ -145,16 +146,17 @@ def _ritz(K: sparse.csr_matrix, M: sparse.csr_matrix, basis: Floats) -> Floats:
 
 
 def _enough(assembly: Assembly, x: Floats, solve: Solve, size: float) -> bool:
-    """Whether the next step, with what solved for the last, would be short beside one of a `size`, m.
+    """Return whether the next step, with the solver of the last, would be short compared with `size`, m.
 
-    Not the energy: what a finer space changes of it at first is the volume of cells, and of bending it says little.
+    The energy is no measure of that: the finer space first changes the volume of cells, which says little about
+    bending.
     """
     next_step = solve(assembly.gradient(x, 1.0)[assembly.free])
     return bool(np.isfinite(next_step).all()) and dot(next_step, next_step) <= (SETTLED * size) ** 2
 
 
 def _inside(assembly: Assembly, x: Floats, d: Floats) -> Floats:
-    """As much of the step as stays in the domain of the law. Raises StateLost."""
+    """Return the state after as much of the step as stays in the domain of the law. Raises StateLost."""
     length = 1.0
     while length > 0.2:
         y = x + length * d
@@ -167,7 +169,7 @@ def _inside(assembly: Assembly, x: Floats, d: Floats) -> Floats:
 def _step(
     assembly: Assembly, x: Floats, g: Floats, below: Callable[[], Below], watch: Callable[[], None]
 ) -> tuple[Floats, Solve]:
-    """Of the free unknowns by the tangent, or a definite one, and what solves with it, or nearly. Raises StateLost."""
+    """Return the Newton step of the free unknowns, by the tangent or a definite one, and its solver. Raises StateLost."""
     if not np.all(np.isfinite(g)):
         raise StateLost("the forces of the finer space are not finite")
     direct = is_direct(assembly)
@@ -189,16 +191,18 @@ def _step(
 
 
 def is_direct(assembly: Assembly) -> bool:
-    """Whether its systems are factored."""
+    """Return whether the systems of an assembly are factorised, not iterated."""
     return len(assembly.free) <= SMALL or not assembly.conservative or assembly.saddle
 
 
 def _gradients(K: sparse.csr_matrix, b: Floats, precondition: Solve, close: float = CLOSE) -> Floats | None:
-    """x with K x = b by conjugate gradients; None where K is not definite, or MOST iterations do not do.
+    """Return x with K x = b by conjugate gradients; None if K is not definite, or after MOST iterations.
 
-    The residual is dominated by what is stiff, such as a change of volume, and bending is soft: that the energy grows
-    no more is asked too, over DELAY iterations (Strakos and Tichy 2002), and that x moves no more. Near
-    incompressibility nearly all of the energy may be in volumes, and x as far off as it is large.
+    The residual is dominated by stiff modes, such as volume changes, while bending is soft. So convergence also
+    requires
+    that the energy has stopped growing over DELAY iterations (Strakos and Tichy 2002), and that x has stopped moving.
+    Near
+    incompressibility almost all the energy may be in volume changes while the error of x is as large as x.
     """
     x, r, p, rz = np.zeros_like(b), b.copy(), np.zeros_like(b), 1.0
     gained: list[float] = []
@@ -223,7 +227,7 @@ def _gradients(K: sparse.csr_matrix, b: Floats, precondition: Solve, close: floa
 
 
 def _preconditioner(K: sparse.csr_matrix, below: Below, watch: Callable[[], None]) -> Solve:
-    """What is rough by the diagonal, what is smooth by the coarse factor."""
+    """Return the two-level preconditioner: diagonal for rough errors, coarse factor for smooth ones."""
     rough, down = 1.0 / K.diagonal(), below.P.T.tocsr()
 
     def precondition(r: Floats) -> Floats:

@@ -1,8 +1,8 @@
-"""Equilibrium of a rigid body that a known force presses along one direction: where what it meets bears that force.
+"""Equilibrium of a rigid body under a known force in one direction: finds the position where contact balances it.
 
-How hard it presses is found at any place of it, as if a support had brought it there; so the place is one number, found
-by Newton's method between places that are known to bear too little and too much. Its stiffness is that of all that
-gives way: it must resist, or the body would not stay there.
+The contact force at any position is found as if a support had moved the body there. So the position is one unknown,
+found by Newton's method between positions known to give too little and too much force. The stiffness includes all
+deformation; it must be positive, or the position is unstable.
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ Find = Callable[[Statics], Equilibrium]
 
 @dataclass(frozen=True)
 class Press:
-    """A rigid body that goes along x, y or z, number `along`, by a `force` in that direction, N; from `begun` on, m.
+    """Rigid body that moves along x, y or z, number `along`, under a `force` in that direction, N, from `begun`, m, on.
 
-    `contacts` are the numbers of what it does to the body among the loads, and `placed` puts one where it has gone so
-    far, m, from where it is without the force.
+    `contacts` are the indices of its contacts among the loads; `placed` returns a contact with the body moved by a
+    distance, m, from its position without the force.
     """
 
     along: int
@@ -57,7 +57,7 @@ class Press:
 
 @dataclass(frozen=True)
 class Place:
-    """How far it has gone, m, the equilibrium there, and the force on the body that it meets, N, along its way."""
+    """Travel of the rigid body, m, the equilibrium there, and its force on the deformable body in that direction, N."""
 
     d: float
     found: Equilibrium
@@ -65,25 +65,27 @@ class Place:
 
 
 def pressed(problem: Statics, press: Press, find: Find) -> Equilibrium:
-    """What `find` finds of a problem, contacts included, with the rigid body where the force is borne.
+    """Return the equilibrium, by `find` with contact, at the position where the contact force balances the force.
 
-    `pressed` of its facts has how far that is, m, the force that is `left`, N, the stiffness, N/m, the number of
-    places that were looked at, and whether what it met `gave_way` on the way there. Raises NotConverged where nothing
-    stops it, or what does is not stable.
+    Its facts `pressed` hold the travel, m, the unbalanced force `left_N`, N, the stiffness, N/m, the number of
+    positions
+    solved, and whether the body `gave_way` on the way there. Raises NotConverged if nothing stops the rigid body, or
+    the
+    position is unstable.
     """
     return _Search(problem, press, find).found()
 
 
 @dataclass(frozen=True)
 class Stiff:
-    """A place, and the stiffness there, N/m."""
+    """Position and stiffness there, N/m."""
 
     place: Place
     k: float
 
 
 class _Search:
-    """Places of one body, and what is known of them."""
+    """Search for the equilibrium position of one rigid body."""
 
     def __init__(self, problem: Statics, press: Press, find: Find) -> None:
         self.problem, self.press, self.find = problem, press, find
@@ -95,7 +97,7 @@ class _Search:
         self.low, self.high = -np.inf, np.inf  # where it bears too little, and too much, in the direction of d
 
     def found(self) -> Equilibrium:
-        """Where the force is borne. Raises NotConverged."""
+        """Return the equilibrium where the force is balanced. Raises NotConverged."""
         here = self._at(self.press.begun)
         while self.places < PLACES:
             left = self._left(here)
@@ -117,7 +119,7 @@ class _Search:
         raise NotConverged(reason, self.history)
 
     def _left(self, here: Place) -> float:
-        """What of the force is not borne, N; known sides are drawn closer."""
+        """Return the unbalanced force, N, and narrow the bracket of positions."""
         left = self.press.force - here.push
         if left > 0.0:
             self.low = max(self.low, here.d)
@@ -126,13 +128,13 @@ class _Search:
         return left
 
     def _rounding(self, here: Place) -> float:
-        """What the last digits of places leave in the force, N."""
+        """Return the error of the contact force due to rounding of positions, N."""
         return ROUNDED * float(sum(contact.rounding(here.found.x) for contact in self._contacts(here.found)))
 
     def _next(self, here: Place, left: float, stiffness: float) -> float:
-        """Newton's next place: no farther than GROWS times the present depth, and between the sides that are known.
+        """Return Newton's next position, limited to GROWS times the present depth and to the bracket.
 
-        Without a force it goes out of the barrier as well, in which it would press less and less without an end.
+        Without a force the body also leaves the barrier, in which its force would decrease without end.
         """
         distance = min(c.barrier.distance for c in self._contacts(here.found))
         first = FIRST * distance
@@ -146,15 +148,15 @@ class _Search:
         return there if self.low < there < self.high else self._between(there)
 
     def _resists(self, here: Place) -> bool:
-        """Whether what it meets is held by something."""
+        """Return whether the contact force is not negligible."""
         return abs(here.push) > NOTHING * abs(self.press.force)
 
     def _between(self, there: float) -> float:
-        """The middle of the sides that are known."""
+        """Return the middle of the bracket, or `there` if it has no two sides yet."""
         return 0.5 * (self.low + self.high) if np.isfinite(self.low) and np.isfinite(self.high) else there
 
     def _towards(self, here: Place, there: float) -> Place:
-        """The equilibrium at a place, or at one that is nearer. Raises NotConverged where there is none at all."""
+        """Return the equilibrium at a position, or at a nearer one. Raises NotConverged if there is none."""
         while True:
             try:
                 return self._at(there, here)
@@ -166,7 +168,9 @@ class _Search:
                     raise NotConverged(f"{reason}, and farther on {failure.reason}", self.history) from failure
 
     def _at(self, d: float, near: Place | None = None) -> Place:
-        """The equilibrium at a place, from one nearby; with friction, which counts the way, from the state before."""
+        """Return the equilibrium at a position, from a near one; with friction, which depends on the path, from the
+        start.
+        """
         self.places += 1
         problem = replace(self.problem, tolerance=CLOSER * self.problem.tolerance)
         loads: list[Any] = list(problem.assembly.loads)
@@ -184,19 +188,19 @@ class _Search:
         return Place(d, found, self._push(found, found.x, d))
 
     def _contacts(self, found: Equilibrium) -> list[Any]:
-        """Those of the body as a state has them."""
+        """Return the contacts of the rigid body in an equilibrium."""
         driven = [i for i, energy in enumerate(self.problem.assembly.loads) if energy.driven]
         count = len(self.problem.assembly.loads)
         own = {number % count for number in self.press.contacts}
         return [c for i, c in zip(driven, found.beside, strict=True) if i in own]
 
     def _push(self, found: Equilibrium, x: Floats, d: float) -> float:
-        """What it does to the body in a state x, along its way, N, where it has gone so far, m."""
+        """Return the force on the deformable body in the direction of travel, N, in a state x at travel d, m."""
         each = (self.press.placed(contact, d) for contact in self._contacts(found))
         return float(sum(contact.pushes(x).sum(axis=0)[self.press.along] for contact in each))
 
     def _stiffness(self, here: Place) -> float:
-        """By how much more it presses as it goes on, all that gives way included, N/m; 0 where nothing resists."""
+        """Return the derivative of the contact force by travel, with all deformation, N/m; 0 for a singular tangent."""
         x, found = here.found.x, here.found
         last = iter(found.beside)
         loads: list[Any] = [next(last) if energy.driven else energy for energy in self.problem.assembly.loads]
@@ -217,7 +221,7 @@ class _Search:
         return float((ahead - behind) / (2.0 * e))
 
     def _met(self, here: Place, sign: float) -> float:
-        """Where it meets the body as that is, m, from where it touches nothing. Raises NotConverged."""
+        """Return the position of first contact with the body at rest, m. Raises NotConverged if there is none."""
         contacts, x, way = self._contacts(here.found), here.found.x, 0.0
         distance = min(c.barrier.distance for c in contacts)
         far = None
@@ -235,10 +239,11 @@ class _Search:
         raise NotConverged(f"nothing stops the rigid body: it goes on along {along}", self.history)
 
     def _gave_way(self, here: Place) -> bool:
-        """Whether the force falls on the way from where the body was to a place, so that it snaps through.
+        """Return whether the contact force falls on the way to a position, so that the body snaps through.
 
-        Steps may leap over that: where the cubic through two neighbouring places with their stiffnesses need not rise
-        throughout (Fritsch and Carlson 1980), the place midway is looked at as well.
+        Steps may jump over that: if the cubic through two neighbouring positions with their stiffnesses need not be
+        monotonic
+        (Fritsch and Carlson 1980), the middle position is solved as well.
         """
         low, high = sorted((self.press.begun, here.d))
         way = sorted((own for own in self.seen if low <= own.place.d <= high), key=lambda own: own.place.d)
@@ -264,7 +269,7 @@ class _Search:
         return False
 
     def _kept(self, here: Place, left: float, stiffness: float) -> Equilibrium:
-        """The state with what is known of it. Raises NotConverged where it is not stable."""
+        """Return the equilibrium with the facts of the search. Raises NotConverged if it is unstable."""
         if here.push != 0.0 and not stiffness > 0.0:
             reason = f"what the rigid body meets gives way: it would go on from a force of {abs(here.push):.3g} N"
             raise NotConverged(reason, self.history)
@@ -274,7 +279,7 @@ class _Search:
 
 
 def _with(problem: Statics, loads: Sequence[Any]) -> Statics:
-    """The problem with other loads, and its corotational twin."""
+    """Return the problem with other loads, also in its corotational twin."""
 
     def each(assembly: Assembly) -> Assembly:
         return assembly.joined(list(loads))

@@ -1,8 +1,8 @@
-"""Equilibrium of what supports leave free and only touch will hold: kept by a spring that comes to bear nothing.
+"""Equilibrium of bodies held only by contact, with a stabilising spring whose force vanishes at the end.
 
-The spring keeps every node to a place; what is found is the next place, and so on, until what it bears has vanished
-(proximal points, Rockafellar 1976). So the answer is one without it, whatever its stiffness. A load that nothing bears
-yet takes the body a part of its size farther each time, until something does; this is no motion in time.
+The spring ties every node to a reference position. The solution becomes the next reference, until the spring force has
+vanished (proximal point method, Rockafellar 1976). So the result does not depend on its stiffness. While nothing
+balances a load, each iteration moves the body by a fraction of its size; this is no motion in time.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ CLOSER = 0.3  # of the tolerance: what is left of it is for what the spring bear
 
 
 def grounded(problem: Statics, find: Callable[[Statics], Equilibrium]) -> Equilibrium:
-    """What `find` finds of a problem whose last energy is its ground, which bears nothing any more.
+    """Return the equilibrium from `find` of a problem whose last energy is a stabilising spring with no force left.
 
-    `grounded` of its facts says what it bears, of the forces on the body, and at how many places it was. Raises
-    NotConverged where nothing is found, or nothing else comes to bear the loads.
+    In its facts `grounded` are the spring force, relative to the forces on the body, and the number of reference
+    positions. Raises NotConverged if no equilibrium is found, or nothing else comes to carry the loads.
     """
     known: Any = problem.assembly.internal[-1]
     ground: StabilizationSpring = replace(known, place=problem.rest if problem.start is None else problem.start)
@@ -60,7 +60,7 @@ def grounded(problem: Statics, find: Callable[[Statics], Equilibrium]) -> Equili
 
 
 def _pull(problem: Statics) -> float:
-    """What loads that do not depend on where rigid bodies are add up to at rest, N, or their moment by the size."""
+    """Return the resultant at rest, N, of loads independent of rigid bodies, or their moment divided by the size."""
     f = np.zeros(problem.assembly.dofs)
     for energy, scale in problem.assembly.loaded(1.0):
         if not energy.driven:
@@ -69,7 +69,7 @@ def _pull(problem: Statics) -> float:
 
 
 def _borne(assembly: Assembly, ground: StabilizationSpring, x: Floats, least: float) -> float:
-    """What it bears of the forces of loads and contacts on the nodes, by the sums of their sizes, or of the `least`."""
+    """Return the spring force relative to the forces of loads and contacts on the nodes, or to `least`."""
     f = np.zeros(assembly.dofs)
     meets = [(energy, 1.0) for energy in assembly.internal if isinstance(energy, DynamicPatternEnergy)]
     for energy, scale in (*assembly.loaded(1.0), *meets):
@@ -79,21 +79,24 @@ def _borne(assembly: Assembly, ground: StabilizationSpring, x: Floats, least: fl
 
 
 def _on(problem: Statics, ground: StabilizationSpring) -> Statics:
+    """Return the problem with another stabilising spring."""
     twin = problem.twin and _with(problem.twin, [*problem.twin.internal[:-1], ground])
     return replace(problem, assembly=_with(problem.assembly, [*problem.assembly.internal[:-1], ground]), twin=twin)
 
 
 def _with(assembly: Assembly, internal: list[Energy]) -> Assembly:
+    """Return the assembly with other internal energies."""
     return assembly.acting(internal, assembly.loads)
 
 
 def _arrived(assembly: Assembly) -> Assembly:
-    """With rigid bodies that are where the state has them already."""
+    """Return the assembly with rigid bodies that are already in place in the start."""
     known: list[Any] = list(assembly.loads)
     return assembly.acting(assembly.internal, [replace(e, earlier=None) if e.driven else e for e in known])
 
 
 def _why(problem: Statics, ground: StabilizationSpring, x: Floats, borne: float) -> str:
+    """Return the reason why contact does not come to hold the body."""
     each: list[Any] = [e for e in problem.assembly.loads if e.rubs]
     if any(e.at(1.0).pressures(x).any() for e in each) and not any(e.at(1.0).holds(x) for e in each):
         held = problem.fixed.size > 0 or any(

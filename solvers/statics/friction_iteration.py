@@ -1,9 +1,9 @@
-"""Equilibrium with friction: energies with the pressures of the iterate before, and then whole steps with its own.
+"""Friction iteration: minimises energies with lagged pressures, then takes full Newton steps with the present ones.
 
-Forces of friction depend on pressures that are sought as well, and have no energy. With pressures and normals of an
-earlier iterate they have one, which Newton's method descends as it does without friction; what that finds gives new
-pressures, and the distances of one from the next shrink by the coupling of pressure and shear (Jean 1999; Li et al.
-2020). When it is close, whole steps with the tangent of all of it, which is not symmetric, are quadratic.
+Friction depends on unknown pressures, and has no energy. With pressures and normals of an earlier iterate it has one,
+which Newton's method minimises as without friction. The result gives new pressures; their changes shrink with the
+coupling of pressure and shear (Jean 1999; Li et al. 2020). Close to the solution, full steps with the complete,
+unsymmetric tangent converge quadratically.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ FALLS = 1, 2, 6  # the same beside surfaces that deform, whose barriers whole st
 
 
 def rubbed(newton: Newton, x: Floats, load: float) -> Floats:
-    """The equilibrium with friction at a load, from x. Raises NotConverged."""
+    """Return the equilibrium with friction at a load, from x. Raises NotConverged."""
     rigid = _beside_rigid(newton.assembly)
     if rigid and newton.problem.start is not None and newton.residual(x, load)[1] < BESIDE:
         own = like(newton, softened(newton.assembly, load, 1.0))
@@ -46,12 +46,12 @@ def rubbed(newton: Newton, x: Floats, load: float) -> Floats:
 
 
 def _gripped(newton: Newton, x: Floats, load: float, before: Assembly | None) -> Floats:
-    """The equilibrium of one stiffness; at first, where nothing is known of pressures, everything sticks."""
+    """Return the equilibrium of one stiffness; at first, while pressures are unknown, everything sticks."""
     return _settled(newton, x, load, before, grips=before is None)
 
 
 def _settled(newton: Newton, x: Floats, load: float, before: Assembly | None, grips: bool = False) -> Floats:
-    """The equilibrium of one stiffness, from that of the one before. Raises NotConverged."""
+    """Return the equilibrium of one stiffness, from that of the one before. Raises NotConverged."""
     residual = 1.0
     for _ in range(MOST):
         own = like(newton, _lagged(newton.assembly, x, before, grips), min(ROUGH, FINER * residual))
@@ -70,7 +70,7 @@ def _settled(newton: Newton, x: Floats, load: float, before: Assembly | None, gr
 
 
 def _whole(newton: Newton, x: Floats, load: float, residual: float) -> Floats | None:
-    """The equilibrium by whole steps of all of it, from a residual; None where these do not lead there."""
+    """Return the equilibrium by full steps with the complete tangent; None if they do not converge."""
     moved, done = newton.moved, False
     for most in EACH if _beside_rigid(newton.assembly) else FALLS:
         try:
@@ -86,12 +86,12 @@ def _whole(newton: Newton, x: Floats, load: float, residual: float) -> Floats | 
 
 
 def _beside_rigid(assembly: Assembly) -> bool:
-    """Whether rigid bodies rub, behind whose surface whole steps may lead: their barriers are soft first."""
+    """Return whether there is friction with rigid bodies, whose barriers are softened first."""
     return any(e.rubs for e in assembly.loads)
 
 
 def _slid(newton: Newton, failure: NotConverged, x: Floats | None, load: float) -> NotConverged:
-    """Why there is no equilibrium: that all that touches slides, if it does where Newton's method was left."""
+    """Return the error, with the reason that all points in contact slide if they do where Newton's method stopped."""
     soft = softened(newton.assembly, load, SOFT)
     each: list[Any] = [e for e in (*soft.internal, *soft.loads) if e.rubs]
     if x is None or any(e.holds(x) for e in each):
@@ -101,12 +101,12 @@ def _slid(newton: Newton, failure: NotConverged, x: Floats | None, load: float) 
 
 
 def steady(newton: Newton, x: Floats) -> bool | None:
-    """Whether an equilibrium is stable under the pressures that it has; None where that is not known."""
+    """Return whether an equilibrium is stable at its present pressures; None if unknown."""
     return like(newton, _lagged(newton.assembly, x, None, grips=False), 1.0).definite(x) or None
 
 
 def _lagged(assembly: Assembly, x: Floats, before: Assembly | None, grips: bool) -> Assembly:
-    """With the pressures that those before have in x; at first, where nothing is known of them, everything sticks."""
+    """Return the assembly with friction lagged to the pressures of `before` in x; with `grips` everything sticks."""
     was = before or assembly
 
     def each(own: Any, known: Any) -> list[Any]:

@@ -1,8 +1,8 @@
-"""One material point of an isotropic law by plain numbers: no array is made before its state is found.
+"""Material point of an isotropic law in principal axes, with plain numbers instead of arrays, for speed.
 
-What `material_point.py` does for any law is done here in principal axes, by logarithms of stretches: Newton's method on
-at most three of them and a pressure, with what the law says of principal stretches (materials/principal_axes_law.py).
-A state takes some tens of microseconds, and less where no stretch is to be found.
+It does for isotropic laws what `material_point.py` does for any law: Newton's method on the logarithms of at most
+three stretches and a pressure, with the law in principal stretches (materials/principal_axes_law.py). A state takes
+some tens of microseconds, and less if no stretch is unknown.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.materials.principal_axes_law import swollen
+from softmark.solvers.materials.principal_axes_law import add_volume_derivatives
 from softmark.solvers.statics.material_point_state import (
     FARTHEST,
     HALVINGS,
@@ -35,7 +35,7 @@ INF = math.inf
 
 
 def in_reach(drive: Drive) -> bool:
-    """Whether a state is found here: of stretches, or of a shear without a free one."""
+    """Return whether this solver applies: to stretches, or to a shear with all stretches imposed."""
     given = drive.stretches.tolist()
     if any(t <= 0.0 for t in given):
         return False
@@ -44,7 +44,7 @@ def in_reach(drive: Drive) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class PrincipalPoint:
-    """An isotropic law at one point; of a solid that keeps its volume, the law of its shape and the constraint."""
+    """Isotropic law at one point; for an incompressible solid, its isochoric law and the constraint."""
 
     law: Any  # with `principal`
     constraint: Any  # `OfVolume`, or None
@@ -52,7 +52,7 @@ class PrincipalPoint:
     # ------------------------------------------------------------------ Newton's method
 
     def guess(self, drive: Drive) -> tuple[Any, float]:
-        """What free stretches would be if strains were logarithmic and small."""
+        """Return initial stretches from small logarithmic strains, and zero pressure."""
         given = drive.stretches.tolist()
         free = [a for a in range(3) if given[a] != given[a]]
         if not free:
@@ -68,9 +68,9 @@ class PrincipalPoint:
         return [math.exp(e) for e in log], 0.0
 
     def newton(self, drive: Drive, start: tuple[Any, float], most: int) -> Any:
-        """Logarithms of stretches, pressure, iterations and what is known there; None where it comes to no rest.
+        """Return logarithms of stretches, pressure, iterations and stresses there; None if it does not converge.
 
-        Free axes that are pulled alike are stretched alike: the law is isotropic, and one unknown stands for them.
+        Free axes with the same stress share one unknown stretch: the law is isotropic.
         """
         given, pull = drive.stretches.tolist(), drive.stresses.tolist()
         e = [math.log(s if t != t else t) for t, s in zip(given, start[0], strict=True)]
@@ -99,7 +99,7 @@ class PrincipalPoint:
         return None
 
     def _of_one(self, e: list[float], pull: float, axes: list[int], most: int) -> Any:
-        """The same with one unknown and no pressure: what most states are."""
+        """Solve a state with one unknown stretch and no pressure: the most frequent case."""
         a, known = axes[0], self._known(e, 0.0)
         left = math.nan if known is None else known[1][a] - (pull * math.exp(e[a]) if pull else 0.0)
         for number in range(most):
@@ -125,7 +125,7 @@ class PrincipalPoint:
         return None
 
     def _searched(self, at: Any, free: Free, step: list[float]) -> Any:
-        """Back along a step to what lowers what is left; None where nothing does."""
+        """Return the first point back along a step with a smaller residual; None if there is none."""
         e, p, (left, _, _) = at
         part, size = 1.0, math.hypot(*left)
         for _ in range(HALVINGS):
@@ -142,7 +142,7 @@ class PrincipalPoint:
         return None
 
     def _relieved(self, drive: Drive, e: list[float], free: Free) -> Any:
-        """A state whose volume says all of it, with at most one stretch to find, and the pressure that it needs."""
+        """Return a state that its volume determines, with at most one unknown stretch, and the pressure it needs."""
         own = e if drive.shear is None else list(_Sheared.of(drive, e).e)
         if self.constraint is None:
             known = self._known(own, 0.0)
@@ -161,9 +161,10 @@ class PrincipalPoint:
         return e, p, 0, known
 
     def _at(self, e: list[float], p: float, free: Free) -> Any:
-        """What is left of Kirchhoff's stress on free axes, Pa, and of the constraint; its slopes; what is known.
+        """Return the residual of Kirchhoff stress on free axes, Pa, and of the constraint, its Jacobian, and the
+        stresses.
 
-        None out of reach.
+        Return None outside the domain of the law.
         """
         known = self._known(e, p)
         if known is None:
@@ -188,7 +189,7 @@ class PrincipalPoint:
         return (left, rows, known) if math.isfinite(sum(left)) else None
 
     def _known(self, e: Sequence[float], p: float) -> Any:
-        """psi, tau and its slopes with a pressure on the constraint; None where numbers end."""
+        """Return psi, tau and its derivatives, with a pressure on the constraint; None on overflow."""
         try:
             known = self.law.principal(e)
         except (OverflowError, ZeroDivisionError):
@@ -201,31 +202,31 @@ class PrincipalPoint:
         return known
 
     def _press(self, known: Any, p: float, J: float) -> None:
-        """Add what a pressure does."""
+        """Add the stress of a pressure."""
         _, first, second = self.constraint.of(J - 1.0)
         slope = p * first * J
-        swollen(known[1], known[2], slope, slope if second is None else slope + p * second * J * J)
+        add_volume_derivatives(known[1], known[2], slope, slope if second is None else slope + p * second * J * J)
 
     @cached_property
     def _rest(self) -> Rows:
-        """The stiffness at rest along the axes (3, 3), Pa."""
+        """Stiffness at rest along the axes (3, 3), Pa."""
         found: Rows = self.law.principal((0.0, 0.0, 0.0))[2]
         return found
 
     @cached_property
     def _stiff(self) -> float:
-        """The largest of it, Pa."""
+        """Largest stiffness at rest, Pa."""
         return max(abs(b) for row in self._rest for b in row)
 
     @property
     def _shear(self) -> float:
-        """mu, Pa."""
+        """Shear modulus mu, Pa."""
         return 0.5 * (self._rest[0][0] - self._rest[0][1])
 
     # ------------------------------------------------------------------ what is told of it
 
     def told(self, drive: Drive, found: Any) -> PointState:
-        """All that is said of a state."""
+        """Return the complete state of a solution."""
         e, p, iterations, (psi, tau, bent) = found
         if drive.shear is not None:
             return self._told_sheared(drive, found)
@@ -246,7 +247,7 @@ class PrincipalPoint:
         )  # fmt: skip
 
     def _told_sheared(self, drive: Drive, found: Any) -> PointState:
-        """The same of a shear in the plane of two axes, whose stretches are imposed."""
+        """Return the complete state of a shear in the plane of two axes, whose stretches are imposed."""
         assert drive.shear is not None
         a, b, g = drive.shear
         e, p, _, (psi, tau, bent) = found
@@ -262,7 +263,7 @@ class PrincipalPoint:
 
 @dataclass(frozen=True)
 class _Sheared:
-    """A shear g of the axis a along b in their plane: principal stretches exp(m + d), exp(m - d).
+    """Shear g of the axis a along b in their plane: principal stretches exp(m + d), exp(m - d).
 
     With ta and tb on the diagonal their product is ta tb, and cosh 2d = (ta^2 + tb^2 + g^2) / (2 ta tb).
     """
@@ -277,7 +278,7 @@ class _Sheared:
 
     @classmethod
     def of(cls, drive: Drive, e: Sequence[float]) -> _Sheared:
-        """Of a drive, and the logarithms of its diagonal."""
+        """Return the shear of imposed values, with the logarithms of its diagonal."""
         assert drive.shear is not None
         a, b, g = drive.shear
         ta, tb = math.exp(e[a]), math.exp(e[b])
@@ -287,7 +288,7 @@ class _Sheared:
         return cls(a, b, g, ta, tb, d, (own[0], own[1], own[2]))
 
     def turned(self, tau: Sequence[float], bent: Rows) -> tuple[float, float, float]:
-        """Kirchhoff's stress along a, along b and between them, Pa: of B = F F^T it has the axes."""
+        """Return the Kirchhoff stress along a, along b and their shear, Pa: it is coaxial with B = F F^T."""
         mean, r = 0.5 * (tau[self.a] + tau[self.b]), self.ta * self.tb
         B = self.ta**2 + self.g**2, self.tb**2, self.g * self.tb
         if self.d > NEAR:
@@ -298,7 +299,7 @@ class _Sheared:
         return mean + half, mean - half, q * B[2]
 
     def stiffness(self, tau: Sequence[float], bent: Rows) -> float:
-        """d2psi/dg2, Pa: by d(g), whose slope is g / (2 ta tb sinh 2d)."""
+        """Return d2psi/dg2, Pa, through d(g), whose derivative is g / (2 ta tb sinh 2d)."""
         r = self.ta * self.tb
         if self.d == 0.0:
             return self._bent(bent) / (2.0 * r)
@@ -308,21 +309,22 @@ class _Sheared:
         return 2.0 * self._bent(bent) * slope**2 + self._apart(tau, bent) * bend
 
     def _apart(self, tau: Sequence[float], bent: Rows) -> float:
-        """The difference of the principal stresses, Pa."""
+        """Return the difference of the principal stresses, Pa."""
         return tau[self.a] - tau[self.b] if self.d > NEAR else 2.0 * self.d * self._bent(bent)
 
     def _bent(self, bent: Rows) -> float:
-        """Its slope by 2d, Pa."""
+        """Return the derivative of that difference by 2d, Pa."""
         a, b = self.a, self.b
         return 0.5 * (bent[a][a] + bent[b][b]) - bent[a][b]
 
 
 def _diagonal(t: Sequence[float]) -> Floats:
+    """Return a diagonal matrix (3, 3)."""
     return np.array([[t[0], 0.0, 0.0], [0.0, t[1], 0.0], [0.0, 0.0, t[2]]])
 
 
 def _solved(rows: Rows, right: list[float]) -> list[float] | None:
-    """x of rows x = right, of up to four unknowns, by elimination; None where they are singular."""
+    """Return x of rows x = right, for up to four unknowns, by elimination; None if singular."""
     n = len(right)
     if n == 1:
         x = right[0] / rows[0][0] if rows[0][0] else math.nan
@@ -345,7 +347,7 @@ def _solved(rows: Rows, right: list[float]) -> list[float] | None:
 
 
 def _least(H: Rows, normal: list[float] | None, some: list[int]) -> float:
-    """The least eigenvalue of H among some axes, in the plane normal to what a constraint holds; inf of nothing."""
+    """Return the least eigenvalue of H among some axes, normal to the constraint gradient; inf without axes."""
     n = len(some)
     if n == 0 or (normal is not None and n == 1):
         return INF
@@ -366,12 +368,12 @@ def _least(H: Rows, normal: list[float] | None, some: list[int]) -> float:
 
 
 def _of_two(a: float, b: float, c: float) -> float:
-    """The lesser eigenvalue of [[a, b], [b, c]]."""
+    """Return the lesser eigenvalue of [[a, b], [b, c]]."""
     return 0.5 * (a + c) - math.hypot(0.5 * (a - c), b)
 
 
 def _plane(n: Sequence[float]) -> tuple[list[float], list[float]]:
-    """Two unit vectors across n, whose entries are all positive, and each other."""
+    """Return two orthonormal vectors across n, whose entries are all positive."""
     size = math.hypot(n[0], n[1])
     x = [-n[1] / size, n[0] / size, 0.0]
     whole = math.hypot(size, n[2])

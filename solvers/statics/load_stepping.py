@@ -1,8 +1,8 @@
-"""Whole Newton steps at loads that grow: the way to large stretches, where those at full load lose themselves.
+"""Load stepping: full Newton steps at increasing loads, for large stretches where they diverge at full load.
 
-From the equilibrium at one load the supports move on as the tangent there says, and few whole steps find the next.
-Nothing is asked to fall, so that no line search creeps along the valley that a volume that hardly changes is; what the
-way ends on is judged as any other answer is; where it is unstable, what is found instead is one of several states.
+From the equilibrium at one load the supports move on with the tangent there, and a few full steps find the next. No
+decrease is required, so that no line search creeps along the narrow valley of a nearly constant volume. The final
+state is checked like any other; if it is unstable, the one found instead is one of several.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ MEETING = 20  # the same where something may touch: a step leaves a quarter of a
 
 
 def raised(newton: Newton) -> tuple[Floats, int]:
-    """The equilibrium of full load along the path from rest, and how many loads led there. Raises NotConverged."""
+    """Return the equilibrium at full load along the path from rest, and the number of load steps. Raises NotConverged."""
     longest = newton.problem.longest
     x, load, step, count = newton.problem.rest, 0.0, min(FIRST, longest), 0
     while load < 1.0:
@@ -39,7 +39,7 @@ def raised(newton: Newton) -> tuple[Floats, int]:
 
 
 def _next(newton: Newton, x: Floats, load: float, target: float) -> Floats | None:
-    """The equilibrium of the target load from that of another; None where whole steps do not find one without flaws."""
+    """Return the equilibrium at the target load from that at another; None if full steps find no valid one."""
     most = MEETING if newton.problem.touches else EACH
     try:
         start = newton.carry(x, target - load, load)
@@ -57,5 +57,5 @@ def _next(newton: Newton, x: Floats, load: float, target: float) -> Floats | Non
 
 
 def strayed(x: Floats, start: Floats, there: Floats) -> bool:
-    """Whether Newton's steps led farther than the step of a turn itself: off, to another state, as by a whole turn."""
+    """Return whether Newton's steps were longer than the step of the supports: they led to another state."""
     return bool(np.linalg.norm(there - start) > np.linalg.norm(start - x))

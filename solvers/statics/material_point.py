@@ -1,8 +1,8 @@
-"""One material point: a homogeneous state of a law, some of its stretches imposed, the others free of stress.
+"""Material point: a homogeneous state of a law with some stretches imposed, the others from given nominal stresses.
 
-F is diagonal but for one shear. What is imposed is imposed exactly; each other stretch is what leaves its axis the
-nominal stress that acts there, mostly none: Newton's method on the law, a handful of unknowns, no mesh. A solid that
-keeps its volume has a pressure for its constraint.
+F is diagonal except for one shear. Imposed values are exact. Every other stretch gives its axis the prescribed nominal
+stress, mostly zero: Newton's method on the law, with a handful of unknowns and no mesh. An incompressible solid has a
+pressure for its constraint.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from softmark.records import dataclass
 from softmark.solvers.materials.constitutive_law import Law
-from softmark.solvers.materials.volumetric_constraints import Constraint, OfVolume
+from softmark.solvers.materials.volumetric_constraints import Constraint, VolumeRatioConstraint
 from softmark.solvers.statics.isotropic_material_point import PrincipalPoint, in_reach
 from softmark.solvers.statics.material_point_state import (
     FARTHEST,
@@ -45,14 +45,14 @@ FLAT = 1e-9  # of the stiffness at rest: what resists less gives way
 
 @dataclass(frozen=True, eq=False)
 class MaterialPoint:
-    """A law at one point; of a solid that keeps its volume, the law of its shape and the constraint."""
+    """Law at one point; for an incompressible solid, its isochoric law and the constraint."""
 
     law: Law
     constraint: Constraint | None = None
     linear: bool = False  # strains are small: no stretch is too far
 
     def state(self, drive: Drive, iterations: int = 50) -> PointState:
-        """The state under what is imposed. Raises NoState."""
+        """Return the state under imposed values. Raises NoState."""
         with np.errstate(all="ignore"):  # beyond its domain a law says inf or NaN
             if not any(drive.stresses.tolist()):
                 way = self._way(drive)
@@ -62,26 +62,30 @@ class MaterialPoint:
             return self._followed(drive, iterations)
 
     def first_lost(self, drive: Drive) -> PointState:
-        """The state on the way from rest from which on it gives way: of one that does in the end. Raises NoState."""
+        """Return the first state on the way from rest that is unstable, if the final one is. Raises NoState."""
         return self._first(drive, lambda found: found.freed > FLAT)
 
     def first_unsteady(self, drive: Drive) -> PointState:
-        """The state from which on it is not stable after Drucker: of one that is not in the end. Raises NoState."""
+        """Return the first state on the way from rest that violates Drucker stability, if the final one does. Raises
+        NoState.
+        """
         return self._first(drive, self.steady)
 
     def steady(self, state: PointState) -> bool:
-        """Whether its law is stable after Drucker in a state, or is not asked (materials/drucker_stability.py)."""
-        from softmark.solvers.materials.batched_stability import Held
-        from softmark.solvers.materials.drucker_stability import lost
+        """Return whether the law satisfies Drucker stability in a state, or has no check
+        (materials/drucker_stability.py).
+        """
+        from softmark.solvers.materials.batched_stability import VolumePressure
+        from softmark.solvers.materials.drucker_stability import find_instability
 
         held = None
         if self.constraint is not None:
-            held = Held(self.constraint, math.inf, np.array([state.pressure]))
-        found = None if self.linear else lost(self.law, state.F[None], held)
+            held = VolumePressure(self.constraint, math.inf, np.array([state.pressure]))
+        found = None if self.linear else find_instability(self.law, state.F[None], held)
         return found is None or not bool(found[0])
 
     def _first(self, drive: Drive, holds: Callable[[PointState], bool]) -> PointState:
-        """The first state on the way from rest of which something does not hold, as it does not in the end."""
+        """Return the first state on the way from rest for which `holds` is false, by bisection."""
         low, high, state = 0.0, 1.0, self.state(drive)
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
@@ -95,17 +99,18 @@ class MaterialPoint:
     # ------------------------------------------------------------------ the way to a state
 
     def _way(self, drive: Drive) -> MaterialPoint | PrincipalPoint:
-        """What finds it: plain numbers in principal axes where that can be, else arrays."""
+        """Return the solver to use: plain numbers in principal axes if possible, else arrays."""
         known = None if self.linear else self._principal
         return known if known is not None and in_reach(drive) else self
 
     @cached_property
     def _principal(self) -> PrincipalPoint | None:
-        free = self.constraint is None or isinstance(self.constraint, OfVolume)
+        """Solver in principal axes, if the law has one."""
+        free = self.constraint is None or isinstance(self.constraint, VolumeRatioConstraint)
         return PrincipalPoint(self.law, self.constraint) if free and hasattr(self.law, "principal") else None
 
     def _followed(self, drive: Drive, iterations: int) -> PointState:
-        """The state by way of others from rest."""
+        """Return the state through intermediate ones from rest."""
         reached, step, total, found = 0.0, 0.125, 0, None
         start: tuple[Floats, float] = (np.ones(3), 0.0)
         while reached < 1.0:
@@ -121,7 +126,7 @@ class MaterialPoint:
         return replace(found or self.told(drive, (*start, 0)), iterations=total)
 
     def _sound(self, way: Any, drive: Drive, found: Any) -> PointState | None:
-        """What is said of a state that lies in the law's domain and does not give way as it is held."""
+        """Return a solution as a state if it is stable and in the domain of the law, else None."""
         told: PointState | None = None if found is None else way.told(drive, found)
         if told is None or self.linear:
             return told
@@ -131,7 +136,7 @@ class MaterialPoint:
     # ------------------------------------------------------------------ Newton's method on arrays, for any law
 
     def newton(self, drive: Drive, start: tuple[Any, float], most: int) -> tuple[Floats, float, int] | None:
-        """Stretches, pressure and iterations from a start; None where it comes to no rest."""
+        """Return stretches, pressure and iterations from a start; None if it does not converge."""
         free = np.flatnonzero(np.isnan(drive.stretches))
         t, p = np.where(np.isnan(drive.stretches), start[0], drive.stretches), start[1]
         if not len(free):
@@ -155,7 +160,7 @@ class MaterialPoint:
 
     def _searched(self, drive: Drive, at: tuple[Floats, float, Floats], free: NDArray[np.intp], step: Floats,
                   ) -> tuple[Floats, float, Floats] | None:  # fmt: skip
-        """Along a step to what lowers what is left; None where nothing does."""
+        """Return the first point along a step with a smaller residual; None if there is none."""
         t, p, left = at
         if not np.all(np.isfinite(step)):
             return None
@@ -174,7 +179,7 @@ class MaterialPoint:
         return None
 
     def _relieved(self, drive: Drive, t: Floats) -> tuple[Floats, float, int] | None:
-        """A state with no stretch left to find, if it keeps a volume that must be kept."""
+        """Return a state without unknown stretches, if it satisfies the volume constraint."""
         if self.constraint is None:
             return t, 0.0, 0
         F, c = drive.F(t), drive.relieved
@@ -183,9 +188,11 @@ class MaterialPoint:
         return t, -float(self.law.P(F)[0, c, c] / self.constraint.gradient(F)[0, c, c]), 0
 
     def _left(self, drive: Drive, t: Floats, p: float, free: NDArray[np.intp]) -> Floats:
-        """What is left of Kirchhoff's stress on free axes, Pa, and of the constraint, times the stiffness at rest.
+        """Return the residual of Kirchhoff stress on free axes, Pa, and of the constraint, times the stiffness at rest.
 
-        By logarithms of stretches, in which a change of volume is linear; of small strains the nominal stress.
+        It is a function of logarithms of stretches, in which a volume change is linear; for small strain it is the
+        nominal
+        stress.
         """
         left = self._unbalanced(drive, t, p)[free]
         left = left if self.linear else t[free] * left
@@ -194,7 +201,7 @@ class MaterialPoint:
         return np.append(left, self._stiff * self.constraint.value(drive.F(t)))
 
     def _slope(self, drive: Drive, t: Floats, p: float, free: NDArray[np.intp]) -> Floats:
-        """Its derivative by logarithms of free stretches, of small strains by these, and by the pressure."""
+        """Return the Jacobian by logarithms of free stretches (small strain: by the stretches) and by the pressure."""
         F, own = drive.F(t), np.ones(len(free)) if self.linear else t[free]
         H = own[:, None] * self._hessian(F, p)[np.ix_(free, free)] * own
         if not self.linear:
@@ -207,20 +214,20 @@ class MaterialPoint:
         return found
 
     def _unbalanced(self, drive: Drive, t: Floats, p: float) -> Floats:
-        """The nominal stress along the axes less what acts there (3,), Pa."""
+        """Return the nominal stress along the axes minus the prescribed one (3,), Pa."""
         F = drive.F(t)
         stress: Floats = self.law.P(F)[0].diagonal() - drive.stresses
         return stress if self.constraint is None else stress + p * self.constraint.gradient(F)[0].diagonal()
 
     def _hessian(self, F: Floats, p: float) -> Floats:
-        """The second derivative of the energy by the stretches along the axes (3, 3), Pa."""
+        """Return the second derivative of the energy by the stretches along the axes (3, 3), Pa."""
         found: Floats = self.law.dPdF(F)[0].reshape(9, 9)[np.ix_(AXES, AXES)]
         if self.constraint is not None:
             found = found + self.constraint.curvature(F, np.array([p]))[0].reshape(9, 9)[np.ix_(AXES, AXES)]
         return found
 
     def guess(self, drive: Drive) -> tuple[Floats, float]:
-        """What free stretches would be if strains were logarithmic and small."""
+        """Return initial stretches from small logarithmic strains, and zero pressure."""
         free = np.isnan(drive.stretches)
         given = np.where(free, 1.0, drive.stretches)
         if not free.any() or np.any(given <= 0.0):
@@ -233,17 +240,18 @@ class MaterialPoint:
 
     @cached_property
     def _at_rest(self) -> Floats:
+        """Stiffness at rest along the axes (3, 3), Pa."""
         return self._hessian(np.eye(3)[None], 0.0)
 
     @cached_property
     def _stiff(self) -> float:
-        """The stiffness at rest, Pa."""
+        """Largest stiffness at rest, Pa."""
         return float(np.abs(self._at_rest).max())
 
     # ------------------------------------------------------------------ what is told of it
 
     def told(self, drive: Drive, found: tuple[Floats, float, int]) -> PointState:
-        """All that is said of a state."""
+        """Return the complete state of a solution."""
         t, p, iterations = found
         F, free = drive.F(t), np.flatnonzero(np.isnan(drive.stretches))
         P, normal = self.law.P(F)[0], np.zeros(3)
@@ -264,12 +272,12 @@ class MaterialPoint:
 
     @staticmethod
     def _shear(H: Floats) -> float:
-        """mu, Pa, of the stiffness at rest along the axes."""
+        """Return mu, Pa, from the stiffness at rest along the axes."""
         return 0.5 * float(H[0, 0] - H[0, 1])
 
 
 def _least(H: Floats, normal: Floats, some: NDArray[np.intp]) -> float:
-    """The least eigenvalue of H among some axes, in the plane normal to what a constraint holds; inf of nothing."""
+    """Return the least eigenvalue of H among some axes, normal to the constraint gradient; inf without axes."""
     if not len(some):
         return float("inf")
     part, n = H[np.ix_(some, some)], normal[some]

@@ -1,4 +1,4 @@
-"""What is imposed on one material point, and the state that it finds."""
+"""Imposed values of a material point, and the homogeneous state that results."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HELD = 1e-12  # of a volume: an imposed change that is less is none
 
 
 class NoState(Exception):
-    """The law has no state that is free of stress where it should be; `share` of what is imposed was reached."""
+    """Raised if the law has no state with the prescribed stress; `share` of the imposed values was reached."""
 
     def __init__(self, share: float, stretches: Floats) -> None:
         super().__init__(f"no state beyond {share:.3g} of what is imposed")
@@ -29,10 +29,11 @@ class NoState(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """What is imposed: stretches along x, y and z (3,), nan where free, the nominal stress on these (3,), Pa.
+    """Imposed stretches along x, y and z (3,), nan where free, and nominal stresses on free axes (3,), Pa.
 
-    `shear` is the entry (a, b) of F beside its diagonal and its size. `driven` are the axes of what is pulled; where no
-    stretch is free and the solid keeps its volume, its pressure is what relieves the axis `relieved`.
+    `shear` has the indices (a, b) and the value of the off-diagonal entry of F. `driven` are the loaded axes. Without
+    free
+    stretches the pressure of an incompressible solid makes the stress on the axis `relieved` zero.
     """
 
     stretches: Floats
@@ -42,13 +43,13 @@ class Drive:
     relieved: int = 2
 
     def at(self, share: float) -> Drive:
-        """The same at a part of its full size."""
+        """Return a fraction of the imposed values."""
         sheared = None if self.shear is None else (*self.shear[:2], share * self.shear[2])
         grown = 1.0 + share * (self.stretches - 1.0)
         return Drive(grown, share * self.stresses, sheared, self.driven, self.relieved)
 
     def F(self, t: Floats) -> Floats:
-        """The deformation gradient (1, 3, 3) of stretches t (3,)."""
+        """Return the deformation gradient (1, 3, 3) of stretches t (3,)."""
         F = np.diag(t)[None].copy()
         if self.shear is not None:
             F[0, self.shear[0], self.shear[1]] = self.shear[2]
@@ -57,11 +58,11 @@ class Drive:
 
 @dataclass(frozen=True, eq=False)
 class PointState:
-    """A homogeneous state: F and P (3, 3), Pa, the energy per volume at rest, J/m^3, the pressure in tension, Pa.
+    """Homogeneous state: F and P (3, 3), Pa, energy per reference volume, J/m^3, and pressure, positive in tension, Pa.
 
-    `residual` is what is left of stress where there should be none, relative to the largest; `held` is the least
-    stiffness of what is free, `freed` the same with what is driven set free under its force, relative to that at rest:
-    what is not positive gives way.
+    `residual` is the unbalanced stress relative to the largest. `held` is the least stiffness of the free axes, `freed`
+    that with driven axes also free under their force, both relative to the stiffness at rest: not positive means
+    unstable.
     """
 
     F: Floats
@@ -75,6 +76,6 @@ class PointState:
 
     @property
     def volume(self) -> float:
-        """J = det F, of a diagonal and one entry beside it."""
+        """Volume ratio J = det F."""
         (a, b, c), (d, e, f), (g, h, i) = self.F.tolist()
         return float(a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g))

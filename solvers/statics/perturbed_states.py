@@ -1,6 +1,6 @@
-"""States far from rest, from which a model is to find back: scrambled, flattened, collapsed, inverted, spun.
+"""Perturbed states far from rest, to test recovery: scrambled, flattened, collapsed, inverted, spun.
 
-To add one: a function of a body and a generator of random numbers, and one line in DISTURBANCES.
+To add one: a function of a body and a random number generator, and one line in DISTURBANCES.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ TURNS = 3.0  # of the whole when it is spun
 
 @dataclass(frozen=True)
 class DisturbedNodes:
-    """Nodes at rest `points` (n, 3) in m, `cells` (m, a) whose nodes belong together, and how far to disturb them."""
+    """Nodes at rest `points` (n, 3) in m, `cells` (m, a) that connect them, and the amount of perturbation."""
 
     points: Floats
     cells: Ints
@@ -25,19 +25,19 @@ class DisturbedNodes:
 
     @property
     def low(self) -> Floats:
-        """The lower corner of the bounding box (3,), m."""
+        """Lower corner of the bounding box (3,), m."""
         corner: Floats = self.points.min(axis=0)
         return corner
 
     @property
     def size(self) -> Floats:
-        """The edges of the bounding box (3,), m."""
+        """Edge lengths of the bounding box (3,), m."""
         edges: Floats = np.ptp(self.points, axis=0)
         return edges
 
     @property
     def middle(self) -> Floats:
-        """Of the bounding box (3,), m."""
+        """Centre of the bounding box (3,), m."""
         return self.low + 0.5 * self.size
 
 
@@ -45,7 +45,7 @@ Random = np.random.Generator
 
 
 def scrambled(body: DisturbedNodes, random: Random) -> Floats:
-    """Every node anywhere in the bounding box, times the amount in each direction (n, 3)."""
+    """Return random positions of nodes in the bounding box, times the amount in each direction (n, 3)."""
     # a straight line of nodes has no box: it is given one as thick as a tenth of its length
     size = np.maximum(body.size, 0.1 * body.size.max())
     places: Floats = body.middle + body.amount * size * random.uniform(-0.5, 0.5, body.points.shape)
@@ -53,7 +53,7 @@ def scrambled(body: DisturbedNodes, random: Random) -> Floats:
 
 
 def flattened(body: DisturbedNodes, random: Random) -> Floats:
-    """Projected onto a plane through the middle with a random normal, and there times the amount (n, 3)."""
+    """Return positions projected to a random plane through the centre, scaled by the amount (n, 3)."""
     n = _direction(random)
     away = body.points - body.middle
     places: Floats = body.middle + body.amount * (away - np.outer(away @ n, n))
@@ -61,7 +61,7 @@ def flattened(body: DisturbedNodes, random: Random) -> Floats:
 
 
 def collapsed(body: DisturbedNodes, random: Random) -> Floats:
-    """All nodes in one random point of the box or, as often, on a random line through it, there times the amount."""
+    """Return all nodes at one random point of the box or, as often, on a random line through it, scaled (n, 3)."""
     n, line = _direction(random), random.random() < 0.5
     point = body.low + random.random(3) * body.size
     along = (body.points - body.middle) @ n
@@ -70,7 +70,7 @@ def collapsed(body: DisturbedNodes, random: Random) -> Floats:
 
 
 def inverted(body: DisturbedNodes, random: Random) -> Floats:
-    """Reflected by a random plane through the middle, and times the amount: every cell is inside out (n, 3)."""
+    """Return positions reflected by a random plane through the centre and scaled: every cell is inverted (n, 3)."""
     n = _direction(random)
     away = body.points - body.middle
     places: Floats = body.middle + body.amount * (away - 2.0 * np.outer(away @ n, n))
@@ -78,9 +78,9 @@ def inverted(body: DisturbedNodes, random: Random) -> Floats:
 
 
 def spun(body: DisturbedNodes, random: Random) -> Floats:
-    """Every cell turned at random about its middle, nodes where cells put them on average, and the whole twisted.
+    """Return positions (n, 3) with every cell rotated at random about its centre, averaged at nodes, and a total twist.
 
-    (n, 3). The twist is TURNS times the amount, in either sense, from one end of the longest direction to the other.
+    The twist is TURNS times the amount, in either sense, from one end of the longest direction to the other.
     """
     corners = body.points[body.cells]
     middles = corners.mean(axis=1, keepdims=True)
@@ -92,6 +92,7 @@ def spun(body: DisturbedNodes, random: Random) -> Floats:
 
 
 def _twisted(body: DisturbedNodes, places: Floats, random: Random) -> Floats:
+    """Return positions twisted along the longest direction of the body."""
     axis = int(np.argmax(body.size))
     b, c = (axis + 1) % 3, (axis + 2) % 3
     sense = TURNS * body.amount * random.choice([-1.0, 1.0])
@@ -103,7 +104,7 @@ def _twisted(body: DisturbedNodes, places: Floats, random: Random) -> Floats:
 
 
 def turns(count: int, random: Random) -> Floats:
-    """Random rotations (count, 3, 3), all equally likely: of normal unit quaternions (Shoemake 1992)."""
+    """Return uniformly random rotations (count, 3, 3), from normal unit quaternions (Shoemake 1992)."""
     q = random.standard_normal((count, 4))
     w, x, y, z = (q / np.linalg.norm(q, axis=1, keepdims=True)).T
     rows = [
@@ -115,6 +116,7 @@ def turns(count: int, random: Random) -> Floats:
 
 
 def _direction(random: Random) -> Floats:
+    """Return a random unit vector."""
     n = random.standard_normal(3)
     unit: Floats = n / np.linalg.norm(n)
     return unit
@@ -130,5 +132,7 @@ DISTURBANCES: dict[str, Callable[[DisturbedNodes, Random], Floats]] = {
 
 
 def disturbed(kind: str, body: DisturbedNodes, seed: int) -> Floats:
-    """Where the nodes are then (n, 3), m: the same for the same seed. Raises KeyError for an unknown kind."""
+    """Return perturbed positions of the nodes (n, 3), m, the same for the same seed. Raises KeyError for an unknown
+    kind.
+    """
     return DISTURBANCES[kind](body, np.random.default_rng(seed))

@@ -1,1 +1,1 @@
-"""Stress and strain of a solid that was solved: at sampling points by its law, recovered to nodes, and as numbers."""
+"""Stress and strain of a solved solid: computed at sampling points by its law, recovered at nodes, and evaluated."""

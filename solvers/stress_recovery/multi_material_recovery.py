@@ -1,8 +1,7 @@
-"""Stress and strain of a solid of several materials: recovered in the cells of each alone.
+"""Stress and strain of a solid of several materials, recovered separately in the cells of each.
 
-Where two materials meet stress and strain jump, and a polynomial over cells of both would smooth what is there. A point
-that lies where they meet has tensors of each side (`sides`); `at`, for pictures and files, takes the side with the
-larger stress.
+Stress and strain jump where two materials meet, and a polynomial over cells of both would smooth the jump. A point on
+an interface has tensors of each side (`sides`); `at`, for pictures and files, uses the side with the larger stress.
 """
 
 from __future__ import annotations
@@ -18,9 +17,9 @@ from softmark.records import dataclass
 from softmark.solvers.mesh.element_interpolation import PointLocations, cache_locations, locate_points
 from softmark.solvers.mesh.mesh import Floats, Mesh
 from softmark.solvers.mesh.mesh_groups import is_known_row
-from softmark.solvers.stress_recovery.sampling_point_stress import State
-from softmark.solvers.stress_recovery.stress_field import Chosen, Number, Part, Stresses, norm_of
-from softmark.solvers.stress_recovery.stress_measures import Sides
+from softmark.solvers.stress_recovery.sampling_point_stress import DeformedState
+from softmark.solvers.stress_recovery.stress_field import Chosen, Number, Part, Stresses, tensor_norm
+from softmark.solvers.stress_recovery.stress_measures import TensorsBySide
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -30,21 +29,21 @@ if TYPE_CHECKING:
 
     Bools = NDArray[np.bool_]
 
-ASIDE = 1e-4  # of a piece of a line: how far from its ends its material is looked at
+ASIDE = 1e-4  # relative to a piece of a line: distance from its ends at which its material is evaluated
 HALVED = 40  # times: a crossing is then known to 1e-12 of the line
-EDGE = 1e-9  # of a triangle or of a line: a crossing so near beyond its edge counts
+EDGE = 1e-9  # relative to a triangle or a line: tolerance at its edge
 AT = 1e-9  # a shape function below it is zero: the point lies on a face of its cell, on which the function is
 
 
 @dataclass(frozen=True)
-class Layers(Stresses):
-    """The same of several states, each of the cells of one material over the nodes of all; `state` is of all cells."""
+class MultiMaterialStresses(Stresses):
+    """Stress fields of several materials, each of the cells of one over the nodes of all; `state` is of all cells."""
 
     each: tuple[Stresses, ...] = ()
 
     @staticmethod
-    def of(state: State, materials: tuple[Isotropic, ...], owners: Ints) -> Layers:
-        """Of a state whose cells are of one of some materials, by its number (m,)."""
+    def of(state: DeformedState, materials: tuple[Isotropic, ...], owners: Ints) -> MultiMaterialStresses:
+        """Return the fields of a state whose cells have one of some materials, by its number (m,)."""
         found = []
         for number, material in enumerate(materials):
             which = np.flatnonzero(owners == number)
@@ -52,22 +51,22 @@ class Layers(Stresses):
                 mesh = Mesh(state.mesh.points, state.mesh.cells[which], state.mesh.kind)
                 pressures = None if state.pressures is None else state.pressures[which]
                 found.append(Stresses(replace(state, mesh=mesh, material=material, pressures=pressures)))
-        return Layers(state, tuple(found))
+        return MultiMaterialStresses(state, tuple(found))
 
     def values(self, X: Floats) -> Floats:
-        """As `Stresses` has them: where materials meet, of the side with the larger stress."""
+        """Return the values as `Stresses` does; on interfaces, of the side with the larger stress."""
         found, size = np.zeros((len(X), 0)), np.full(len(X), -1.0)
         for _, own, here in self._owners(X):
             values = own.values(X[here])
             found = found if found.size else np.full((len(X), values.shape[1]), np.nan)
-            own_size = _size(values)
+            own_size = _stress_norm(values)
             larger = own_size > size[here]
             found[here[larger]] = values[larger]
             size[here] = np.maximum(size[here], own_size)
         return found
 
-    def sides(self, X: Floats) -> Sides:
-        """Tensors at points X (n, 3), m, of each material that meets there: on an interface of several."""
+    def sides(self, X: Floats) -> TensorsBySide:
+        """Return the tensors at points X (n, 3), m, of each material that meets there; several on an interface."""
         rows, numbers, values = [], [], []
         for number, own, here in self._owners(X):
             rows.append(here)
@@ -75,15 +74,15 @@ class Layers(Stresses):
             values.append(own.values(X[here]))
         row, material = np.concatenate(rows), np.concatenate(numbers)
         order = np.lexsort((material, row))
-        return Sides(row[order], material[order], self._tensors(np.concatenate(values)[order]))
+        return TensorsBySide(row[order], material[order], self._tensors(np.concatenate(values)[order]))
 
     def crossings(self, begin: Floats, end: Floats) -> Floats:
-        """Sorted shares (k,) of the way from `begin` (3,) to `end` (3,), m, at which a straight line changes material.
+        """Return sorted fractions (k,) of the way from `begin` (3,) to `end` (3,), m, at which a line changes material.
 
-        They are those at which it passes a facet between cells of different materials. On curved facets, whose
-        triangles are flat, they are found again by bisection.
+        It changes where it passes a facet between cells of different materials. On curved facets, whose triangles are
+        flat, the positions are refined by bisection.
         """
-        t = crossed(self._interfaces, begin, end)
+        t = find_triangle_crossings(self._interfaces, begin, end)
         t = np.unique(np.concatenate([[0.0], t, [1.0]]))
         t = t[np.concatenate([[True], np.diff(t) > 1e-12])]
         return self._bisected(t, begin, end)[1:-1]
@@ -94,7 +93,7 @@ class Layers(Stresses):
         return np.concatenate([own.state.mesh.points[own.state.mesh.faces] for own in self.each])
 
     def _bisected(self, t: Floats, begin: Floats, end: Floats) -> Floats:
-        """Return sorted shares t (k,) with further material changes between neighbours, found by bisection."""
+        """Return sorted fractions t (k,) with further material changes between neighbours, found by bisection."""
         width = np.diff(t)
         low, high = t[:-1] + ASIDE * width, t[1:] - ASIDE * width
         first, last = (self._material(begin + s[:, None] * (end - begin)) for s in (low, high))
@@ -109,7 +108,7 @@ class Layers(Stresses):
         return np.unique(np.concatenate([t, 0.5 * (low + high)]))
 
     def _material(self, X: Floats) -> Ints:
-        """The number of the first material at each point X (n, 3) (n,)."""
+        """Return the number of the first material at each point X (n, 3) (n,)."""
         found = np.full(len(X), len(self.each), dtype=np.int64)
         for number, _, here in self._owners(X):
             found[here] = np.minimum(found[here], number)
@@ -121,18 +120,18 @@ class Layers(Stresses):
         return found if not surface else self._on_boundary(found)
 
     def values_at_nodes(self) -> Floats:
-        """Of nodes that several materials share, of the side with the larger stress."""
+        """Return the values at nodes; for nodes shared by materials, of the side with the larger stress."""
         found = [own.values_at_nodes() for own in self.each]
-        size = np.stack([_size(values) for values in found])
+        size = np.stack([_stress_norm(values) for values in found])
         picked: Floats = np.stack(found)[size.argmax(axis=0), np.arange(size.shape[1])]
         return picked
 
     def unresolved(self, X: Floats) -> Floats:
-        """By how much stresses of the cells around X (n, 3) differ from what is recovered of them (n,), Pa."""
+        """Return the difference of cell stresses around X (n, 3) from their recovered value (n,), Pa."""
         return self._most(X, lambda own, here: own.unresolved(here))
 
     def disagreement(self, X: Floats, of: Part) -> Floats:
-        """By what share cells of one material around X (n, 3) differ (n,), as `Stresses` has it: the larger."""
+        """Return the relative difference of cells of one material around X (n, 3), as `Stresses`: the largest (n,)."""
         return self._most(X, lambda own, here: own.disagreement(here, of))
 
     def _most(self, X: Floats, of: Callable[[Stresses, Floats], Floats]) -> Floats:
@@ -142,33 +141,33 @@ class Layers(Stresses):
         return found
 
     def shared(self, X: Floats) -> int:
-        """How many of the points X (n, 3) lie where materials meet."""
+        """Return how many of the points X (n, 3) lie on interfaces."""
         count = np.zeros(len(X), dtype=np.int64)
         for _, _, here in self._owners(X):
             count[here] += 1
         return int((count > 1).sum())
 
     def sampled(self) -> None:
-        """Look at every cell once. Raises NoStress where that cannot be."""
+        """Evaluate every cell once. Raises NoStress if that is impossible."""
         for own in self.each:
             own.sampled()
 
     @cached_property
     def usual(self) -> tuple[float, float, float]:
-        """The root mean squares of the norms of stress, Pa, of strain, and of deviators, Pa, over the body."""
+        """Return root mean squares of the norms of stress, Pa, of strain, and of deviators, Pa, over the body."""
         sizes = np.array([float(np.abs(own.state.mesh.volumes).sum()) for own in self.each])
         squares = np.array([own.usual for own in self.each]) ** 2
         stress, strain, shape = np.sqrt(sizes @ squares / sizes.sum()).tolist()
         return stress, strain, shape
 
-    def _moved(self, step: Floats) -> Layers:
+    def _moved(self, step: Floats) -> MultiMaterialStresses:
         moved = tuple(own.moved(step) for own in self.each)
-        return Layers(replace(self.state, u=self.state.u + step), moved)
+        return MultiMaterialStresses(replace(self.state, u=self.state.u + step), moved)
 
     def _owners(self, X: Floats) -> Iterator[tuple[int, Stresses, Ints]]:
-        """Each material's number, its stresses, and which of the points X (n, 3) are in its cells or nearest to them.
+        """Yield each material's number, its stresses, and which points X (n, 3) are in or nearest to its cells.
 
-        Found once for each X.
+        The result for each X is cached.
         """
         key = X.tobytes()
         if key not in self._known:
@@ -183,17 +182,17 @@ class Layers(Stresses):
 
     @cached_property
     def _touched(self) -> Bools:
-        """Which nodes cells of each material have (r, nodes)."""
+        """Which nodes belong to cells of each material (r, nodes)."""
         found = np.zeros((len(self.each), len(self.state.mesh.points)), dtype=np.bool_)
         for row, own in zip(found, self.each, strict=True):
             row[own.state.mesh.cells] = True
         return found
 
     def _found(self, X: Floats) -> Bools:
-        """Which materials each point is of (r, n): that of its cell, and those that meet there.
+        """Return which materials each point has (r, n): that of its cell, and those that meet there.
 
-        Where a point lies on a face, an edge or a corner of its cell, all shape functions but those of its nodes are
-        zero; the materials of the cells that have these nodes meet there.
+        If a point lies on a face, an edge or a corner of its cell, all shape functions but those of its nodes are zero;
+        the materials of the cells with these nodes meet there.
         """
         where = locate_points(self.state.mesh, X)
         found = np.stack([is_known_row(own.state.mesh.cells, where.nodes) for own in self.each])
@@ -212,16 +211,17 @@ class Layers(Stresses):
         return found
 
 
-def _size(values: Floats) -> Floats:
-    """The norm of stress (n,), Pa; of nodes that a material does not have, below any."""
-    norm = norm_of(values[:, :6])
+def _stress_norm(values: Floats) -> Floats:
+    """Return the norm of stress (n,), Pa; for nodes that a material does not have, less than any."""
+    norm = tensor_norm(values[:, :6])
     return np.where(np.isnan(norm), -1.0, norm)
 
 
-def crossed(triangles: Floats, begin: Floats, end: Floats) -> Floats:
-    """Shares (k,) of the way from `begin` (3,) to `end` (3,) at which a line crosses triangles (t, 3, 3); unsorted.
+def find_triangle_crossings(triangles: Floats, begin: Floats, end: Floats) -> Floats:
+    """Return fractions (k,) of the way from `begin` (3,) to `end` (3,) at which a line crosses triangles (t, 3, 3),
+    unsorted.
 
-    Triangles that the line lies in are not crossed. Source: Moeller and Trumbore (1997), J. Graphics Tools 2:21.
+    Triangles that contain the line are not crossed. Source: Moeller and Trumbore (1997), J. Graphics Tools 2:21.
     """
     way = end - begin
     a, b, c = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]

@@ -1,10 +1,10 @@
-"""Values at sampling points within cells recovered to nodes, by polynomials over patches of cells.
+"""Patch recovery: values at sampling points inside cells fitted at nodes by polynomials over patches of cells.
 
-Around every corner of the mesh a polynomial of the element's order is fitted, by weighed least squares, to what is
-known at the sampling points of the cells around it; values at nodes between corners are means of those of the corners.
-On the surface, where the cells around a corner lie on one side of it, those around their corners belong to it too.
-Source: Zienkiewicz and Zhu (1992), "The superconvergent patch recovery and a posteriori error estimates", part 1,
-International Journal for Numerical Methods in Engineering 33:1331.
+Around every corner of the mesh a polynomial of the element's order is fitted, by weighted least squares, to the values
+at the sampling points of the cells around it; values at midside nodes are means of those of the corners. On the
+surface, where the cells around a corner lie on one side of it, those around their corners are included too. Source:
+Zienkiewicz and Zhu (1992), "The superconvergent patch recovery and a posteriori error estimates", part 1, International
+Journal for Numerical Methods in Engineering 33:1331.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ import numpy as np
 from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.element_interpolation import Rule, locate_points
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
-from softmark.solvers.stress_recovery.sampling_point_stress import superconvergent
+from softmark.solvers.stress_recovery.sampling_point_stress import superconvergent_points
 
-PAIRS = 20_000  # of a corner and a cell whose products are held at once
+PAIRS = 20_000  # pairs of a corner and a cell processed at once
 ENOUGH = 3.5  # sampling points for each coefficient that leave the patch of a corner on the surface as it is
 NEAR = 2.0  # cells count by exp(-NEAR r^2), r their distance as a part of the patch: the nearest most
-SPECK = 1e-16  # of the trace: no matrix is singular to the last digit
+SPECK = 1e-16  # relative to the trace: shift that makes matrices regular
 FLAT = (
     1e-8  # of the largest eigenvalue of a patch's normal equations: with less, its points lie in a plane, or a surface
 )
@@ -31,12 +31,12 @@ FLAT = (
 Sample = Callable[[Rule], tuple[Floats, Floats]]  # points (m, q, 3) and values there (m, q, k)
 
 
-class Recovered:
-    """Values at nodes from those at sampling points: of the nodes that are asked for, each once.
+class PatchRecovery:
+    """Recovered values at nodes from those at sampling points, computed on request and once for each node.
 
-    `sample` gives points and values of a rule; the element's own rule is taken where its superconvergent points do not
-    determine a polynomial, as in a body that is one linear hexahedron thick. In a `plane` nothing varies along z: there
-    polynomials are of x and y, however thick it is.
+    `sample` gives points and values of a rule; the element's own rule is used if its superconvergent points do not
+    determine a polynomial, as in a body that is one linear hexahedron thick. In a `plane` nothing varies along z:
+    polynomials are of x and y there, for any thickness.
     """
 
     def __init__(self, mesh: Mesh, sample: Sample, plane: bool = False) -> None:
@@ -47,16 +47,16 @@ class Recovered:
         self._fits: dict[
             int, tuple[Floats, Floats, float]
         ] = {}  # by corner: coefficients (c, k), middle (3,) and scale, m
-        self._left: dict[int, Floats] = {}  # by corner: mean square of what the fit leaves (k,)
+        self._left: dict[int, Floats] = {}  # by corner: mean-square residual of the fit (k,)
         self._nodal: dict[int, Floats] = {}
 
     def at(self, X: Floats) -> Floats:
-        """Values (n, k) at points X (n, 3) of the undeformed body, with the shape functions of the element."""
+        """Return values (n, k) at points X (n, 3) of the undeformed body, by the element's shape functions."""
         where = locate_points(self.mesh, X)
         return self._interpolated(where.nodes, where.N, self.at_nodes)
 
     def left(self, X: Floats) -> Floats:
-        """By how much, in the mean square, cells around X (n, 3) differ from what is recovered (n, k)."""
+        """Return the mean-square difference of cells around X (n, 3) from the recovered value (n, k)."""
         where, corners = locate_points(self.mesh, X), self.mesh.element.corners
         nodes, N = where.nodes[:, :corners], np.clip(where.N[:, :corners], 0.0, None)
         total = N.sum(axis=1, keepdims=True)
@@ -73,14 +73,14 @@ class Recovered:
         return np.array([self._left[c] for c in corners.tolist()])
 
     def at_nodes(self, nodes: Ints) -> Floats:
-        """Values at nodes (n, k)."""
+        """Return values at nodes (n, k)."""
         new = [n for n in nodes.tolist() if n not in self._nodal]
         if new:
             self._recover(np.array(new))
         return np.array([self._nodal[n] for n in nodes.tolist()])
 
     def everywhere(self) -> Floats:
-        """Values at all nodes (nodes, k)."""
+        """Return values at all nodes (nodes, k)."""
         return self.at_nodes(np.arange(len(self.mesh.points)))
 
     # ------------------------------------------------------------------ nodes from corners
@@ -96,7 +96,7 @@ class Recovered:
             self._nodal |= {n: nothing for n in nodes.tolist() if n not in parents}
 
     def _valued(self, corner: int, X: Floats) -> Floats:
-        """The polynomial of a corner at a point (k,)."""
+        """Return the polynomial of a corner at a point (k,)."""
         fit, middle, scale = self._fits[corner]
         basis = np.prod(((self._seen(X) - middle) / scale) ** self._exponents, axis=1)
         value: Floats = basis @ fit
@@ -104,7 +104,7 @@ class Recovered:
 
     @cached_property
     def _parents(self) -> dict[int, Ints]:
-        """Of every node the corners whose polynomials it takes: of a corner itself."""
+        """Corners whose polynomials each node uses; for a corner, itself."""
         mesh, element = self.mesh, self.mesh.element
         found = {int(c): np.array([c]) for c in np.unique(mesh.cells[:, : element.corners])}
         for k, ends in enumerate(element.between):
@@ -125,7 +125,7 @@ class Recovered:
 
     @cached_property
     def _points(self) -> tuple[Floats, Floats]:
-        X, values = self._sample(superconvergent(self.mesh.element))
+        X, values = self._sample(superconvergent_points(self.mesh.element))
         return self._seen(X), values
 
     @cached_property
@@ -134,11 +134,11 @@ class Recovered:
         return self._seen(X), values
 
     def _seen(self, X: Floats) -> Floats:
-        """Where points (..., 3) are for polynomials: in a plane, all at z = 0."""
+        """Return the positions (..., 3) used in polynomials: in a plane, all at z = 0."""
         return X * np.array([1.0, 1.0, 0.0]) if self._plane else X
 
     def _fitted(self, corners: Ints, known: tuple[Floats, Floats]) -> Ints:
-        """Fits of corners; those whose points determine no polynomial, which get the shortest that fits."""
+        """Fit corners; return those whose points determine no polynomial, which get the minimum-norm fit."""
         starts, cells = self._patches(corners)
         flat = [np.zeros(0, dtype=np.int64)]
         first = 0
@@ -162,7 +162,7 @@ class Recovered:
         turned = (basis * near[:, :, None]).swapaxes(1, 2)
         M = np.add.reduceat(turned @ basis, bounds[:-1], axis=0)
         b = np.add.reduceat(turned @ values, bounds[:-1], axis=0)
-        inverse, flat = _inverted(M)
+        inverse, flat = _invert(M)
         fits = inverse @ b  # (n, c, k)
         apart = ((basis @ fits[owner] - values) ** 2).sum(axis=1)
         left = np.add.reduceat(apart, bounds[:-1], axis=0) / (np.diff(bounds) * X.shape[1])[:, None]
@@ -174,7 +174,8 @@ class Recovered:
     # ------------------------------------------------------------------ patches
 
     def _few(self, cells: Ints) -> Any:
-        """Whether patches of so many cells are widened on the surface (n,).
+        """Return whether patches of so many cells are widened on the surface (n,), since linear cells and hexahedra
+        have too few layers of points there.
 
         Around a corner there, points of linear cells and of hexahedra lie in too few layers for the polynomial.
         """
@@ -183,7 +184,7 @@ class Recovered:
         return cells * self._points[0].shape[1] < ENOUGH * len(self._exponents)
 
     def _patches(self, corners: Ints) -> tuple[Ints, Ints]:
-        """Cells of the patch of each corner, one after the other, and where each begins (n + 1,)."""
+        """Return the cells of the patch of each corner, concatenated, and where each begins (n + 1,)."""
         around = self._around
         patches = around[corners].astype(np.int64)
         outer = np.flatnonzero(self._outer[corners] & self._few(np.diff(patches.indptr)))
@@ -204,14 +205,14 @@ class Recovered:
 
     @staticmethod
     def _placed(rows: Ints, count: int) -> Any:
-        """The matrix (count, len(rows)) that puts its rows back to where they were."""
+        """Return the matrix (count, len(rows)) that scatters rows back to their positions."""
         from scipy import sparse
 
         return sparse.csr_array((np.ones(len(rows)), (rows, np.arange(len(rows)))), shape=(count, len(rows)))
 
     @cached_property
     def _around(self) -> Any:
-        """Which cells have which corner: a sparse matrix (nodes, cells) of ones."""
+        """Sparse incidence matrix (nodes, cells) of ones: which cells have which corner."""
         from scipy import sparse
 
         corners = self.mesh.cells[:, : self.mesh.element.corners]
@@ -230,8 +231,10 @@ class Recovered:
         return outer
 
 
-def _inverted(M: Floats) -> tuple[Floats, Any]:
-    """The inverse of positive semi-definite matrices (n, c, c), and which are singular, whose pseudo-inverse it is."""
+def _invert(M: Floats) -> tuple[Floats, Any]:
+    """Return the inverse of positive semi-definite matrices (n, c, c), and which are singular, then their
+    pseudo-inverse.
+    """
     size = M.shape[1]
     trace = np.trace(M, axis1=1, axis2=2)
     inverse: Floats = np.linalg.inv(M + (SPECK * trace)[:, None, None] * np.eye(size))
@@ -243,7 +246,9 @@ def _inverted(M: Floats) -> tuple[Floats, Any]:
 
 
 def _exponents(element: type[Element]) -> Ints:
-    """Of the monomials that are fitted (c, 3): up to the element's order, in quadratic hexahedra along each axis."""
+    """Return exponents of the fitted monomials (c, 3): up to the element's order; along each axis for quadratic
+    hexahedra.
+    """
     each = element.family == "hexahedra" and element.order > 1
     powers = [p for p in np.ndindex(*[element.order + 1] * 3) if each or sum(p) <= element.order]
     return np.array(sorted(powers, key=sum))

@@ -1,4 +1,4 @@
-"""Cauchy stress and displacement gradients at points within cells, by the law that the cells were solved with."""
+"""Cauchy stress and displacement gradients at points inside cells, by the law used in the solution."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from softmark.records import dataclass
 from softmark.solvers.elements.element import Element
 from softmark.solvers.energies import displacement_gradient_scaling
 from softmark.solvers.materials import Isotropic, law_for, mixed_for, parts_for
-from softmark.solvers.materials.volumetric_constraints import Mixed
+from softmark.solvers.materials.volumetric_constraints import MixedSplit
 from softmark.solvers.mesh.element_interpolation import Integration, Rule, integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Floats, Mesh
 from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 
-AXIS = 1e-9  # of the extent: what is as near to the axis lies on it
+AXIS = 1e-9  # relative to the extent: closer points lie on the axis
 SYMMETRIC = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))  # xx, yy, zz, xy, yz, zx
 
 
-class NoStress(Exception):
-    """There is no law by which the stress of this model could be told; the text says why."""
+class StressUnavailable(Exception):
+    """The model has no law that gives a stress; the text gives the reason."""
 
 
 @dataclass(frozen=True)
-class State:
-    """A mesh that is deformed, and what its cells are made of.
+class DeformedState:
+    """A deformed mesh with the material of its cells.
 
-    `u` (n, 3) are displacements of its nodes in m. `way` is how the volume is kept: full | selective | mean_dilatation
-    | mixed; of `mixed`, `pressures` (m, b) are those that were solved for, Pa, positive in tension. In a `plane`
-    nothing varies along z; with `revolved` it is the meridian of a body of revolution about the y axis. Of a material
-    that varies in space `at` gives that with arrays for its constants at the points of a rule.
+    `u` (n, 3) are displacements of its nodes in m. `way` is how near-incompressibility is treated: full | selective |
+    mean_dilatation | mixed; for `mixed`, `pressures` (m, b) are the solved ones, Pa, positive in tension. In a `plane`
+    nothing varies along z; with `revolved` it is the meridian of a body of revolution about the y axis. For a material
+    that varies in space, `at` returns it with arrays for its constants at the points of a rule.
     """
 
     mesh: Mesh
@@ -45,39 +45,39 @@ class State:
     at: Callable[[Isotropic, Mesh, Rule], Isotropic] | None = None
 
     def _made_of(self, rule: Rule) -> Isotropic:
-        """The material, at the points of a rule where it varies."""
+        """Return the material, at the points of a rule if it varies."""
         return self.material if self.at is None or self.material.uniform else self.at(self.material, self.mesh, rule)
 
     def _means(self) -> Isotropic:
-        """The material of a cell as a whole: of the means of its moduli, where it varies within."""
+        """Return the material of a cell as a whole: with the means of its moduli if it varies inside."""
         rule = self.mesh.element.quadrature()
         if not (known := self._made_of(rule)).sampled:
             return known
-        from softmark.solvers.materials.heterogeneous import averaged
+        from softmark.solvers.materials.heterogeneous import average_moduli
 
-        return averaged(known, self._sizes(rule))
+        return average_moduli(known, self._sizes(rule))
 
     def _sizes(self, rule: Rule) -> Floats:
-        """The volumes of points (m, q), m^3; of a body of revolution in proportion to those of whole rings."""
+        """Return the volumes of points (m, q), m^3; for a body of revolution in proportion to those of whole rings."""
         parts = integrate_cells(self.mesh, rule=rule)
         return parts.w * (self.mesh.points[self.mesh.cells, 0] @ parts.N.T) if self.revolved else parts.w
 
     def sampled(self, rule: Rule) -> tuple[Floats, Floats, Floats]:
-        """Points X (m, q, 3) in m, Cauchy stress (m, q, 6) in Pa by SYMMETRIC, and H = du/dX (m, q, 9).
+        """Return points X (m, q, 3) in m, Cauchy stress (m, q, 6) in Pa by SYMMETRIC, and H = du/dX (m, q, 9).
 
-        Raises NoStress.
+        Raises StressUnavailable.
         """
         N = self.mesh.element.shape(rule[0])
         X = np.einsum("qa,mai->mqi", N, self.mesh.points[self.mesh.cells])
         H = self._gradient(rule)
         sigma = self._stress(H, rule)
         if not np.all(np.isfinite(sigma)):
-            raise NoStress("its stress is not a finite number in every cell")
+            raise StressUnavailable("its stress is not a finite number in every cell")
         six = np.stack([sigma[..., i, j] for i, j in SYMMETRIC], axis=-1)
         return X, six, H.reshape(*H.shape[:2], 9)
 
     def _gradient(self, rule: Rule) -> Floats:
-        """du_i/dX_J (m, q, 3, 3)."""
+        """Return du_i/dX_J (m, q, 3, 3)."""
         H = self._gradient_of(integrate_cells(self.mesh, rule=rule))
         if self.material.thin:  # it grows thinner than its nodes show
             from softmark.solvers.materials.plane_stress import thickness
@@ -87,7 +87,7 @@ class State:
         return H
 
     def _gradient_of(self, parts: Integration) -> Floats:
-        """du_i/dX_J (m, q, 3, 3), by the nodes alone."""
+        """Return du_i/dX_J (m, q, 3, 3), from the nodes only."""
         H: Floats = np.einsum("mai,mqaJ->mqiJ", self.u[self.mesh.cells], parts.dNdX, optimize=True)
         if self.revolved:  # rings grow as they move out; on the axis by as much as along x
             r, out = (parts.at_points(values[self.mesh.cells, 0]) for values in (self.mesh.points, self.u))
@@ -96,7 +96,7 @@ class State:
         return H
 
     def _stress(self, H: Floats, rule: Rule) -> Floats:
-        """Cauchy stress (m, q, 3, 3), Pa. Raises NoStress."""
+        """Return the Cauchy stress (m, q, 3, 3), Pa. Raises StressUnavailable."""
         laws = parts_for(self._made_of(rule), self.strain) if self.way == "selective" else None
         if laws is not None:  # of shear at the point, and of the volume by the mean gradient of the cell
             of_volume = (parts_for(self._means(), self.strain) or laws)[1]
@@ -108,25 +108,25 @@ class State:
         return self._held(H, rule)
 
     def _held(self, H: Floats, rule: Rule) -> Floats:
-        """P = P_shape + p dg/dF, with p that was solved for, or M times the mean of g over the cell."""
+        """Return P = P_shape + p dg/dF, with the solved p, or M times the mean of g over the cell."""
         split, F = self._split(rule), _deformation(H)
         p = self._pressed(rule) if self.way == "mixed" else self._dilated()
         P = _piola(split.shape, H) + np.broadcast_to(p, H.shape[:2]).reshape(-1, 1, 1) * split.constraint.gradient(F)
         return self._pushed(P, H)
 
-    def _split(self, rule: Rule) -> Mixed:
-        """The law in two parts at the points of a rule. Raises NoStress."""
+    def _split(self, rule: Rule) -> MixedSplit:
+        """Return the law in two parts at the points of a rule. Raises StressUnavailable."""
         if (split := mixed_for(self._made_of(rule), self.strain)) is None:
-            raise NoStress("its law has no part of the volume for a pressure to take")
+            raise StressUnavailable("its law has no part of the volume for a pressure to take")
         return split
 
     def _pressed(self, rule: Rule) -> Floats:
         if self.pressures is None:
-            raise NoStress("the pressures that belong to its displacements are not known")
+            raise StressUnavailable("the pressures that belong to its displacements are not known")
         return self.pressures @ build_pressure_space(self.mesh, rule).N.T
 
     def _dilated(self) -> Floats:
-        """The pressure of each cell (m, 1), Pa: int g dV / int 1/M dV."""
+        """Return the pressure of each cell (m, 1), Pa: int g dV / int 1/M dV."""
         rule = self.mesh.element.quadrature()
         w, split = self._sizes(rule), self._split(rule)
         H = self._gradient(rule)
@@ -137,7 +137,7 @@ class State:
         return pressure
 
     def _pushed(self, P: Floats, H: Floats) -> Floats:
-        """sigma = P F^T / J (m, q, 3, 3); where strains are small, P itself."""
+        """Return sigma = P F^T / J (m, q, 3, 3); for small strains, P itself."""
         P = P.reshape(H.shape)
         if self.strain == "small":
             return P
@@ -147,21 +147,21 @@ class State:
 
 
 def _piola(law: Any, H: Floats) -> Floats:
-    """The first Piola-Kirchhoff stress (m q, 3, 3), Pa, of H (m, q, 3, 3)."""
+    """Return the first Piola-Kirchhoff stress (m q, 3, 3), Pa, for H (m, q, 3, 3)."""
     return displacement_gradient_scaling.first_piola_stress(law, H.reshape(-1, 3, 3))
 
 
 def _deformation(H: Floats) -> Floats:
-    """F (m q, 3, 3)."""
+    """Return F (m q, 3, 3)."""
     F: Floats = np.ascontiguousarray(H.reshape(-1, 3, 3) + np.eye(3))
     return F
 
 
-def superconvergent(element: type[Element]) -> Rule:
-    """Where derivatives of an element are one order better than elsewhere, in cells that are near to parallelepipeds.
+def superconvergent_points(element: type[Element]) -> Rule:
+    """Return the points where an element's derivatives are one order better, in nearly parallelepipedal cells.
 
-    Gauss points of a rule of as many points along each axis as the order: of the linear hexahedron its centre. On
-    tetrahedra and wedges, which have no such points, those of the rule for the stiffness (Zienkiewicz and Zhu 1992).
+    They are Gauss points with as many points along each axis as the order: the centre of the linear hexahedron.
+    Tetrahedra and wedges have no such points and use the rule for the stiffness (Zienkiewicz and Zhu 1992).
     """
     if element.corners != 8:
         return element.quadrature()

@@ -1,9 +1,9 @@
-"""Stress in the cross-section of a straight bar that is pulled, bent, twisted and sheared: Saint-Venant's theory.
+"""Stress in the cross-section of a straight bar under tension, bending, torsion and shear: Saint-Venant's theory.
 
-Along the axis stress is that of Navier, N / A + M2 X3 / I2 - M3 X2 / I3. Shear stress is exact for sections that may
-warp as they like: of torsion, and of a transverse force, whose stress depends on Poisson's ratio. Its resultants are
-T, V2 and V3, and it has no part across the border. It holds about a width away from where a bar is held or loaded
-(Saint-Venant 1855). Sections are circles, rings and rectangles, X2 and X3 in m along their axes.
+Axial stress is that of Navier, N / A + M2 X3 / I2 - M3 X2 / I3. Shear stress is exact for sections that are free to
+warp: from torsion, and from a transverse force, whose stress depends on Poisson's ratio. Its resultants are T, V2 and
+V3, and it has no component normal to the border. It holds about a width away from supports and loads (Saint-Venant
+1855). Sections are circles, rings and rectangles, X2 and X3 in m along their axes.
 Sources: Love (1927), "A treatise on the mathematical theory of elasticity", sections 221 (torsion) and 231 (flexure);
 Timoshenko and Goodier (1970), "Theory of elasticity", sections 109 and 124.
 """
@@ -16,90 +16,96 @@ from softmark.solvers.mesh.cross_sections import Rectangle
 from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.mesh.shape import CircularSection, Section
 
-TERMS = 200  # of a series, those with even numbers left out: at corners what is left out is a thousandth
+TERMS = 200  # terms of the series with odd numbers: the truncation error at corners is a thousandth
 
 
-def stress_in(section: Section, poisson: float, carried: Floats, X2: Floats, X3: Floats) -> Floats:
-    """sigma_11, sigma_12 and sigma_13 (n, 3), Pa, at places (n,) of a section that has `carried` (n, 6).
+def section_stress(section: Section, poisson: float, carried: Floats, X2: Floats, X3: Floats) -> Floats:
+    """Return sigma_11, sigma_12 and sigma_13 (n, 3), Pa, at positions (n,) of a section with internal forces `carried`
+    (n, 6).
 
-    These are N, V2, V3, N, and T, M2, M3, N m. Raises TypeError for a section of which no theory is known.
+    These are N, V2, V3, N, and T, M2, M3, N m. Raises TypeError for a section without a known theory.
     """
     N, V2, V3, T, M2, M3 = carried.T
     I2, I3 = section.moments
     along = N / section.area + M2 / I2 * X3 - M3 / I3 * X2
-    twist = _twisted(section, X2, X3)
-    first, second = _sheared(section, poisson, X2, X3), _sheared(section, poisson, X2, X3, second=True)
+    twist = _torsion_stress(section, X2, X3)
+    first, second = _flexure_stress(section, poisson, X2, X3), _flexure_stress(section, poisson, X2, X3, second=True)
     across = T[:, None] * twist + V2[:, None] * first + V3[:, None] * second
     found: Floats = np.column_stack([along, across])
     return found
 
 
-def stress_in_taper(
+def tapered_section_stress(
     section: Section, rates: tuple[float, float], poisson: float, carried: Floats, X2: Floats, X3: Floats
 ) -> Floats:
-    """The same where the sides of the section grow along the axis by `rates`, 1/m, of themselves, to their first power.
+    """Return the stress in a tapered bar whose section sides grow along the axis at relative `rates`, 1/m, to first
+    order.
 
-    What goes along the axis follows the sides, sigma_11 (1, c2 X2, c3 X3), so that none of it crosses a border that
-    leans. It takes c3 M2 of V3 and -c2 M3 of V2 along; what is left is sheared as in a straight bar. So is equilibrium
-    met, and in a wedge that is bent at its tip nothing is left (Michell 1900). Raises TypeError.
+    Axial fibres follow the sides, sigma_11 (1, c2 X2, c3 X3), so that no traction crosses an inclined border. They
+    carry c3 M2 of V3 and -c2 M3 of V2; the rest of the shear is distributed as in a straight bar. So equilibrium is
+    satisfied, and a wedge bent at its tip has no rest (Michell 1900). Raises TypeError.
     """
     c2, c3 = rates
     own = carried.copy()
     own[:, 1] += c2 * carried[:, 5]
     own[:, 2] -= c3 * carried[:, 4]
-    found = stress_in(section, poisson, own, X2, X3)
+    found = section_stress(section, poisson, own, X2, X3)
     found[:, 1] += found[:, 0] * c2 * X2
     found[:, 2] += found[:, 0] * c3 * X3
     return found
 
 
-def _twisted(section: Section, X2: Floats, X3: Floats) -> Floats:
-    """Shear stress (n, 2), Pa, along X2 and X3, of a torque of 1 N m. Raises TypeError."""
+def _torsion_stress(section: Section, X2: Floats, X3: Floats) -> Floats:
+    """Return the shear stress (n, 2), Pa, along X2 and X3, for a torque of 1 N m. Raises TypeError."""
     if isinstance(section, CircularSection):
         return np.stack([-X3, X2], axis=1) / section.torsion
     if not isinstance(section, Rectangle):
         raise TypeError(f"nothing is known of the stress in a {type(section).__name__}")
     if section.width <= section.height:
-        return _twisted_rectangle(0.5 * section.width, 0.5 * section.height, section.torsion, X2, X3)
-    turned = _twisted_rectangle(0.5 * section.height, 0.5 * section.width, section.torsion, X3, -X2)
+        return _rectangle_torsion_stress(0.5 * section.width, 0.5 * section.height, section.torsion, X2, X3)
+    turned = _rectangle_torsion_stress(0.5 * section.height, 0.5 * section.width, section.torsion, X3, -X2)
     return np.stack([-turned[:, 1], turned[:, 0]], axis=1)
 
 
-def _twisted_rectangle(a: float, b: float, J: float, x: Floats, y: Floats) -> Floats:
-    """Of half sides a <= b along x and y (n, 2): derivatives of Prandtl's function, by y and by -x, over G theta J."""
+def _rectangle_torsion_stress(a: float, b: float, J: float, x: Floats, y: Floats) -> Floats:
+    """Return derivatives of Prandtl's function, by y and by -x, over G theta J, for half sides a <= b along x, y (n,
+    2).
+    """
     n = 2.0 * np.arange(TERMS) + 1.0
     k: Floats = np.asarray(0.5 * np.pi * n / a, dtype=np.float64)
     sign = (-1.0) ** np.arange(TERMS)
-    sine, cosine = _hyperbolic(k, y, b)
+    sine, cosine = _hyperbolic_ratios(k, y, b)
     weight = 16.0 * a / np.pi**2 * sign / n**2
     along_x = -(weight * sine * np.cos(np.outer(x, k))).sum(axis=1)
     along_y = 2.0 * x - (weight * cosine * np.sin(np.outer(x, k))).sum(axis=1)
     return np.stack([along_x, along_y], axis=1) / J
 
 
-def _hyperbolic(k: Floats, y: Floats, b: float) -> tuple[Floats, Floats]:
-    """sinh(k y) / cosh(k b) and cosh(k y) / cosh(k b) (n, terms), |y| <= b."""
+def _hyperbolic_ratios(k: Floats, y: Floats, b: float) -> tuple[Floats, Floats]:
+    """Return sinh(k y) / cosh(k b) and cosh(k y) / cosh(k b) (n, terms), |y| <= b."""
     up, down = np.exp(np.outer(y - b, k)), np.exp(np.outer(-y - b, k))
     whole = 1.0 + np.exp(-2.0 * b * k)
     return (up - down) / whole, (up + down) / whole
 
 
-def _sheared(section: Section, poisson: float, X2: Floats, X3: Floats, second: bool = False) -> Floats:
-    """Shear stress (n, 2), Pa, along X2 and X3, of 1 N along X2, or along X3 as the `second`. Raises TypeError."""
+def _flexure_stress(section: Section, poisson: float, X2: Floats, X3: Floats, second: bool = False) -> Floats:
+    """Return the shear stress (n, 2), Pa, along X2 and X3, for 1 N along X2, or along X3 if `second`. Raises TypeError."""
     x, y = (X3, X2) if second else (X2, X3)
     I = section.moments[0 if second else 1]
     if isinstance(section, CircularSection):
-        own = _sheared_ring(section.radius, section.hollow or 0.0, poisson, I, x, y)
+        own = _ring_flexure_stress(section.radius, section.hollow or 0.0, poisson, I, x, y)
     elif isinstance(section, Rectangle):
         a, b = (0.5 * e for e in (section.extents[::-1] if second else section.extents))
-        own = _sheared_rectangle(a, b, poisson, I, x, y)
+        own = _rectangle_flexure_stress(a, b, poisson, I, x, y)
     else:
         raise TypeError(f"nothing is known of the stress in a {type(section).__name__}")
     return own[:, ::-1] if second else own
 
 
-def _sheared_ring(a: float, b: float, nu: float, I: float, x: Floats, y: Floats) -> Floats:
-    """Of radii a > b, along and across a force of 1 N along x (n, 2): Love's flexure function, section 231."""
+def _ring_flexure_stress(a: float, b: float, nu: float, I: float, x: Floats, y: Floats) -> Floats:
+    """Return the stress along and across a force of 1 N along x (n, 2), radii a > b: Love's flexure function, section
+    231.
+    """
     r2 = np.maximum(x * x + y * y, np.finfo(np.float64).tiny)
     c, inside = 0.75 + 0.5 * nu, (a * b) ** 2 / r2**2 if b else np.zeros_like(x)
     along = c * (a * a + b * b + inside * (y * y - x * x)) - 0.75 * (x * x - y * y)
@@ -108,14 +114,15 @@ def _sheared_ring(a: float, b: float, nu: float, I: float, x: Floats, y: Floats)
     return np.stack([along, across], axis=1) / (2.0 * (1.0 + nu) * I)
 
 
-def _sheared_rectangle(a: float, b: float, nu: float, I: float, x: Floats, y: Floats) -> Floats:
-    """Of half sides a along a force of 1 N, and b across it (n, 2): a parabola, and what Poisson's ratio moves.
+def _rectangle_flexure_stress(a: float, b: float, nu: float, I: float, x: Floats, y: Floats) -> Floats:
+    """Return the stress for half sides a along a force of 1 N, and b across it (n, 2): a parabola plus a Poisson term.
 
-    That is phi with nabla^2 phi = nu y / (I (1 + nu)), zero on the border; without the sum it is that of a wide one.
+    The latter is phi with nabla^2 phi = nu y / (I (1 + nu)), zero on the border; without the series it is that of a
+    wide one.
     """
     n = np.arange(1.0, TERMS + 1.0)
     k, weight = n * np.pi / b, 12.0 * (-1.0) ** n / (n * np.pi) ** 2
-    sine, cosine = _hyperbolic(k, x, a)
+    sine, cosine = _hyperbolic_ratios(k, x, a)
     c = nu / (6.0 * I * (1.0 + nu))
     by_y = 3.0 * y * y - b * b - b * b * (weight * cosine * np.cos(np.outer(y, k))).sum(axis=1)
     by_x = -b * b * (weight * sine * np.sin(np.outer(y, k))).sum(axis=1)

@@ -1,4 +1,4 @@
-"""Numbers of a stress or a strain: components, principal values, von Mises; stretches of fibres and of volumes."""
+"""Scalar measures of stress and strain: components, principal values, von Mises; stretches of fibres and of volumes."""
 
 from __future__ import annotations
 
@@ -28,18 +28,20 @@ class Tensors:
 
     @property
     def cauchy(self) -> Floats:
-        """(n, 3, 3), Pa."""
-        return full(self.six)
+        """Return the Cauchy stress (n, 3, 3), Pa."""
+        return full_tensors(self.six)
 
     @property
     def F(self) -> Floats:
-        """Deformation gradients (n, 3, 3)."""
+        """Return the deformation gradients (n, 3, 3)."""
         F: Floats = self.H.reshape(-1, 3, 3) + np.eye(3)
         return F
 
     @property
     def nominal(self) -> Floats:
-        """First Piola-Kirchhoff stress J sigma F^-T (n, 3, 3), Pa: [i, J] is the force along i per area across J."""
+        """Return the first Piola-Kirchhoff stress J sigma F^-T (n, 3, 3), Pa: [i, J] is the force along i per area
+        across J.
+        """
         if self.small:
             return self.cauchy
         F = self.F
@@ -47,7 +49,9 @@ class Tensors:
         return P
 
     def strain(self, measure: str) -> Floats:
-        """(n, 3, 3): green (F^T F - I)/2, biot U - I, logarithmic ln U; all are sym H where strains are small."""
+        """Return a strain (n, 3, 3): green (F^T F - I)/2, biot U - I, logarithmic ln U; all are sym H for small
+        strains.
+        """
         H = self.H.reshape(-1, 3, 3)
         turned = H.swapaxes(1, 2)
         if self.small:
@@ -61,7 +65,7 @@ class Tensors:
         return found
 
     def stretches(self, component: str) -> Floats:
-        """Principal stretches, those of fibres that lay along an axis, or the volume ratio (n,)."""
+        """Return principal stretches, those of fibres along an undeformed axis, or the volume ratio (n,)."""
         if component == "volume":
             H = self.H.reshape(-1, 3, 3)
             ratio: Floats = 1.0 + np.trace(H, axis1=1, axis2=2) if self.small else np.linalg.det(self.F)
@@ -71,15 +75,15 @@ class Tensors:
             H = self.H.reshape(-1, 3, 3)
             grown: Floats = 1.0 + H[:, axis, axis] if self.small else np.linalg.norm(self.F[:, :, axis], axis=1)
             return grown
-        return 1.0 + principal(self.strain("biot"), component)
+        return 1.0 + principal_value(self.strain("biot"), component)
 
 
 @dataclass(frozen=True)
-class Sides:
+class TensorsBySide:
     """Tensors at points, one for each material that meets there: a row for every pair of a point and a material.
 
-    `rows` (k,) are numbers of points in rising order, `materials` (k,) numbers of materials, `tensors` those of the k
-    pairs. A point inside one material has one row, a point on an interface one for each side.
+    `rows` (k,) are point numbers in ascending order, `materials` (k,) material numbers, `tensors` those of the k pairs.
+    A point inside one material has one row, a point on an interface one for each side.
     """
 
     rows: Ints
@@ -87,25 +91,25 @@ class Sides:
     tensors: Tensors
 
     def per_row(self, amounts: Floats) -> Floats:
-        """Amounts of the points (n,), divided evenly among the sides of each point (k,)."""
+        """Return amounts of the points (n,), divided evenly among the sides of each point (k,)."""
         divided: Floats = amounts[self.rows] / np.bincount(self.rows, minlength=len(amounts))[self.rows]
         return divided
 
     def averaged(self, count: int) -> Tensors:
-        """The mean of both sides at each of `count` points."""
+        """Return the mean of all sides at each of `count` points."""
         share = self.per_row(np.ones(count))[:, None]
         six, H = np.zeros((count, 6)), np.zeros((count, 9))
         np.add.at(six, self.rows, share * self.tensors.six)
         np.add.at(H, self.rows, share * self.tensors.H)
         return Tensors(six, H, self.tensors.small)
 
-    def only(self, materials: Ints) -> Sides:
-        """The rows of some materials, and all rows of points that have none of these."""
+    def only(self, materials: Ints) -> TensorsBySide:
+        """Return the rows of some materials, and all rows of points that have none of these."""
         own = np.isin(self.materials, materials)
         none = np.bincount(self.rows, own, minlength=int(self.rows.max(initial=-1)) + 1)[self.rows] == 0.0
         kept = own | none
         tensors = Tensors(self.tensors.six[kept], self.tensors.H[kept], self.tensors.small)
-        return Sides(self.rows[kept], self.materials[kept], tensors)
+        return TensorsBySide(self.rows[kept], self.materials[kept], tensors)
 
     @property
     def two_valued(self) -> Any:
@@ -113,34 +117,34 @@ class Sides:
         return np.bincount(self.rows)[self.rows] > 1
 
 
-def full(six: Floats) -> Floats:
-    """Symmetric tensors (n, 3, 3) of their components (n, 6)."""
+def full_tensors(six: Floats) -> Floats:
+    """Return symmetric tensors (n, 3, 3) from their components (n, 6)."""
     found = np.empty((len(six), 3, 3))
     for k, (i, j) in enumerate(SYMMETRIC):
         found[:, i, j] = found[:, j, i] = six[:, k]
     return found
 
 
-def principal(tensors: Floats, component: str) -> Floats:
-    """The largest (principal_1), middle or least (principal_3) eigenvalue of symmetric tensors (n, 3, 3): (n,)."""
+def principal_value(tensors: Floats, component: str) -> Floats:
+    """Return the largest (principal_1), middle or least (principal_3) eigenvalue of symmetric tensors (n, 3, 3): (n,)."""
     values: Floats = np.linalg.eigvalsh(tensors)[:, 3 - int(component[-1])].astype(np.float64)
     return values
 
 
 def von_mises(sigma: Floats) -> Floats:
-    """sqrt(3/2 s : s) of stresses (n, 3, 3), s their deviators: (n,), Pa."""
+    """Return sqrt(3/2 s : s) of stresses (n, 3, 3), s their deviators: (n,), Pa."""
     s = sigma - np.trace(sigma, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)
     value: Floats = np.sqrt(1.5 * (s**2).sum(axis=(1, 2)))
     return value
 
 
-def component_of(tensors: Floats, component: str) -> Floats:
-    """A number of each tensor (n, 3, 3): (n,), in their unit."""
+def extract_component(tensors: Floats, component: str) -> Floats:
+    """Return a scalar measure of each tensor (n, 3, 3): (n,), in their unit."""
     if component in AXES:
         i, j = AXES[component]
         return tensors[:, i, j]
     if component.startswith("principal"):
-        return principal(tensors, component)
+        return principal_value(tensors, component)
     return OTHERS[component](tensors)
 
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from softmark.solvers.contact.rigid_contact import RigidContact
 from softmark.solvers.dynamics import INTEGRATORS
-from softmark.solvers.dynamics.dynamic_contact import Impact
+from softmark.solvers.dynamics.dynamic_contact import DynamicContacts
 from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import MotionNotConverged
 from softmark.solvers.energies.elastic_energy import Elastic
@@ -34,7 +34,9 @@ def main(steps: int, integrator: str, uncut: bool = True, friction: float = 0.0)
     from test_impact import dropped
 
     problem, edge = dropped(_law, _elastic, integrator, uncut, friction)
-    impact = Impact([e for e in problem.assembly.loads if isinstance(e, RigidContact)], problem.courses[1:], ())
+    impact = DynamicContacts(
+        [e for e in problem.assembly.loads if isinstance(e, RigidContact)], problem.courses[1:], ()
+    )
     known: dict[str, Any] = {"number": 0, "least": np.inf, "cut": 0.0}
 
     def look(motion: Any) -> None:

@@ -20,7 +20,7 @@ import numpy as np
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
-from softmark.solvers.dynamics.implicit_step import System
+from softmark.solvers.dynamics.implicit_step import DynamicSystem
 from softmark.solvers.dynamics.integrator import Motion, StepFailed
 from softmark.solvers.dynamics.mass_matrices import lumped_mass, mass_points
 from softmark.solvers.energies.corotational_tets import CorotationalTets
@@ -121,18 +121,18 @@ def damped(some: Configuration, problem: Dynamics) -> Dynamics:
     """With Rayleigh damping in units of the critical step that there would be without."""
     if not (some.alpha or some.beta):
         return problem
-    h = System(problem, 1.0).frequencies.critical_step(problem.rest, 0.0)
+    h = DynamicSystem(problem, 1.0).frequencies.critical_step(problem.rest, 0.0)
     return replace(problem, damping=Rayleigh(some.alpha / h, some.beta * h))
 
 
 def computed(problem: Dynamics) -> float:
     """What the integrator takes for critical, s."""
-    return System(problem, 1.0).frequencies.critical_step(problem.rest, 0.0)
+    return DynamicSystem(problem, 1.0).frequencies.critical_step(problem.rest, 0.0)
 
 
 def grows(problem: Dynamics, step: float) -> bool:
     """Whether steps of this length blow up what they start from."""
-    system = System(problem, step)
+    system = DynamicSystem(problem, step)
     free, rng = system.forces.free, np.random.default_rng(7)
     v = np.zeros(problem.rest.size)
     v[free] = SPEED * rng.standard_normal(len(free)) / step

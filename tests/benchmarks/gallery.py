@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from gallery_pictures import picture_of
 
-from softmark.interpreter.documentation.scene_gallery import NUMBERS, PICTURES, known, text_hash
+from softmark.interpreter.documentation.scene_gallery import NUMBERS, PICTURES, load_results, text_hash
 from softmark.interpreter.language.scene_sources import standard_scenes
 
 if TYPE_CHECKING:
@@ -42,10 +42,10 @@ def main() -> None:
         return
     PICTURES.mkdir(parents=True, exist_ok=True)
     for name in parsed.scenes or sorted(standard_scenes(), key=lambda n: n.startswith(LAST)):
-        if parsed.fresh or known().get(name, {}).get("sha256") != text_hash(name):
+        if parsed.fresh or load_results().get(name, {}).get("sha256") != text_hash(name):
             found = _run(name, parsed.timeout)
             if found is not None:
-                _keep({**known(), name: found})
+                _keep({**load_results(), name: found})
 
 
 def _keep(found: dict[str, Json]) -> None:

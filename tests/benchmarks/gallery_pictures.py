@@ -27,7 +27,7 @@ from softmark.interpreter.report.run.report_summary import Findings
 from softmark.interpreter.report.view3d.shapes_section import _drawable
 from softmark.interpreter.report.view3d.still_picture import axes_of
 from softmark.interpreter.report.view3d.view_camera import view_of
-from softmark.interpreter.results.run_report import SeenSurface
+from softmark.interpreter.results.run_report import DrawnSurface
 from softmark.records import dataclass
 
 Floats = NDArray[np.float64]
@@ -52,18 +52,18 @@ def picture_of(report: Report, file: Path) -> Json | None:
     return _curves(report, curves, file) if curves else None
 
 
-def _chosen(report: Report) -> dict[str, SeenSurface]:
+def _chosen(report: Report) -> dict[str, DrawnSurface]:
     """A reference and the first models, or of those that look alike and have no error one."""
     known = {**dict(list(report.references.items())[:1]), **report.models}
     given = {n: r.shape for n, r in known.items() if r.shape is not None and _drawable(r.shape)}
-    kept: dict[str, SeenSurface] = {}
+    kept: dict[str, DrawnSurface] = {}
     for name, shape in given.items():
         if shape.error is not None or not any(_alike(shape, other) for other in kept.values()):
             kept[name] = shape
     return dict(list(kept.items())[:PANELS])
 
 
-def _alike(one: SeenSurface, other: SeenSurface) -> bool:
+def _alike(one: DrawnSurface, other: DrawnSurface) -> bool:
     first, second = (np.array([s.position.min(axis=0), s.position.max(axis=0)]) for s in (one, other))
     return bool(np.abs(first - second).max() < ALIKE * np.ptp(first, axis=0).max())
 
@@ -77,13 +77,13 @@ class _Colours:
     low: float = 0.0
     high: float = 0.0
 
-    def values(self, shape: SeenSurface) -> Floats | None:
+    def values(self, shape: DrawnSurface) -> Floats | None:
         """At the points (n,) of a shape; None of one that does not have it."""
         if self.unit and self.words.startswith("distance"):
             return shape.error
         return next((c.values for c in shape.carried if self.unit and c.words == self.words), None)
 
-    def of(self, shape: SeenSurface) -> list[str]:
+    def of(self, shape: DrawnSurface) -> list[str]:
         """A colour for each triangle."""
         found, span = self.values(shape), self.high - self.low or 1.0
         if found is None:
@@ -91,7 +91,7 @@ class _Colours:
         return [viridis((float(v) - self.low) / span) for v in found[shape.triangles].mean(axis=1)]
 
 
-def _colours(shapes: dict[str, SeenSurface]) -> _Colours:
+def _colours(shapes: dict[str, DrawnSurface]) -> _Colours:
     """Errors first; their scale, and that of numbers, leaves out the most extreme points."""
     errors = [s.error for s in shapes.values() if s.error is not None and len(s.error)]
     measured = next((s.measured_from for s in shapes.values() if s.measured_from), None)
@@ -105,7 +105,7 @@ def _colours(shapes: dict[str, SeenSurface]) -> _Colours:
     return _Colours(carried[0].words, carried[0].unit, low, high) if high > low else _Colours()
 
 
-def _shapes(report: Report, shapes: dict[str, SeenSurface], file: Path) -> Json:
+def _shapes(report: Report, shapes: dict[str, DrawnSurface], file: Path) -> Json:
     axes, colours = axes_of(view_of(Findings(report), shapes.values())), _colours(shapes)
     low, high = _box(shapes, axes[:2].T)
     across, up = np.maximum(high - low, 1e-12)
@@ -127,7 +127,7 @@ def _short(value: float) -> float:
     return float(f"{value:.3g}")
 
 
-def _box(shapes: dict[str, SeenSurface], across: Floats) -> tuple[Floats, Floats]:
+def _box(shapes: dict[str, DrawnSurface], across: Floats) -> tuple[Floats, Floats]:
     """The corners (2,) of all that is drawn, m."""
     drawn = [
         X for s in shapes.values() for X in (s.position, *_rest(s), *(i.at(-1) for i in s.instruments if _near(i.X, s)))
@@ -136,17 +136,17 @@ def _box(shapes: dict[str, SeenSurface], across: Floats) -> tuple[Floats, Floats
     return flat.min(axis=0), flat.max(axis=0)
 
 
-def _rest(shape: SeenSurface) -> list[Floats]:
+def _rest(shape: DrawnSurface) -> list[Floats]:
     """Where what moves or has several states began."""
     return [] if shape.frames is None else [shape.frames[0]]
 
 
-def _near(X: Floats, shape: SeenSurface) -> bool:
+def _near(X: Floats, shape: DrawnSurface) -> bool:
     """Whether a rigid body is no larger than a few of the body: planes without end are not drawn."""
     return float(np.ptp(X, axis=0).max()) < 4.0 * float(np.ptp(shape.position, axis=0).max())
 
 
-def _panel(panel: Axes, shape: SeenSurface, axes: Floats, colours: _Colours) -> None:
+def _panel(panel: Axes, shape: DrawnSurface, axes: Floats, colours: _Colours) -> None:
     for X in _rest(shape):
         _draw(panel, X, shape.triangles, axes, [REST] * len(shape.triangles), 0.25)
     _draw(panel, shape.position, shape.triangles, axes, colours.of(shape), 1.0)

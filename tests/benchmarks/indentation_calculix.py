@@ -225,14 +225,14 @@ def of_scene(text: str, model: str = "") -> tuple[Floats, Any]:
     """Points (n, 3), mm, and cells that a model of a scene (its first, if none is named) is solved on."""
     import softmark
     from softmark.interpreter.pipeline import model_runs, probe_sampling, run_state
-    from softmark.interpreter.pipeline.run_options import Options
+    from softmark.interpreter.pipeline.run_options import RunOptions
     from softmark.interpreter.planning.run_plan import plan_of
 
     scene = softmark.loads(text).scene
     plan = plan_of(scene, (model,) if model else ())
-    work = run_state.works_of(scene, plan, Options(draw=False), [])[0]
-    probe_sampling.place(work)
-    model_runs.prepare(work)
+    work = run_state.make_state_runs(scene, plan, RunOptions(draw=False), [])[0]
+    probe_sampling.place_probes(work)
+    model_runs.prepare_models(work)
     mesh = work.prepared[model or plan.models[0]][0].mesh
     return 1e3 * mesh.points, mesh.cells
 

@@ -22,7 +22,7 @@ import indented
 
 from softmark import loads
 from softmark.interpreter.pipeline import model_runs, probe_sampling, run_state
-from softmark.interpreter.pipeline.run_options import Options
+from softmark.interpreter.pipeline.run_options import RunOptions
 from softmark.interpreter.planning.run_plan import plan_of
 
 CUBE = """softmark 1
@@ -48,9 +48,9 @@ def prepared(text: str) -> list[Any]:
     """Of every state, warm."""
     scene = loads(text).scene
     found = []
-    for work in run_state.works_of(scene, plan_of(scene, ()), Options(draw=False), []):
-        probe_sampling.place(work)
-        model_runs.prepare(work)
+    for work in run_state.make_state_runs(scene, plan_of(scene, ()), RunOptions(draw=False), []):
+        probe_sampling.place_probes(work)
+        model_runs.prepare_models(work)
         found.append(work.prepared["cells"][0])
     found[0].warm()
     return found

@@ -17,8 +17,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "shared"))
 import indented
 
 from softmark import loads
-from softmark.interpreter.pipeline.run_options import Options, Sound
-from softmark.interpreter.pipeline.run_pipeline import report_of
+from softmark.interpreter.pipeline.run_options import CheckedScene, RunOptions
+from softmark.interpreter.pipeline.run_pipeline import run_to_report
 
 CELLS = [f"{element}:{size}" for element in ("quad4, integration = selective", "quad8") for size in (2, 1, 0.5)]
 
@@ -34,7 +34,9 @@ def main() -> None:
         for i, travel in enumerate(indented.TRAVELS):
             text = indented.CYLINDER.format(element=element, size=size, travel=1e5 * travel)
             scene = loads(text)
-            found = report_of(Sound(scene.scene, scene.warnings), Options(draw=False, stated=())).models["quads"]
+            found = run_to_report(CheckedScene(scene.scene, scene.warnings), RunOptions(draw=False, stated=())).models[
+                "quads"
+            ]
             cells = []
             for name, (table, known) in indented.TOLD.items():
                 off = found.metrics[name].value - table[i]

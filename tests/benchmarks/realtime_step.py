@@ -37,7 +37,7 @@ from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.dynamic_problem import Dynamics
 from softmark.solvers.dynamics.integrator import Motion
 from softmark.solvers.dynamics.time_integration import march
-from softmark.solvers.dynamics.trajectory import Trajectory, timing
+from softmark.solvers.dynamics.trajectory import Trajectory, summarize_timing
 from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.energy import Floats
@@ -89,7 +89,7 @@ def let_go(mesh: Mesh, problem: Dynamics, seconds: float) -> tuple[Trajectory, F
 
 def row(name: str, path: Trajectory, tip: Floats, tight: Floats) -> str:
     """One line of the table."""
-    cost = timing(1e3 * path.cpu)
+    cost = summarize_timing(1e3 * path.cpu)
     at = len(tight) - 1
     off = np.linalg.norm(tip[at] - tight[at]) / np.linalg.norm(tight[at])
     x, _, z = 1e3 * tip[at]

@@ -21,7 +21,7 @@ import numpy as np
 from closed_forms import Case, cases
 
 from softmark.interpreter.api.python_api import loads
-from softmark.interpreter.pipeline.run_pipeline import Options, run
+from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
 from softmark.interpreter.verification import error_estimate
 
 EXACT = 1e-7  # of the scale of a quantity: true errors below it have no ratio
@@ -45,10 +45,10 @@ def rows(case: Case) -> Iterator[dict[str, Any]]:
     for i, made in enumerate(case.models):
         name = f"m{i}"
         options = Options(only=(name,), draw=False, stated=(name,))
-        run(scene.scene, list(scene.warnings), options)  # whatever is compiled, is
+        run_scene(scene.scene, list(scene.warnings), options)  # whatever is compiled, is
         error_estimate.stated = timed
         try:
-            model = run(scene.scene, list(scene.warnings), options).models[name]
+            model = run_scene(scene.scene, list(scene.warnings), options).models[name]
         finally:
             error_estimate.stated = plain
         took = sum(t.median for n in ("setup_cpu_s", "solve_cpu_s") if (t := model.time.get(n)))

@@ -19,10 +19,10 @@ from scipy.sparse.linalg import splu
 
 from softmark.interpreter.vocabulary.fiber_words import Helix
 from softmark.records import dataclass
-from softmark.solvers.materials.active_stress import Tension
+from softmark.solvers.materials.active_stress import ActiveTension
 from softmark.solvers.materials.guccione import Guccione
-from softmark.solvers.materials.heterogeneous import Varying
-from softmark.solvers.materials.material_axes import Frame
+from softmark.solvers.materials.heterogeneous import HeterogeneousLaw
+from softmark.solvers.materials.material_axes import MaterialFrame
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -81,8 +81,11 @@ def section(through: int, along: int) -> Section:
         B[:, :, row, of + unknown] = G[..., axis]
     winding = Helix(0.5 * np.pi, -0.5 * np.pi, INNER[0], INNER[1], OUTER[0], OUTER[1])
     fibres, sheets = winding.at(np.stack([R.ravel(), 0.0 * R.ravel(), Z.ravel()], axis=1))
-    frame = Frame.at(fibres, sheets, R.shape)
-    law, pull = Varying(Guccione(2e3, 8.0, 2.0, 4.0, 1.0, frame, None)), Varying(Tension(TENSION, frame))
+    frame = MaterialFrame.at(fibres, sheets, R.shape)
+    law, pull = (
+        HeterogeneousLaw(Guccione(2e3, 8.0, 2.0, 4.0, 1.0, frame, None)),
+        HeterogeneousLaw(ActiveTension(TENSION, frame)),
+    )
     return Section(X, cells, numbers, B, R, w, np.array([(1.0, x, y) for x, y, _ in local]), law, pull)
 
 

@@ -34,7 +34,7 @@ from softmark.interpreter.models import MODELS
 from softmark.interpreter.models.model_builders import build, load
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.models.shared.prepared_model import Workshop
-from softmark.interpreter.pipeline.run_pipeline import Options, run
+from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
 from softmark.interpreter.problem.body_case import Case, case_for, case_of
 from softmark.interpreter.problem.probe_points import place_of
 from softmark.interpreter.results.run_report import ModelKind, ModelResult
@@ -383,7 +383,7 @@ def check_result(words: str, before: str = "", analysis: str = "") -> ModelResul
     scene, found = scene_of(f"{body}{CLAMP}{LOOK}{analysis}load push = gravity(1 m/s^2)\n"
                             f"metric sag = displacement(tip, along = -z)\n{before}model m = {words}\n")  # fmt: skip
     assert errors(found) == []
-    report = run(scene, found, Options(draw=False, stated=()))
+    report = run_scene(scene, found, Options(draw=False, stated=()))
     own = report.to_json()["models"]["m"]
     json.dumps(own, allow_nan=False)
     assert {"status", "message", "outline", "size", "solve", "time", "probes", "metrics", "loads"} <= set(own)

@@ -12,7 +12,7 @@ from editor_texts import SCENE, completed, hovered, marked, signed
 from lsprotocol import types
 
 from softmark.interpreter.language import units
-from softmark.interpreter.language_server.code_completion import plain
+from softmark.interpreter.language_server.code_completion import remove_placeholders
 from softmark.interpreter.language_server.text_document import Document
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
@@ -113,7 +113,7 @@ def test_a_call_comes_with_its_fields_and_what_is_declared() -> None:
     [("fem(element = ${1:tet4}, strain = ${2:small})$0", "fem(element = tet4, strain = small)"), ("sin($1)", "sin()")],
 )
 def test_an_editor_without_snippets_gets_their_text(snippet: str, text: str) -> None:
-    assert plain(snippet) == text
+    assert remove_placeholders(snippet) == text
 
 
 def test_files_are_those_of_the_folder_of_the_scene(tmp_path: Path) -> None:

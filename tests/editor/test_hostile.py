@@ -15,7 +15,7 @@ pytest.importorskip("lsprotocol")
 from editor_texts import SCENE, answers
 from lsprotocol import types
 
-from softmark.interpreter.language_server.open_documents import changed
+from softmark.interpreter.language_server.open_documents import apply_change
 from softmark.interpreter.language_server.text_document import Document
 from softmark.scenes import ROOT
 
@@ -79,7 +79,7 @@ def test_changes_of_parts_come_to_the_same_text(breaks: str) -> None:
         new = pick.choice(pieces)
         at = types.Range(document.position(start), document.position(end))
         expected = text[:start] + new + text[end:]
-        text = changed(document, types.TextDocumentContentChangePartial(range=at, text=new))
+        text = apply_change(document, types.TextDocumentContentChangePartial(range=at, text=new))
         assert text == expected
 
 

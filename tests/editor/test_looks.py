@@ -20,7 +20,7 @@ from softmark.interpreter.language_server import (
     quick_fixes,
     semantic_tokens,
 )
-from softmark.interpreter.language_server.request_refused import Refused, quietly
+from softmark.interpreter.language_server.request_refused import RequestRefused, silence_refusals
 
 pytestmark = pytest.mark.slow
 
@@ -57,7 +57,7 @@ def test_an_outline_has_every_declaration_with_its_constructor(tmp_path: Path) -
 
 def test_names_are_found_in_all_that_is_open(tmp_path: Path) -> None:
     own = marked(TEXT, tmp_path)
-    found = document_symbols.everywhere(own.opened, types.WorkspaceSymbolParams("GE"))
+    found = document_symbols.find_workspace_symbols(own.opened, types.WorkspaceSymbolParams("GE"))
     assert [(s.name, s.location.uri) for s in found] == [("gel", own.uri), ("edges", own.uri)]
 
 
@@ -98,17 +98,17 @@ def test_every_word_has_the_colour_of_its_meaning(tmp_path: Path) -> None:
 
 def test_a_text_is_given_its_canonical_form_and_left_alone_where_it_cannot_be_read(tmp_path: Path) -> None:
     own = marked("param a=1 mm\nparam   bc =2 mm\n", tmp_path)
-    edits = document_formatting.formatted(own.document, NOTHING)
+    edits = document_formatting.format_document(own.document, NOTHING)
     assert after(own.document, edits) == "param a  = 1 mm\nparam bc = 2 mm\n"
-    assert document_formatting.formatted(marked(after(own.document, edits), tmp_path).document, NOTHING) == []
-    with pytest.raises(Refused, match="left as it is: line 2 cannot be read, E104"):
-        document_formatting.formatted(marked("param a=1 mm\nparam b = (1\n", tmp_path).document, NOTHING)
+    assert document_formatting.format_document(marked(after(own.document, edits), tmp_path).document, NOTHING) == []
+    with pytest.raises(RequestRefused, match="left as it is: line 2 cannot be read, E104"):
+        document_formatting.format_document(marked("param a=1 mm\nparam b = (1\n", tmp_path).document, NOTHING)
 
 
 def test_a_refusal_leaves_no_traceback_in_an_editor_s_panel_and_a_fault_does(caplog: pytest.LogCaptureFixture) -> None:
-    quietly()
-    quietly()  # of two servers in a process
-    for problem in (Refused("left as it is"), ValueError("a fault")):
+    silence_refusals()
+    silence_refusals()  # of two servers in a process
+    for problem in (RequestRefused("left as it is"), ValueError("a fault")):
         try:
             raise problem
         except Exception:

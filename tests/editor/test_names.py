@@ -12,7 +12,7 @@ from lsprotocol import types
 from marked import Marked, after, marked
 
 from softmark.interpreter.language_server import go_to_definition, rename_symbol
-from softmark.interpreter.language_server.request_refused import Refused
+from softmark.interpreter.language_server.request_refused import RequestRefused
 
 pytestmark = pytest.mark.slow
 
@@ -137,5 +137,5 @@ def test_a_name_of_another_file_changes_there_and_in_all_scenes_that_use_it(tmp_
     ],
 )  # fmt: skip
 def test_a_name_that_cannot_be_is_refused_with_the_reason(text: str, new: str, reason: str, tmp_path: Path) -> None:
-    with pytest.raises(Refused, match=reason):
+    with pytest.raises(RequestRefused, match=reason):
         renamed(marked(text, tmp_path), new)

@@ -23,7 +23,7 @@ from pygls.exceptions import JsonRpcException
 from pytest_lsp import LanguageClient
 
 from softmark.interpreter.language_server import server
-from softmark.interpreter.language_server.request_refused import Refused
+from softmark.interpreter.language_server.request_refused import RequestRefused
 from softmark.interpreter.language_server.text_document import Document
 from softmark.scenes import ROOT
 
@@ -85,7 +85,7 @@ def asked(document: Document, method: str, params: type[Any], more: dict[str, An
     answer = getattr(import_module(f"softmark.interpreter.language_server.{module}"), function)
     try:
         answer(own if feature.wide else document, params(text_document=identifier, **more))
-    except Refused:
+    except RequestRefused:
         return
 
 

@@ -244,11 +244,11 @@ def readers() -> dict[str, tuple[tuple[str, ...], Callable[[Path], object], tupl
     def field(path: Path) -> object:
         field_files._loaded.cache_clear()
         amount = type("Amount", (), {"value": 1.0})()
-        return field_files.loaded(Field(str(path), unit=amount, length=1e-3))
+        return field_files.load_field(Field(str(path), unit=amount, length=1e-3))
 
     def kept(path: Path) -> object:
         path.rename(path.with_name("key.kept"))
-        return cache_folder.read(path.parent, "key")
+        return cache_folder.read_saved(path.parent, "key")
 
     def journal(path: Path) -> None:
         path.rename(path.with_name("journal.jsonl"))
@@ -281,16 +281,16 @@ def readers() -> dict[str, tuple[tuple[str, ...], Callable[[Path], object], tupl
         "tables": ((".csv",), lambda p: csv_tables.columns(p, ["x", "y"]), unread),
         "markers": ((".csv",), tracked_points.read_table, unread),
         "results": (tuple(results.READERS), results.read, unread),
-        "decks": (tuple(import_formats.READERS), import_formats.read, (Unreadable, imported_deck.Foreign)),
+        "decks": (tuple(import_formats.READERS), import_formats.read, (Unreadable, imported_deck.NotImportable)),
         "scenes": ((".scene",), scene_sources.read_scene_file, (scene_sources.UnreadableScene,)),
         "plugins": ((".py",), lambda p: plugin_loader._read(str(p)), (plugin_loader.NoPlugin,)),
-        "comparisons": ((".json",), lambda p: result_changes.read(p), (result_changes.Foreign,)),
+        "comparisons": ((".json",), lambda p: result_changes.read_result(p), (result_changes.NotComparable,)),
         "boards": (
             (".json",),
-            lambda p: leaderboard_changes.read(p),
-            (result_changes.Foreign, leaderboard_changes.Foreign),
+            lambda p: leaderboard_changes.read_board(p),
+            (result_changes.NotComparable, leaderboard_changes.NotALeaderboard),
         ),
-        "kept results": ((".kept",), kept, (cache_folder.Damaged,)),
+        "kept results": ((".kept",), kept, (cache_folder.DamagedFile,)),
         "journals": ((".jsonl",), journal, (JournalRefused,)),
     }
 

@@ -116,9 +116,9 @@ def compare(data: bytes, folder: Path) -> str:
     for path, words in zip(paths, (first, second), strict=True):
         path.write_bytes(words)
     try:
-        old, new = (result_changes.read(path) for path in paths)
-        found = result_changes.changes(old, new, ("old.json", "new.json"))
-    except result_changes.Foreign as foreign:
+        old, new = (result_changes.read_result(path) for path in paths)
+        found = result_changes.find_changes(old, new, ("old.json", "new.json"))
+    except result_changes.NotComparable as foreign:
         if not str(foreign):
             raise ValueError("a reason says something") from foreign
         return "refused"
@@ -162,7 +162,7 @@ def resume(data: bytes, folder: Path) -> str:
                         _Done(journal, frozenset([key])),
                     )
             records = [e["record"] for (kind, _, _), e in journal.entries.items() if kind == TIMING and _sound(e)]
-            timing_quality.cost(records)
+            timing_quality.summarize_cost(records)
             journal.append("accuracy", "new", outcome={})
             journal.on_disk(ACCURACY)
     except JournalRefused as refused:

@@ -28,7 +28,12 @@ with guard.instrumented() if GUIDED else nullcontext():
     from softmark.interpreter.api.python_api import loads
     from softmark.interpreter.language.compiled_scene import SceneError
     from softmark.interpreter.study.comparison_study import Additions
-    from softmark.interpreter.study.configurations.configuration_expansion import TooMany, expand, read_vary, subject_of
+    from softmark.interpreter.study.configurations.configuration_expansion import (
+        TooManyConfigurations,
+        expand,
+        read_vary,
+        subject_of,
+    )
     from softmark.interpreter.validation.scene_loader import load_scene
     from softmark.scenes import ROOT
 
@@ -103,7 +108,7 @@ def _varied(vary: list[str], base: Source) -> str:
                 scene.inside(diagnostic)
         str(refused).encode()
         return "refused"
-    except TooMany:
+    except TooManyConfigurations:
         return "too many"
     return "varied"
 

@@ -13,17 +13,17 @@ from softmark.grammar.diagnostic import Source
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.report.leaderboard.leaderboard_comment import comment
 from softmark.interpreter.report.leaderboard.result_matrix import matrix
-from softmark.interpreter.study.leaderboard.leaderboard_cells import Board, CaseCard, Cell, ModelCard, verdict
-from softmark.interpreter.study.leaderboard.leaderboard_changes import Foreign, changed, read
-from softmark.interpreter.study.leaderboard.model_strengths import merits
+from softmark.interpreter.study.leaderboard.leaderboard_cells import Board, CaseCard, Cell, ModelCard, judge_error
+from softmark.interpreter.study.leaderboard.leaderboard_changes import NotALeaderboard, describe_change, read_board
+from softmark.interpreter.study.leaderboard.model_strengths import find_strengths
 from softmark.interpreter.study.leaderboard.performance_profiles import (
     error_profiles,
-    profiles,
-    relative,
+    make_profiles,
+    relative_costs,
     time_profiles,
 )
 from softmark.interpreter.study.leaderboard.suite_file import is_suite, standard_suites
-from softmark.interpreter.study.leaderboard.suite_file import read as read_suite
+from softmark.interpreter.study.leaderboard.suite_file import read_suite as read_suite
 from softmark.scenes import ROOT
 
 CASE = 'case lifted = judged("bend-45", by = off_lifted, kind = one_code, within = 2 %, asks = "How far?")\n'
@@ -35,7 +35,7 @@ def card(tolerance: float | None = 0.1) -> CaseCard:
 
 def cell(case: str, model: str, error: float | None, time: float | None = None, sure: float | None = None) -> Cell:
     status = "failed" if error is None else "converged"
-    return Cell(case, model, model, status, error, sure, "1", time, verdict(error, sure, 0.1), "cpu_s")
+    return Cell(case, model, model, status, error, sure, "1", time, judge_error(error, sure, 0.1), "cpu_s")
 
 
 def board(cells: Sequence[Cell]) -> Board:
@@ -71,22 +71,22 @@ def test_profiles_of_errors_count_tolerances() -> None:
 
 
 def test_profiles_rise_and_somebody_is_quickest() -> None:
-    ratios = {f"p{i}": relative({"a": 1.0 + i % 3, "b": 2.0, "c": 1.5 + i % 2}) for i in range(7)}
-    found = profiles(ratios, 7, ["a", "b", "c", "absent"])
+    ratios = {f"p{i}": relative_costs({"a": 1.0 + i % 3, "b": 2.0, "c": 1.5 + i % 2}) for i in range(7)}
+    found = make_profiles(ratios, 7, ["a", "b", "c", "absent"])
     assert {p.model for p in found} == {"a", "b", "c"}
     assert all(s <= t for p in found for (_, s), (_, t) in zip(p.steps, p.steps[1:], strict=False))
     assert sum(p.at(1.0) for p in found) >= 1.0
 
 
 def test_a_verdict_knows_what_the_reference_leaves_open() -> None:
-    assert verdict(0.1, None, 0.1) == "met"
-    assert verdict(0.11, 0.02, 0.1) == "cannot_tell"
-    assert verdict(0.13, 0.02, 0.1) == "not_met"
-    assert verdict(None, None, 0.1) is None is verdict(0.1, 0.1, None)
+    assert judge_error(0.1, None, 0.1) == "met"
+    assert judge_error(0.11, 0.02, 0.1) == "cannot_tell"
+    assert judge_error(0.13, 0.02, 0.1) == "not_met"
+    assert judge_error(None, None, 0.1) is None is judge_error(0.1, 0.1, None)
 
 
 def test_merits_say_who_is_right_quickest_and_closest() -> None:
-    first, second = merits(WORKED)
+    first, second = find_strengths(WORKED)
     assert (first.model, first.right, first.quickest, first.closest) == ("a", ("p", "q", "r"), ("p",), ("r",))
     assert (second.model, second.quickest, second.closest) == ("b", ("q",), ("p", "q"))
     assert first.wrong == ("s",)
@@ -130,26 +130,26 @@ def test_the_difference_of_two_boards_is_a_table() -> None:
 
 def test_what_a_reference_cannot_tell_is_no_change() -> None:
     a = cell("p", "a", 0.01, sure=0.05)
-    assert not changed(a, replace(a, error=0.04))
-    assert changed(a, replace(a, error=0.08)) == "error × 1.6"
-    assert changed(replace(a, time_s=1.0), replace(a, time_s=2.0)) == "time × 2"
-    assert not changed(replace(a, time_s=1.0), replace(a, time_s=2.0), timed=False)
+    assert not describe_change(a, replace(a, error=0.04))
+    assert describe_change(a, replace(a, error=0.08)) == "error × 1.6"
+    assert describe_change(replace(a, time_s=1.0), replace(a, time_s=2.0)) == "time × 2"
+    assert not describe_change(replace(a, time_s=1.0), replace(a, time_s=2.0), timed=False)
 
 
 def test_a_board_is_read_as_it_was_written(tmp_path: Path) -> None:
     file = tmp_path / "board.json"
     file.write_text(json.dumps(WORKED.to_json(), allow_nan=False), encoding="utf-8")
-    assert read(str(file)) == WORKED
+    assert read_board(str(file)) == WORKED
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema": "softmark-board/1", "cells": 3}', "[" * 5000])
 def test_what_is_no_board_is_refused_in_words(tmp_path: Path, text: str) -> None:
     file = tmp_path / "old.json"
     file.write_text(text, encoding="utf-8")
-    with pytest.raises(Foreign, match=r"--against|old\.json"):
-        read(str(file))
-    with pytest.raises(Foreign, match="--against"):
-        read(str(tmp_path / "absent.json"))
+    with pytest.raises(NotALeaderboard, match=r"--against|old\.json"):
+        read_board(str(file))
+    with pytest.raises(NotALeaderboard, match="--against"):
+        read_board(str(tmp_path / "absent.json"))
 
 
 # ------------------------------------------------------------------ suites

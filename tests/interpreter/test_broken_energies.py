@@ -24,11 +24,11 @@ from softmark.interpreter.vocabulary.support_words import PorePressure
 from softmark.solvers.contact import rigid_friction
 from softmark.solvers.energies.energy import Energy
 from softmark.solvers.materials.biphasic import Biphasic
-from softmark.solvers.materials.viscoelastic_increment import Relaxing
+from softmark.solvers.materials.viscoelastic_increment import ViscoelasticStepLaw
 from softmark.solvers.mesh import element_interpolation
 
 BREAK = 1.05
-QUICK = ("Elastic", "Touching", "Springs")
+QUICK = ("Elastic", "Touching", "BranchSprings")
 GEL = "material gel = neo_hookean(young = 10 kPa, poisson = {nu}, density = 1000 kg/m^3)\n"
 BAR = (
     GEL
@@ -113,46 +113,46 @@ TEXTS: dict[str, str] = {
     "MixedSolid": BAR.format(nu=0.5, model="fem(hex8, strain = finite, formulation = mixed, size = 5 mm)"),
     "MeanDilatation": BAR.format(
         nu=0.45, model="fem(hex8, strain = finite, formulation = mean_dilatation, size = 5 mm)"),
-    "Together": BAR.format(nu=0.45, model="fem(hex8, strain = finite, integration = selective, size = 5 mm)"),
+    "EnergySum": BAR.format(nu=0.45, model="fem(hex8, strain = finite, integration = selective, size = 5 mm)"),
     "CorotationalTets": BAR.format(nu=0.3, model="fem(tet4, strain = corotational, size = 7 mm)"),
-    "ElementRotation": BAR.format(nu=0.3, model="fem(hex8, strain = corotational, rotation = element, size = 5 mm)"),
-    "Springs": BAR.format(nu=0.25, model="mass_spring(size = 5 mm, stiffness = from_material())"),
+    "ElementCorotational": BAR.format(nu=0.3, model="fem(hex8, strain = corotational, rotation = element, size = 5 mm)"),
+    "BranchSprings": BAR.format(nu=0.25, model="mass_spring(size = 5 mm, stiffness = from_material())"),
     "DeadForces": BAR.format(nu=0.3, model="fem(tet10, strain = small, size = 7 mm)"),
     "FollowerPressure": ROUND.format(nu=0.3, element="quad8").replace(
         "axisymmetric(flat, gel)", "plane_strain(flat, gel, thickness = 5 mm)"),
     "FaceMoment": BAR.format(nu=0.3, model="fem(hex8, strain = finite, size = 5 mm)").replace(
         "traction(bar, where = x >= 20 mm, vector = (1000, 400, 0) Pa)",
         "torque(bar, where = x >= 20 mm, moment = (5e-4, 1e-4, 0) N*m)"),
-    "Revolved": ROUND.format(nu=0.3, element="quad8"),
-    "Bedding": BAR.format(nu=0.3, model="fem(hex8, strain = finite, size = 5 mm)").replace(
+    "AxisymmetricElastic": ROUND.format(nu=0.3, element="quad8"),
+    "ElasticFoundation": BAR.format(nu=0.3, model="fem(hex8, strain = finite, size = 5 mm)").replace(
         "fixed(bar, where = x <= 0 mm)", "bedded(bar, where = x <= 0 mm, stiffness = 1 kPa/mm)"),
-    "RodLoad": ROD.format(load="gravity(1 m/s^2, direction = -z)"),
-    "OverElements": ROD.format(load="traction(bar, where = x >= 100 mm, vector = (100, 0, -50) Pa)"),
+    "RodForces": ROD.format(load="gravity(1 m/s^2, direction = -z)"),
+    "RodElementEnergy": ROD.format(load="traction(bar, where = x >= 100 mm, vector = (100, 0, -50) Pa)"),
     "RodMoments": ROD.format(load="torque(bar, where = x >= 100 mm, moment = (1e-4, 1e-4, 0) N*m)"),
-    "RodArms": ROD.format(load="point_force(bar, at = (100, 0, 4) mm, vector = (0.01, 0, -0.002) N)"),
-    "Jointed": FRAME,
+    "EccentricRodForces": ROD.format(load="point_force(bar, at = (100, 0, 4) mm, vector = (0.01, 0, -0.002) N)"),
+    "JointedRods": FRAME,
     "Touching": PRESSED.format(nu=0.3, more="", moved=DOWN.replace("0.2", "0"), friction=""),
     "Colliding": PAIR.format(nu=0.3, z=5.02, top=10.02, contact="itself(bar)", load=LID.format(top=10.02, along=0)),
     "Sliding": PAIR.format(nu=0.3, z=5.02, top=10.02, contact="itself(bar, friction = 0.3)",
                            load=LID.format(top=10.02, along=0.1)),
     "Tied": PAIR.format(nu=0.3, z=5, top=10, contact="tied(bar)", load=LID.format(top=10, along=0.5)),
-    "Seeping": POROUS.format(open="drained(bar, where = y >= 5 mm)"),
+    "PoroelasticSolid": POROUS.format(open="drained(bar, where = y >= 5 mm)"),
 }  # fmt: skip
 REASONS = {
     "Afloat": "free rigid bodies move in time only, and a motion is checked by its balance of energy",
     "Pulled": "what pulls at free rigid bodies, which move in time only",
     "DisplacementEnergy": "hands on the forces of the energy within, which is broken by itself",
-    "Share": "hands on a part of the forces of a load, which is broken by itself",
+    "ScaledLoad": "hands on a part of the forces of a load, which is broken by itself",
     "Slack": "a part of a factor, which gives no forces in a state that has converged",
-    "Ground": "a spring that stabilises the way there, and is nothing where a state has converged",
+    "StabilizationSpring": "a spring that stabilises the way there, and is nothing where a state has converged",
     "Projected": "reduced models are held against the full one, whose forces are checked: `full_residual`",
     "Quadratic": "reduced models are held against the full one, whose forces are checked: `full_residual`",
-    "TurningRod": "rods in motion, which are checked by their balance of energy",
-    "DeadRodLoad": "rods in motion",
-    "TurnedLoad": "rods in motion",
-    "TurnedMoments": "rods in motion",
-    "TurnedGuides": "rods in motion",
-    "TurnedTendons": "rods in motion",
+    "MovingRod": "rods in motion, which are checked by their balance of energy",
+    "MovingRodForces": "rods in motion",
+    "MovingRodLoad": "rods in motion",
+    "MovingRodMoments": "rods in motion",
+    "MovingGuidedTendon": "rods in motion",
+    "MovingRodTendons": "rods in motion",
 }
 
 
@@ -230,12 +230,12 @@ def test_wrong_friction_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_wrong_memory_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """The stress that the past of a viscoelastic solid has left."""
     must_be_right(RELAXES)
-    right = Relaxing.P
+    right = ViscoelasticStepLaw.P
 
-    def wrong(self: Relaxing, F: Any) -> Any:
+    def wrong(self: ViscoelasticStepLaw, F: Any) -> Any:
         return right(self, F) + (BREAK - 1.0) * self.measure.pulled(F, self._held)
 
-    monkeypatch.setattr(Relaxing, "P", wrong)
+    monkeypatch.setattr(ViscoelasticStepLaw, "P", wrong)
     assert said_of(RELAXES)
 
 

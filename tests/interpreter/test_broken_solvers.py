@@ -29,9 +29,9 @@ from softmark.interpreter.vocabulary import LOADS, SUPPORTS
 from softmark.solvers.elements import CELLS
 from softmark.solvers.materials import DIRECTED, MATERIALS, law_for, mixed_for, parts_for
 from softmark.solvers.materials.active_strain import ActiveStrain
-from softmark.solvers.materials.active_stress import Tension
+from softmark.solvers.materials.active_stress import ActiveTension
 from softmark.solvers.materials.tensor_components import cofactor
-from softmark.solvers.materials.two_invariant_law import OfInvariants
+from softmark.solvers.materials.two_invariant_law import TwoInvariantLaw
 
 BREAK = 1.05
 QUICK = 2  # cases of each kind in the quick suite: the rest is slow
@@ -130,7 +130,7 @@ def break_law(monkeypatch: pytest.MonkeyPatch, law: Any, part: str) -> None:
         if part == "volume":
             right = cls._gradient
             monkeypatch.setattr(cls, "_gradient", lambda self, f: BREAK * right(self, f))
-    elif isinstance(law, OfInvariants):
+    elif isinstance(law, TwoInvariantLaw):
         slopes = cls.slopes
 
         def wrong(self: Any, stretch: Any, j: Any) -> Any:
@@ -175,8 +175,8 @@ def test_wrong_muscle_is_seen(name: str, monkeypatch: pytest.MonkeyPatch) -> Non
     text = bar(name, "full")
     must_be_right(text)
     if name == "active":
-        right = Tension._shape_P
-        monkeypatch.setattr(Tension, "_shape_P", lambda self, f, axes: BREAK * right(self, f, axes))
+        right = ActiveTension._shape_P
+        monkeypatch.setattr(ActiveTension, "_shape_P", lambda self, f, axes: BREAK * right(self, f, axes))
     else:
         stress = ActiveStrain._P
         monkeypatch.setattr(ActiveStrain, "_P", lambda self, f: BREAK * stress(self, f))

@@ -13,7 +13,7 @@ from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.tree import Span
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.help.codes import pages
-from softmark.interpreter.help.diagnostic_formats import FORMATS, Told, rendered
+from softmark.interpreter.help.diagnostic_formats import FORMATS, LocatedDiagnostic, format_diagnostics
 from softmark.interpreter.validation.scene_loader import load_scene
 
 BAD = "param L = 178 mn\nparam R = S\n"
@@ -95,8 +95,8 @@ def test_what_stands_in_no_file_belongs_to_the_scene(capsys: pytest.CaptureFixtu
 
 def test_a_message_over_lines_has_no_columns() -> None:
     source = Source(NAME, BAD)
-    told = Told(NAME, Diagnostic("W310", "50 %\r::error::no", source, Span(0, 20, 1, 1, 2, 3)))
-    name, properties, message = read_back(rendered("github", [told]).rstrip("\n"))
+    told = LocatedDiagnostic(NAME, Diagnostic("W310", "50 %\r::error::no", source, Span(0, 20, 1, 1, 2, 3)))
+    name, properties, message = read_back(format_diagnostics("github", [told]).rstrip("\n"))
     assert (name, properties) == ("warning", {"file": NAME, "line": "1", "endLine": "2", "title": "W310"})
     assert message.startswith("50 %")
 
@@ -134,7 +134,7 @@ def test_a_scene_without_faults_is_a_run_without_results(capsys: pytest.CaptureF
     assert main(["check", "good.scene", "--diagnostics", "sarif"]) == 0
     assert json.loads(capsys.readouterr().out)["runs"][0]["results"] == []
     for name in ("json", "github"):
-        assert rendered(name, []) == ""
+        assert format_diagnostics(name, []) == ""
 
 
 MISSED = """
@@ -171,8 +171,8 @@ def test_every_golden_message_is_valid_sarif(part: int) -> None:
     told = []
     for file in sorted(GOLDEN.glob("*.scene"))[part::32]:
         found = load_scene(Source(str(file), file.read_text(encoding="utf-8", errors="replace")), file.parent, file)[1]
-        told += [Told(str(file), diagnostic) for diagnostic in found]
-    log = json.loads(rendered("sarif", told))
+        told += [LocatedDiagnostic(str(file), diagnostic) for diagnostic in found]
+    log = json.loads(format_diagnostics("sarif", told))
     assert not [error.message for error in validator.iter_errors(log)]
     assert all("uri" in place(r)["artifactLocation"] for r in log["runs"][0]["results"])
     assert set(FORMATS) == {"json", "github", "sarif"}

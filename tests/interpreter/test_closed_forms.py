@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from softmark.interpreter.api import python_api
-from softmark.interpreter.pipeline.run_options import Options, Sound
-from softmark.interpreter.pipeline.run_pipeline import report_of
+from softmark.interpreter.pipeline.run_options import CheckedScene, RunOptions
+from softmark.interpreter.pipeline.run_pipeline import run_to_report
 from softmark.interpreter.planning.robustness_plan import find_judging_metrics, resolve_study
 
 FORM = (Path(__file__).parents[1] / "errors" / "stress-closed-form.scene").read_text(encoding="utf-8")
@@ -86,7 +86,9 @@ def test_rings_that_were_drawn_through_their_axis_are_said() -> None:
 def test_creep_of_finite_strain_states_the_error_of_its_steps() -> None:
     """Against its theory, 1e-5 off with 20 steps: the part of time had stopped with an error for any displacement."""
     scene = python_api.load("rates-at-the-extremes")
-    report = report_of(Sound(scene.scene, scene.warnings), Options(only=("creeps",), stated=("creeps",), draw=False))
+    report = run_to_report(
+        CheckedScene(scene.scene, scene.warnings), RunOptions(only=("creeps",), stated=("creeps",), draw=False)
+    )
     model = report.models["creeps"]
     said, off = model.stated["eta"], model.metrics["eta"].value
     assert said.value is not None

@@ -23,7 +23,7 @@ from softmark.interpreter.report.comparison.comparison_terminal import table as 
 from softmark.interpreter.report.notebook.box_frame import LARGEST
 from softmark.interpreter.report.notebook.comparison_box import inline
 from softmark.interpreter.report.page.html_document import POLICY
-from softmark.interpreter.study.analysis.comparison_record import Compared
+from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
 
 Json = dict[str, Any]
 Parsed = Callable[[str], Any]  # reads a page: conftest.py
@@ -32,16 +32,16 @@ LINE = [[0.01 * i, 0.0, 0.0] for i in range(11)]
 
 
 def page(made: Json) -> str:
-    return page_of(Compared.from_json(made))
+    return page_of(ComparisonRecord.from_json(made))
 
 
 def table(made: Json, colour: bool, path: str | None = None) -> str:
-    return table_of(Compared.from_json(made), colour, path)
+    return table_of(ComparisonRecord.from_json(made), colour, path)
 
 
 def analysed(made: Json) -> Json:
     """With its analysis."""
-    return {**made, "analysis": Compared.from_json(made).analysis.to_json()}
+    return {**made, "analysis": ComparisonRecord.from_json(made).analysis.to_json()}
 
 
 def spread(median: float, runs: int = 5) -> Json:
@@ -243,7 +243,7 @@ def test_every_label_is_on_the_page_and_in_the_terminal(case: str, parsed: Parse
 
 @pytest.mark.parametrize("case", ["usual", "moving", "hostile", "two scenes", "nothing", "one"])
 def test_a_notebook_shows_the_advice_then_numbers_then_the_figure(case: str, parsed: Parsed) -> None:
-    found = inline(Compared.from_json(CASES[case]()))
+    found = inline(ComparisonRecord.from_json(CASES[case]()))
     tree = parsed(found)
     assert (tree.count("script"), tree.count("img"), tree.count("link")) == (0, 0, 0)  # but within the frame
     assert len(found) < LARGEST
@@ -255,7 +255,7 @@ def test_a_notebook_shows_the_advice_then_numbers_then_the_figure(case: str, par
 
 def test_a_notebook_shows_the_first_of_many(monkeypatch: pytest.MonkeyPatch, parsed: Parsed) -> None:
     monkeypatch.setattr("softmark.interpreter.report.notebook.comparison_box.ROWS", 2)
-    found = parsed(inline(Compared.from_json(usual()))).text
+    found = parsed(inline(ComparisonRecord.from_json(usual()))).text
     assert f"2 of {len(usual()['points'])} configurations" in found
     assert "more are in comparison.points" in found
 
@@ -316,7 +316,7 @@ def test_errors_are_told_before_times_are_known() -> None:
     made = two_scenes()
     for each in made["points"]:
         each["cost"] = None
-    shown = errors(Compared.from_json(made), colour=False)
+    shown = errors(ComparisonRecord.from_json(made), colour=False)
     assert shown.count("errors; times are being measured") == len({p["scene"] for p in made["points"]})
     assert all(p["label"] in shown for p in made["points"])
     assert "->" not in shown
@@ -385,7 +385,7 @@ def test_what_others_wrote_steers_no_terminal() -> None:
 
 def test_what_an_older_file_does_not_say_has_a_default() -> None:
     """The least that a `softmark-compare/1` may hold (results/json_validation.py): models and options."""
-    found = Compared.from_json({"points": [{"model": "rod"}], "references": {"s": {"truth": {}}}})
+    found = ComparisonRecord.from_json({"points": [{"model": "rod"}], "references": {"s": {"truth": {}}}})
     (rod,) = found.points
     assert (rod.label, rod.solved, rod.timed) == ("rod", False, False)
     assert (rod.effort("cpu_s"), rod.error("eta"), rod.problem) == (None, None, {})

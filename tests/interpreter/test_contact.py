@@ -11,8 +11,8 @@ from octahedra import octahedron
 
 from softmark import load, loads
 from softmark.interpreter.models.shared import rigid_contact_setup
-from softmark.interpreter.pipeline.run_options import Options, Sound
-from softmark.interpreter.pipeline.run_pipeline import report_of
+from softmark.interpreter.pipeline.run_options import CheckedScene, RunOptions
+from softmark.interpreter.pipeline.run_pipeline import run_to_report
 from softmark.solvers.independent_forces import rigid_contact_forces
 
 PRESSED = """softmark 1
@@ -332,7 +332,9 @@ def test_the_stated_error_of_a_force_holds_and_is_no_wider_than_it_need_be(eleme
     for travel, right in zip((25, 50, 100), table, strict=True):
         how = AT_ONCE | {"course": ", course = state", "analysis": f"analysis press = static(states = [{travel}] %)"}
         scene = loads(pressed(element, size, "finite", how))
-        model = report_of(Sound(scene.scene, scene.warnings), Options(draw=False, stated=())).models["quads"]
+        model = run_to_report(CheckedScene(scene.scene, scene.warnings), RunOptions(draw=False, stated=())).models[
+            "quads"
+        ]
         stated = model.stated["push"].value
         assert stated is not None
         off = abs(model.metrics["push"].value - right)
@@ -347,7 +349,7 @@ def test_the_stated_error_of_a_force_holds_and_is_no_wider_than_it_need_be(eleme
 def test_the_stated_errors_of_area_and_pressure_hold(element: str, size: float) -> None:
     """At 0.5 mm, where two meshes of linear cells have the border at one place, 7 % too far out."""
     scene = loads(indented.CYLINDER.format(element=element, size=size, travel=50))
-    model = report_of(Sound(scene.scene, scene.warnings), Options(draw=False, stated=())).models["quads"]
+    model = run_to_report(CheckedScene(scene.scene, scene.warnings), RunOptions(draw=False, stated=())).models["quads"]
     for name, (table, known) in indented.TOLD.items():
         stated = model.stated[name].value
         assert stated is not None

@@ -13,7 +13,7 @@ import pytest
 import softmark
 from softmark.interpreter.language.compiled_scene import SceneError
 from softmark.interpreter.problem.body_case import case_of
-from softmark.interpreter.problem.inclusion_theory import core_of, said
+from softmark.interpreter.problem.inclusion_theory import core_of, size_effect_note
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.run.report_terminal import table
 from softmark.references.inclusion import Hookean, RoundCore
@@ -270,8 +270,8 @@ def test_it_is_said_where_small_strains_are_large() -> None:
         replace(plate, stress=(s / plate.largest_gradient * plate.stress[0], 0.0, 0.0)) for s in (9e-3, 0.1)
     )
     told = "it takes strains and rotations for small, which come to "
-    assert told not in said(slight)
-    assert said(large).endswith(f"{told}10 %: a body that obeys large ones differs")
+    assert told not in size_effect_note(slight)
+    assert size_effect_note(large).endswith(f"{told}10 %: a body that obeys large ones differs")
 
 
 def test_numbers_by_a_theory_at_large_strain_are_marked() -> None:

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 import softmark
 from softmark.interpreter.verification.fiber_directions_check import wound
 from softmark.interpreter.vocabulary.fiber_words import Helix
-from softmark.solvers.materials.material_axes import NoDirection
+from softmark.solvers.materials.material_axes import InvalidDirection
 
 HEART = "guccione(stiffness = 2 kPa, bf = 8, bt = 2, bfs = 4, density = 1000 kg/m^3, fibres = {fibres}{more})"
 LAWS = {
@@ -117,7 +117,7 @@ def test_a_positive_angle_is_a_right_handed_screw() -> None:
 def test_a_helix_has_no_direction_on_its_axis_and_outside() -> None:
     rule = Helix(0.5, -0.5, **WALL)
     for place in ((0.0, 0.0, -0.018), (0.0, 0.03, 0.0)):
-        with pytest.raises(NoDirection) as refused:
+        with pytest.raises(InvalidDirection) as refused:
             rule.at(np.array([[0.008, 0.0, 0.0], place]))
         assert refused.value.place == place
 

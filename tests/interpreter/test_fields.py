@@ -14,7 +14,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 import softmark
 from softmark.interpreter.language.expression_evaluation import Quantity
-from softmark.interpreter.problem.field_files import loaded, reading
+from softmark.interpreter.problem.field_files import load_field, read_field
 from softmark.interpreter.verification.heterogeneous_constants_check import again
 from softmark.interpreter.vocabulary.field_words import Field
 from softmark.references.measured_data import Unreadable
@@ -65,9 +65,9 @@ def test_images_lie_as_their_headers_say(make: Any, tmp_path: Path) -> None:
     """Space directions and affines that turn and mirror the grid; single precision of NIfTI's data, 6e-8 relative."""
     field = Field(str(make(tmp_path)), UNIT)
     at, X = places()
-    assert reading(field, X) == pytest.approx(exact(at), rel=2e-7)
+    assert read_field(field, X) == pytest.approx(exact(at), rel=2e-7)
     assert again(field, X) == pytest.approx(exact(at), rel=2e-7)
-    assert not loaded(field).outside(X).any()
+    assert not load_field(field).outside(X).any()
 
 
 def test_an_image_may_lie_elsewhere_in_the_scene(tmp_path: Path) -> None:
@@ -76,12 +76,12 @@ def test_an_image_may_lie_elsewhere_in_the_scene(tmp_path: Path) -> None:
     turned = Field(file, UNIT, x=(0.0, 0.0, 1.0), z=(0.0, 1.0, 0.0), origin=(0.1, 0.2, 0.3))
     at, X = places()
     there = X[:, [2, 0, 1]] + np.array([0.1, 0.2, 0.3])
-    assert reading(turned, there) == pytest.approx(exact(at), rel=1e-12)
+    assert read_field(turned, there) == pytest.approx(exact(at), rel=1e-12)
 
 
 def test_a_length_takes_the_place_of_what_the_file_says(tmp_path: Path) -> None:
     at, X = places()
-    assert reading(Field(str(nrrd_file(tmp_path)), UNIT, length=1.0), 1e3 * X) == pytest.approx(exact(at), rel=1e-12)
+    assert read_field(Field(str(nrrd_file(tmp_path)), UNIT, length=1.0), 1e3 * X) == pytest.approx(exact(at), rel=1e-12)
 
 
 def test_beyond_the_outermost_centres_numbers_are_those_of_the_voxel(tmp_path: Path) -> None:
@@ -89,9 +89,9 @@ def test_beyond_the_outermost_centres_numbers_are_those_of_the_voxel(tmp_path: P
     field = Field(str(nrrd_file(tmp_path)), UNIT)
     at = np.array([[-0.4, 2.0, 3.0], [-0.6, 2.0, 3.0], [3.4, 4.4, 5.4], [3.6, 4.0, 5.0]])
     X = 1e-3 * (at @ STEPS.T + CORNER)
-    assert loaded(field).outside(X).tolist() == [False, True, False, True]
+    assert load_field(field).outside(X).tolist() == [False, True, False, True]
     clipped = np.clip(at, 0.0, np.array(NUMBERS.shape) - 1.0)
-    assert reading(field, X) == pytest.approx(exact(clipped), rel=1e-12)
+    assert read_field(field, X) == pytest.approx(exact(clipped), rel=1e-12)
     assert again(field, X) == pytest.approx(exact(clipped), rel=1e-12)
 
 
@@ -107,17 +107,17 @@ def test_meshes_have_numbers_on_nodes_and_on_cells(tmp_path: Path) -> None:
     )
     nodes, own = (Field(str(tmp_path / "m.vtu"), UNIT, array=a, length=1e-3) for a in ("on_nodes", "on_cells"))
     X = 1e-3 * RNG.uniform(0.0, 1.0, (50, 3)) * np.array([20.0, 10.0, 10.0])
-    assert reading(nodes, X) == pytest.approx(1e9 * X[:, 0] * X[:, 1], rel=1e-9, abs=1e-6)
-    assert reading(own, X) == pytest.approx(np.where(X[:, 0] < 0.01, 3e3, 7e3))
+    assert read_field(nodes, X) == pytest.approx(1e9 * X[:, 0] * X[:, 1], rel=1e-9, abs=1e-6)
+    assert read_field(own, X) == pytest.approx(np.where(X[:, 0] < 0.01, 3e3, 7e3))
     beyond = np.array([[0.025, 0.005, 0.005], [0.019, 0.005, 0.005]])
-    assert loaded(own).outside(beyond).tolist() == [True, False]
-    assert reading(own, beyond) == pytest.approx([7e3, 7e3])
+    assert load_field(own).outside(beyond).tolist() == [True, False]
+    assert read_field(own, beyond) == pytest.approx([7e3, 7e3])
     with pytest.raises(Unreadable, match="it has 2 arrays; its arrays: `on_nodes`, `on_cells`"):
-        loaded(Field(str(tmp_path / "m.vtu"), UNIT, length=1e-3))
+        load_field(Field(str(tmp_path / "m.vtu"), UNIT, length=1e-3))
     with pytest.raises(Unreadable, match="no array `stiff`"):
-        loaded(Field(str(tmp_path / "m.vtu"), UNIT, array="stiff", length=1e-3))
+        load_field(Field(str(tmp_path / "m.vtu"), UNIT, array="stiff", length=1e-3))
     with pytest.raises(Unreadable, match="in which unit its lengths are"):
-        loaded(Field(str(tmp_path / "m.vtu"), UNIT, array="on_nodes"))
+        load_field(Field(str(tmp_path / "m.vtu"), UNIT, array="on_nodes"))
 
 
 def test_numbers_of_a_mesh_that_are_none_have_a_place(tmp_path: Path) -> None:
@@ -131,11 +131,11 @@ def test_numbers_of_a_mesh_that_are_none_have_a_place(tmp_path: Path) -> None:
     )
     field = Field(str(tmp_path / "nan.vtu"), UNIT, array="p", length=1e-3)
     with pytest.raises(Unreadable, match="1 of the 13 numbers of `p` are not finite, the first is of point 9, counted"):
-        loaded(field)
+        load_field(field)
     with pytest.raises(Unreadable, match="1 of the 2 numbers of `c` are not finite, the first is of solid cell 1,"):
-        loaded(replace(field, array="c"))
+        load_field(replace(field, array="c"))
     meshio.Mesh(points, cells, point_data={"p": np.where(np.arange(13) == 12, np.nan, 1.0)}).write(tmp_path / "ok.vtu")
-    assert reading(replace(field, path=str(tmp_path / "ok.vtu")), points[:12] * 1e-3) == pytest.approx(1e3)
+    assert read_field(replace(field, path=str(tmp_path / "ok.vtu")), points[:12] * 1e-3) == pytest.approx(1e3)
 
 
 def test_a_file_that_changes_is_read_again(tmp_path: Path) -> None:
@@ -144,11 +144,11 @@ def test_a_file_that_changes_is_read_again(tmp_path: Path) -> None:
     nrrd = pytest.importorskip("nrrd")
     file, X = nrrd_file(tmp_path), places(5)[1]
     field = Field(str(file), UNIT)
-    before = reading(field, X)
+    before = read_field(field, X)
     values, header = nrrd.read(str(file))
     nrrd.write(str(file), 2.0 * values, header)
     os.utime(file, ns=(1, 1))
-    assert reading(field, X) == pytest.approx(2.0 * before)
+    assert read_field(field, X) == pytest.approx(2.0 * before)
 
 
 def test_what_is_no_field_is_refused(tmp_path: Path) -> None:
@@ -156,13 +156,13 @@ def test_what_is_no_field_is_refused(tmp_path: Path) -> None:
     pytest.importorskip("nrrd")
     file = nrrd_file(tmp_path)
     with pytest.raises(Unreadable, match="an image has one array"):
-        loaded(Field(str(file), UNIT, array="stiffness"))
+        load_field(Field(str(file), UNIT, array="stiffness"))
     (tmp_path / "f.png").write_bytes(b"none")
     with pytest.raises(Unreadable):
-        loaded(Field(str(tmp_path / "f.png"), UNIT))
+        load_field(Field(str(tmp_path / "f.png"), UNIT))
     (tmp_path / "broken.nii.gz").write_bytes(b"none")
     with pytest.raises(Unreadable, match="cannot be read"):
-        loaded(Field(str(tmp_path / "broken.nii.gz"), UNIT))
+        load_field(Field(str(tmp_path / "broken.nii.gz"), UNIT))
 
 
 SCENE = """

@@ -242,7 +242,7 @@ def test_a_run_that_breaks_off_leaves_all_that_was_finished(
     from softmark.interpreter.cli.main import main
     from softmark.interpreter.pipeline import model_runs as runner
 
-    solve, seen = runner.solve, []
+    solve, seen = runner.solve_model, []
 
     def third(work: object, name: str) -> None:
         seen.append(name)

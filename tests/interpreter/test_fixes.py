@@ -10,7 +10,7 @@ from zlib import crc32
 import pytest
 
 from softmark.grammar.diagnostic import Diagnostic, Source
-from softmark.interpreter.help.suggested_fixes import mended, replacement
+from softmark.interpreter.help.suggested_fixes import apply_fix, replacement
 from softmark.interpreter.validation.scene_loader import load_scene
 
 FOLDER = Path(__file__).parents[1] / "errors"
@@ -40,7 +40,7 @@ def left(part: int) -> tuple[int, list[str]]:
     for file, text in golden(part):
         found = said(file, text)
         for one in found:
-            if one.source is None or one.source.text != text or (new := mended(text, one)) is None:
+            if one.source is None or one.source.text != text or (new := apply_fix(text, one)) is None:
                 continue
             count += 1
             before, after = ([(d.code, d.message) for d in some] for some in (found, said(file, new)))
@@ -79,4 +79,4 @@ def test_what_a_message_says_to_write_instead_makes_it_go_away(part: int) -> Non
 )  # fmt: skip
 def test_a_text_after_its_first_replacement(text: str, new: str | None) -> None:
     found = [d for d in load_scene(Source("t.scene", text), FOLDER, None)[1] if replacement(d)]
-    assert [mended(text, found[0])] == [new] if new else not any(d.code == "E201" for d in found)
+    assert [apply_fix(text, found[0])] == [new] if new else not any(d.code == "E201" for d in found)

@@ -15,8 +15,8 @@ from scipy.integrate import quad
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.pipeline.run_options import Options
-from softmark.interpreter.pipeline.run_pipeline import run
+from softmark.interpreter.pipeline.run_options import RunOptions
+from softmark.interpreter.pipeline.run_pipeline import run_scene
 
 SOLID = """
 material gel  = {law}(young = 10 kPa * (1 + (z / 4 cm)^2 * exp(x / 1 cm)), poisson = 0.2 + 0.2 * z / 4 cm,
@@ -225,7 +225,7 @@ def test_what_a_look_misses_is_found_where_it_is_solved() -> None:
 def test_a_coarse_mesh_is_said_and_its_quadrature_stated() -> None:
     text = bar("10 kPa * (1 + 9 * exp(-((z - 20 mm) / 2 mm)^2))", "model m = fem(hex8, strain = small, size = 10 mm)")
     loaded = softmark.loads(text)
-    report = run(loaded.scene, list(loaded.warnings), Options(draw=False, stated=()))
+    report = run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False, stated=()))
     assert "W337" in {w.code for w in report.warnings}
     said = report.models["m"].solve["graded"]["bar.young"]
     assert said["within_cells"] > 5.0
@@ -443,7 +443,7 @@ model m = fem(hex20, strain = small, size = 10 mm)"""
     found = []
     for young, nu in (("10 kPa", "0.49"), (read.format("E", "1 kPa"), read.format("nu", "1"))):
         loaded = softmark.loads(bar(young, more, nu))
-        report = run(loaded.scene, list(loaded.warnings), Options(draw=False, stated=()))
+        report = run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False, stated=()))
         assert "W301" in {w.code for w in report.warnings}
         found.append({n: (s.value, s.reason) for n, s in report.models["m"].stated.items()})
     for name in ("out", "f"):

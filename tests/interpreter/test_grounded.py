@@ -38,7 +38,7 @@ def stated(text: str, model: str) -> Any:
     """The errors that a model states itself, by metric."""
     known = loads(text)
     options = run_pipeline.Options(draw=False, stated=(model,))
-    return run_pipeline.run(known.scene, list(known.warnings), options).models[model].stated
+    return run_pipeline.run_scene(known.scene, list(known.warnings), options).models[model].stated
 
 
 def solved(text: str, **known: object) -> Report:

@@ -12,10 +12,10 @@ from loaded import loaded_by
 
 import softmark
 from softmark.interpreter.language.coordinate_conditions import Condition, MembersUnknown, Term
-from softmark.interpreter.pipeline.run_options import Options
-from softmark.interpreter.pipeline.run_pipeline import run
+from softmark.interpreter.pipeline.run_options import RunOptions
+from softmark.interpreter.pipeline.run_pipeline import run_scene
 from softmark.interpreter.problem.body_case import case_of
-from softmark.interpreter.problem.group_conditions import apart
+from softmark.interpreter.problem.group_conditions import split_by_groups
 from softmark.interpreter.problem.probe_points import ProbePoints, place_of
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.mesh import mesh_groups
@@ -117,7 +117,7 @@ metric apart = strain_energy_norm(half, against = quads)
 def found(text: str) -> dict[str, float]:
     """All metrics and stated errors of all models."""
     loaded = softmark.loads(text)
-    report = run(loaded.scene, list(loaded.warnings), Options(draw=False, stated=()))
+    report = run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False, stated=()))
     values: dict[str, float] = {}
     for name, model in report.models.items():
         assert model.status == "converged", (name, model.message)
@@ -228,7 +228,7 @@ def test_a_condition_with_a_group_is_never_asked_at_a_place() -> None:
     members = np.array([True, False, True])
     X = np.array([0.0, 0.0, 2.0])
     held = np.zeros(3, dtype=bool)
-    for own, which in apart(where, lambda name: members):
+    for own, which in split_by_groups(where, lambda name: members):
         held[which] = own.holds(X[which], 0.0, 0.0, 1.0)
     assert held.tolist() == [True, False, False]
 

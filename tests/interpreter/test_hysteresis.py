@@ -14,11 +14,11 @@ from softmark.interpreter.metrics.curve_geometry import Curve, MetricCurve
 from softmark.interpreter.metrics.hysteresis import Hysteresis
 from softmark.interpreter.metrics.measurement import Measurement, MetricInput, ReferenceData
 from softmark.interpreter.metrics.undefined_metric import Undefined
-from softmark.interpreter.pipeline.run_pipeline import Options, run
+from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.run.report_terminal import table
 from softmark.interpreter.report.run.tables.curve_points import _each_at
-from softmark.interpreter.results.run_report import SeenCurve
+from softmark.interpreter.results.run_report import PlottedCurve
 from softmark.references.measured_curve import CurveFromFile
 
 
@@ -153,7 +153,7 @@ def test_repeats_of_a_loop_deviate(tmp_path: Path) -> None:
 
 def test_a_place_that_comes_back_has_the_value_of_the_way_back() -> None:
     """In the table below a figure both ways had the values of the way there."""
-    loop = SeenCurve(np.array([1.0, 2.0, 1.0]), np.array([5.0, 6.0, 4.0]), ("m", "N"))
+    loop = PlottedCurve(np.array([1.0, 2.0, 1.0]), np.array([5.0, 6.0, 4.0]), ("m", "N"))
     assert _each_at(loop, [1.0, 2.0, 1.0]) == [5.0, 6.0, 4.0]
     assert _each_at(loop, [2.0, 3.0, 2.0]) == [6.0, None, 6.0]
 
@@ -177,7 +177,7 @@ def test_what_is_rounding_has_no_digits_and_no_axis() -> None:
     sides = "support side = symmetric(bar, where = y <= 0 mm)\nsupport back = symmetric(bar, where = z <= 0 mm)\n"
     bar = BAR.replace("fixed(bar,", "symmetric(bar,").replace("(2, 0, 0) mm", "(2, 0, 0) mm, components = x")
     loaded = softmark.loads(bar + sides)
-    report = run(loaded.scene, list(loaded.warnings), Options(draw=False))
+    report = run_scene(loaded.scene, list(loaded.warnings), Options(draw=False))
     assert 0.0 < max(abs(c) for c in report.models["one"].reactions["side"].reaction.force) < 1e-9
     shown, page = table(report, terminal=False), render(report)
     assert "side carries 0 N in one" in shown

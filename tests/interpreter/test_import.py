@@ -19,10 +19,10 @@ from softmark.grammar.diagnostic import Source
 from softmark.grammar.printer import format_source
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.importers import deck_units, import_formats, scene_writer
-from softmark.interpreter.importers.cell_faces import Sides, side_nodes
-from softmark.interpreter.importers.deck_units import Unasked
-from softmark.interpreter.importers.imported_deck import Deck, Foreign
-from softmark.interpreter.importers.scene_writer import Filled, Wanting
+from softmark.interpreter.importers.cell_faces import CellSides, side_nodes
+from softmark.interpreter.importers.deck_units import MissingUnit
+from softmark.interpreter.importers.imported_deck import Deck, NotImportable
+from softmark.interpreter.importers.scene_writer import MissingValue, SuppliedValues
 from softmark.references.measured_data import Unreadable
 from softmark.solvers.elements import ELEMENTS
 
@@ -30,14 +30,16 @@ PARTS = Path(__file__).parents[1] / "errors" / "parts"
 OWN = Path(__file__).parents[1] / "imported"
 FILES = [PARTS / "deck-warm.inp", PARTS / "named.msh", OWN / "cube.feb", OWN / "rod.pml"]
 GEL = "neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)"
-TOLD = Filled(GEL, "1000 kg/m^3")
+TOLD = SuppliedValues(GEL, "1000 kg/m^3")
 SAME = 1e-10  # the bar; a deck has 14 digits of each number, and Newton's method is run to 1e-12 here
 
 
-def text_of(path: Path, filled: Filled = TOLD) -> str:
+def text_of(path: Path, filled: SuppliedValues = TOLD) -> str:
     """The scene of a file in mm, t and s."""
     found = import_formats.read(path)
-    return scene_writer.written(found, deck_units.told("mm-t-s", None, None, None), filled, "x-mesh.inp").scene
+    return scene_writer.write_scene(
+        found, deck_units.read_unit_options("mm-t-s", None, None, None), filled, "x-mesh.inp"
+    ).scene
 
 
 def metrics(path: Path, model: str) -> dict[str, float]:
@@ -113,8 +115,8 @@ def test_laws_that_are_exactly_one_of_ours(card: str, word: str, stresses: dict[
 )
 def test_other_laws_are_left_and_asked_for(card: str, tmp_path: Path) -> None:
     path = deck(tmp_path, ("*ELASTIC\n210000., 0.3", card))
-    with pytest.raises(Wanting, match="2 cells"):
-        text_of(path, Filled())
+    with pytest.raises(MissingValue, match="2 cells"):
+        text_of(path, SuppliedValues())
     assert GEL.partition("(")[0] in text_of(path)
     assert "not carried over" in text_of(path)
 
@@ -139,7 +141,7 @@ def test_later_steps_say_anew_what_moves(tmp_path: Path) -> None:
 
 def test_nodes_of_no_face_are_a_group_of_nodes(tmp_path: Path) -> None:
     read = import_formats.read(deck(tmp_path, ("1, 4, 5, 8\n", "1, 4, 5, 8, 12\n")))
-    found = scene_writer.written(read, deck_units.told("mm-t-s", None, None, None), TOLD, "x-mesh.inp")
+    found = scene_writer.write_scene(read, deck_units.read_unit_options("mm-t-s", None, None, None), TOLD, "x-mesh.inp")
     assert "fixed(body, where = at_wall)" in found.scene
     assert "*NSET, NSET=at_wall\n1\n4\n5\n8\n12\n" in (found.mesh or "")
 
@@ -151,7 +153,7 @@ def test_what_would_be_wrong_around_a_word_is_refused(tmp_path: Path) -> None:
         ("*NODE, NSET=NALL", "*SYSTEM\n1., 0., 0.\n*NODE, NSET=NALL"),
         ("TYPE=C3D8", "TYPE=C3D27"),
     ]:
-        with pytest.raises(Foreign):
+        with pytest.raises(NotImportable):
             import_formats.read(deck(tmp_path, (old, new)))
 
 
@@ -212,7 +214,7 @@ SYSTEMS = {"m-kg-s": (1, 1, 1), "mm-t-s": (1e-3, 1e3, 1), "mm-kg-s": (1e-3, 1, 1
 @pytest.mark.parametrize("system", deck_units.SYSTEMS)
 def test_units_of_a_system_belong_together(system: str) -> None:
     L, M, T = SYSTEMS[system]
-    own = deck_units.told(system, None, None, None)
+    own = deck_units.read_unit_options(system, None, None, None)
     assert own.stress is not None
     assert own.stress.factor == pytest.approx(M / (L * T**2), rel=1e-14)
     assert own.of_force(1.0) == pytest.approx(M * L / T**2, rel=1e-14)
@@ -225,8 +227,8 @@ def test_units_of_a_system_belong_together(system: str) -> None:
     [(None, None), ("si", None), ("mm-t-s", "1mm"), (None, "1 Pa"), (None, "mm mm"), (None, "0mm")],
 )
 def test_units_that_are_none(system: str | None, length: str | None) -> None:
-    with pytest.raises(Unasked):
-        deck_units.told(system, length, None, None)
+    with pytest.raises(MissingUnit):
+        deck_units.read_unit_options(system, length, None, None)
 
 
 @pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8", "hex20"])
@@ -234,7 +236,7 @@ def test_sides_have_the_nodes_of_the_elements_own(kind: str) -> None:
     element = ELEMENTS[kind]
     own = {frozenset(row) for row in side_nodes(element.nodes).tolist()}
     assert own == {frozenset(np.asarray(facet).tolist()) for facet in element.facets}
-    sides = Sides(np.arange(element.nodes)[None, :])
+    sides = CellSides(np.arange(element.nodes)[None, :])
     faces, alone = sides.within(np.arange(element.nodes))
     assert len(faces) == len(own)
     assert len(alone) == 0
@@ -413,7 +415,7 @@ HOSTILE = [
 
 @pytest.mark.parametrize(("old", "new"), HOSTILE, ids=[str(i) for i in range(len(HOSTILE))])
 def test_decks_that_would_break_a_reader(old: str, new: str, tmp_path: Path) -> None:
-    with pytest.raises((Unreadable, Unasked)):
+    with pytest.raises((Unreadable, MissingUnit)):
         text_of(deck(tmp_path, (old, new)))
 
 
@@ -426,8 +428,8 @@ def test_atoms_from_the_last_to_the_first_are_none(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("told", ["gel(", "gel\nload a = gravity(1 m/s^2)", "", "a b"])
 def test_a_material_that_is_none(told: str, tmp_path: Path) -> None:
-    with pytest.raises(Wanting, match="no material"):
-        text_of(deck(tmp_path, ("*ELASTIC\n210000., 0.3", "")), Filled(told))
+    with pytest.raises(MissingValue, match="no material"):
+        text_of(deck(tmp_path, ("*ELASTIC\n210000., 0.3", "")), SuppliedValues(told))
 
 
 def mutated(data: bytes, chance: random.Random) -> bytes:
@@ -464,9 +466,9 @@ def tried(path: Path) -> Deck | None:
     """What is read and written of a file; None where it is refused in words."""
     try:
         deck = import_formats.read(path)
-        told = deck_units.told("mm-t-s", None, None, None)
-        text = scene_writer.written(deck, told, Filled(GEL, "1000 kg/m^3"), "m.inp").scene
-    except (Unreadable, Foreign, Unasked, Wanting) as error:
+        told = deck_units.read_unit_options("mm-t-s", None, None, None)
+        text = scene_writer.write_scene(deck, told, SuppliedValues(GEL, "1000 kg/m^3"), "m.inp").scene
+    except (Unreadable, NotImportable, MissingUnit, MissingValue) as error:
         return None if str(error) else pytest.fail("it was refused without a word")
     assert format_source(Source("x", text)) == text
     return deck

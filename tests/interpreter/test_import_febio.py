@@ -9,8 +9,8 @@ import pytest
 
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.importers import deck_units, import_formats
-from softmark.interpreter.importers.deck_units import Unasked
-from softmark.interpreter.importers.imported_deck import Foreign
+from softmark.interpreter.importers.deck_units import MissingUnit
+from softmark.interpreter.importers.imported_deck import NotImportable
 
 PARTS = Path(__file__).parents[1] / "errors" / "parts"
 
@@ -25,25 +25,28 @@ def test_units_that_a_deck_of_febio_declares_are_used_and_compared(declared: str
     text = (PARTS / "cube-pressed.feb").read_text().replace("mm-N-s", declared)
     (tmp_path / "cube.feb").write_text(text)
     own = import_formats.read(tmp_path / "cube.feb").units
-    found = deck_units.agreed(None, own)
-    assert found == deck_units.of_system(system)
-    assert deck_units.agreed(deck_units.told(None, f"{found.length.factor} m", None, None), own) == found
+    found = deck_units.agree_on_units(None, own)
+    assert found == deck_units.units_of_system(system)
+    assert (
+        deck_units.agree_on_units(deck_units.read_unit_options(None, f"{found.length.factor} m", None, None), own)
+        == found
+    )
     other = "m-kg-s" if system != "m-kg-s" else "mm-t-s"
-    with pytest.raises(deck_units.Contradicted, match="declares the units"):
-        deck_units.agreed(deck_units.of_system(other), own)
+    with pytest.raises(deck_units.ContradictoryUnits, match="declares the units"):
+        deck_units.agree_on_units(deck_units.units_of_system(other), own)
 
 
 def test_units_that_are_declared_in_no_known_system_are_asked_for(tmp_path: Path) -> None:
     (tmp_path / "cube.feb").write_text((PARTS / "cube-pressed.feb").read_text().replace("mm-N-s", "in-lbf-s"))
     own = import_formats.read(tmp_path / "cube.feb").units
-    with pytest.raises(Unasked, match="declares its units as `in-lbf-s`"):
-        deck_units.agreed(None, own)
-    assert deck_units.agreed(deck_units.of_system("mm-t-s"), own) == deck_units.of_system("mm-t-s")
+    with pytest.raises(MissingUnit, match="declares its units as `in-lbf-s`"):
+        deck_units.agree_on_units(None, own)
+    assert deck_units.agree_on_units(deck_units.units_of_system("mm-t-s"), own) == deck_units.units_of_system("mm-t-s")
 
 
 def test_a_curve_of_febio_that_ends_at_zero_loads_nothing_without_a_word() -> None:
     """The curve of `cube-released.feb` is 1 at time 0.5 and 0 at time 1; the pressure is 0.001 times the curve."""
-    with pytest.raises(Foreign, match=r"its curve 1 is 1 at time 0\.5") as refused:
+    with pytest.raises(NotImportable, match=r"its curve 1 is 1 at time 0\.5") as refused:
         import_formats.read(PARTS / "cube-released.feb")
     assert refused.value.code == "E758"
     assert "--at 0.5" in refused.value.remedy

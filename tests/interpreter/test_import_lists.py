@@ -11,7 +11,7 @@ import pytest
 import softmark
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.importers import deck_units, import_formats, scene_writer
-from softmark.interpreter.importers.imported_deck import Deck, Foreign
+from softmark.interpreter.importers.imported_deck import Deck, NotImportable
 from softmark.references.measured_data import Unreadable
 
 PARTS = Path(__file__).parents[1] / "errors" / "parts"
@@ -55,7 +55,9 @@ def test_sets_of_a_deck_are_regions_or_listed(changed: Changed) -> None:
         "the surface `BETWEEN`": "1 of its 1 faces are not of the surface of the body",
         "the material `OTHER`": "no cells are made of it",
     }
-    text = scene_writer.written(found, deck_units.told("mm-t-s", None, None, None), scene_writer.Filled(), "x.inp")
+    text = scene_writer.write_scene(
+        found, deck_units.read_unit_options("mm-t-s", None, None, None), scene_writer.SuppliedValues(), "x.inp"
+    )
     assert 'group_second = group(body, "group_second")' in " ".join(text.scene.split())
     assert "*ELSET, ELSET=group_second\n2\n" in (text.mesh or "")
 
@@ -200,8 +202,10 @@ def two_cubes(second: float) -> str:
 def test_a_deck_of_two_pieces_is_one_body_of_two(tmp_path: Path) -> None:
     """u = F L / (E A) = 1 N * 10 mm / (1 MPa * 100 mm^2) of both; there is no density, and nothing depends on it."""
     (tmp_path / "two.inp").write_text(two_cubes(15.0))
-    mm = deck_units.told("mm-t-s", None, None, None)
-    found = scene_writer.written(import_formats.read(tmp_path / "two.inp"), mm, scene_writer.Filled(), "m.inp")
+    mm = deck_units.read_unit_options("mm-t-s", None, None, None)
+    found = scene_writer.write_scene(
+        import_formats.read(tmp_path / "two.inp"), mm, scene_writer.SuppliedValues(), "m.inp"
+    )
     assert "pieces = keep" in found.scene
     assert any("2 pieces share no nodes" in how for how in found.taken)
     assert any("no density" in how for how in found.taken)
@@ -215,20 +219,22 @@ def test_a_deck_of_two_pieces_is_one_body_of_two(tmp_path: Path) -> None:
 
 def test_pieces_that_overlap_are_refused(tmp_path: Path) -> None:
     (tmp_path / "two.inp").write_text(two_cubes(5.0))
-    with pytest.raises(Foreign, match="2 pieces, of which some overlap"):
-        scene_writer.written(
+    with pytest.raises(NotImportable, match="2 pieces, of which some overlap"):
+        scene_writer.write_scene(
             import_formats.read(tmp_path / "two.inp"),
-            deck_units.told("mm-t-s", None, None, None),
-            scene_writer.Filled(),
+            deck_units.read_unit_options("mm-t-s", None, None, None),
+            scene_writer.SuppliedValues(),
             "x",
         )
 
 
 def test_cells_that_are_inside_out_are_counted_and_mean_the_same(tmp_path: Path) -> None:
     """1e-12: the same problem, whose matrix has its rows in another order."""
-    mm, sag = deck_units.told("mm-t-s", None, None, None), []
+    mm, sag = deck_units.read_unit_options("mm-t-s", None, None, None), []
     for name in ("deck.inp", "deck-inside-out.inp"):
-        made = scene_writer.written(import_formats.read(PARTS / name), mm, scene_writer.Filled(), f"{name}.mesh.inp")
+        made = scene_writer.write_scene(
+            import_formats.read(PARTS / name), mm, scene_writer.SuppliedValues(), f"{name}.mesh.inp"
+        )
         (tmp_path / f"{name}.mesh.inp").write_text(made.mesh or "")
         probed = (
             made.scene + "probe end = point(body, at = (20, 5, 5) mm)\nmetric sag = displacement(end, along = -z)\n"

@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.pipeline.run_options import Options
-from softmark.interpreter.pipeline.run_pipeline import run as pipeline
+from softmark.interpreter.pipeline.run_options import RunOptions
+from softmark.interpreter.pipeline.run_pipeline import run_scene as pipeline
 
 SEEDS = 200
 QUICK = 8
@@ -32,7 +32,7 @@ def cases(count: int, quick: int) -> list[Any]:
 
 def run(text: str, stated: tuple[str, ...] | None = None) -> Any:
     scene = softmark.loads(text)
-    return pipeline(scene.scene, list(scene.warnings), Options(draw=False, stated=stated))
+    return pipeline(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=stated))
 
 
 def layers(rng: np.random.Generator, length: float) -> tuple[list[float], list[float]]:

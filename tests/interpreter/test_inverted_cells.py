@@ -58,13 +58,13 @@ def test_a_sound_state_is_as_before() -> None:
 def test_a_comparison_recommends_no_such_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its points are on no front, with the reason."""
     from softmark.interpreter.study.analysis.comparison_point import ComparedPoint
-    from softmark.interpreter.study.analysis.pareto_front import judge
+    from softmark.interpreter.study.analysis.pareto_front import judge_points
 
     point = {
         "key": "a", "scene": "s", "model": "tet", "status": "converged", "size": {"dofs": 3},
         "errors": {"eta": {"value": 0.1, "unit": "1", "against": "fine"}},
         "warnings": [{"code": "W351", "message": "40 of 40 cells inside out", "line": 1}],
     }  # fmt: skip
-    found = judge([ComparedPoint.from_json(point)], "eta", "unknowns")
+    found = judge_points([ComparedPoint.from_json(point)], "eta", "unknowns")
     assert not found.candidates
     assert found.left_out["a"][1] == "its cells are inside out"

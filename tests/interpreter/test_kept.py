@@ -22,14 +22,14 @@ from softmark.grammar.diagnostic import Source
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.models.external.adapters import PROGRAMS, RODS, adapter
 from softmark.interpreter.pipeline import model_runs
-from softmark.interpreter.pipeline.run_options import Options, Text
-from softmark.interpreter.pipeline.run_pipeline import report_of, sound_of
+from softmark.interpreter.pipeline.run_options import RunOptions, SceneText
+from softmark.interpreter.pipeline.run_pipeline import check_text, run_to_report
 from softmark.interpreter.planning.run_plan import plan_of
-from softmark.interpreter.results.run_report import SeenCurve
+from softmark.interpreter.results.run_report import PlottedCurve
 from softmark.interpreter.results.state_results import Moment
 from softmark.interpreter.study.configurations import source_digests
 from softmark.interpreter.study.run_cache import cache_folder, result_keeper, run_cache_keys
-from softmark.interpreter.study.run_cache.result_serialization import Reader, Unkept, Writer
+from softmark.interpreter.study.run_cache.result_serialization import NotSaved, Reader, Writer
 from softmark.interpreter.validation.constructor_registry import compile_source
 from softmark.interpreter.verification import accuracy_warnings
 
@@ -76,9 +76,9 @@ def found(folder: Path, text: str, overrides: tuple[str, ...] = (), **asked: Any
     if not (folder / "gels.scene").exists():
         (folder / "gels.scene").write_text(GELS, encoding="utf-8")
     plugins = asked.pop("plugins", ())
-    given = Text(Source("my.scene", text), folder, folder / "my.scene", overrides, plugins)
-    own = result_keeper.Keeper(lambda: folder / "report")
-    results = report_of(given, Options(free=True, draw=False, **asked), own).outcomes
+    given = SceneText(Source("my.scene", text), folder, folder / "my.scene", overrides, plugins)
+    own = result_keeper.FolderRunCache(lambda: folder / "report")
+    results = run_to_report(given, RunOptions(free=True, draw=False, **asked), own).outcomes
     return {result.name for result in results if not result.kept}
 
 
@@ -224,9 +224,9 @@ def test_another_program_of_the_same_number_is_another(tmp_path: Path, monkeypat
     (tmp_path / "gels.scene").write_text(GELS, encoding="utf-8")
 
     def keyed() -> dict[str, str]:
-        source_digests.of_installed.cache_clear()
-        options = Options(free=True)
-        sound = sound_of(Text(Source("my.scene", text), tmp_path, tmp_path / "my.scene", (), ()), options)
+        source_digests.digest_installed.cache_clear()
+        options = RunOptions(free=True)
+        sound = check_text(SceneText(Source("my.scene", text), tmp_path, tmp_path / "my.scene", (), ()), options)
         return run_cache_keys.keys_of(sound.scene, plan_of(sound.scene, ()), options)
 
     seen = []
@@ -235,7 +235,7 @@ def test_another_program_of_the_same_number_is_another(tmp_path: Path, monkeypat
         own.chmod(0o755)
         seen.append(keyed())
     assert {name for name in seen[0] if seen[0][name] != seen[1][name]} == {"", "rod"}
-    source_digests.of_installed.cache_clear()
+    source_digests.digest_installed.cache_clear()
     known = {name: adapter(name) for name in (*PROGRAMS, *RODS)}
     assert all(bool(own.places()) == (own.version() is not None) for own in known.values())
 
@@ -265,15 +265,15 @@ def test_contents_of_files_count_and_their_names_do_not_hide_them(tmp_path: Path
 @pytest.mark.slow
 def test_a_file_that_is_saved_while_it_is_read_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     measured(tmp_path, 0.01)
-    known = result_keeper.Keeper.known
+    known = result_keeper.FolderRunCache.known
 
-    def saved(self: result_keeper.Keeper, *given: Any) -> Any:
+    def saved(self: result_keeper.FolderRunCache, *given: Any) -> Any:
         taken = known(self, *given)
         measured(tmp_path, 0.03)  # after it was looked at, before it is read
         return taken
 
     with monkeypatch.context() as patch:
-        patch.setattr(result_keeper.Keeper, "known", saved)
+        patch.setattr(result_keeper.FolderRunCache, "known", saved)
         found(tmp_path, SCENE + SEEN)
     measured(tmp_path, 0.01)
     assert found(tmp_path, SCENE + SEEN) == ALL | {"seen"}
@@ -370,7 +370,7 @@ def test_who_is_interrupted_has_what_was_finished(tmp_path: Path, monkeypatch: p
     for file in kept(tmp_path):
         file.unlink()
     monkeypatch.setattr(result_keeper, "WORTH", 0.0)
-    solve = model_runs.solve
+    solve = model_runs.solve_model
 
     def interrupted(work: Any, name: str) -> None:
         if name == "stiff":
@@ -396,7 +396,7 @@ def test_models_are_kept_once_those_are_solved_that_they_are_held_against(
 ) -> None:
     found: list[str] = []
     monkeypatch.setattr(result_keeper, "WORTH", 0.0)
-    monkeypatch.setattr(result_keeper.Keeper, "keep_early", lambda self, works, name: found.append(name))
+    monkeypatch.setattr(result_keeper.FolderRunCache, "keep_early", lambda self, works, name: found.append(name))
     run(tmp_path, text=SCENE + f"metric apart = max_error(axis, against = {against})\n")
     assert found == early
 
@@ -422,7 +422,7 @@ def test_what_was_kept_with_other_doubts_is_not_taken_over(tmp_path: Path, monke
 
 
 def test_values_come_back_as_they_were() -> None:
-    curve = SeenCurve(np.array([0.1, 1 / 3]), np.array([1.0, np.nan]), ("m", "1"))
+    curve = PlottedCurve(np.array([0.1, 1 / 3]), np.array([1.0, np.nan]), ("m", "1"))
     value = (
         1,
         1.5,
@@ -441,9 +441,9 @@ def test_values_come_back_as_they_were() -> None:
     found = Reader(NOBODY, dict(enumerate(writer.arrays))).read(json.loads(text))
     assert repr(found) == repr(value)
     assert [type(v) for v in found] == [type(v) for v in value]
-    with pytest.raises(Unkept):
+    with pytest.raises(NotSaved):
         writer.write(lambda: None)
-    with pytest.raises(Unkept):
+    with pytest.raises(NotSaved):
         writer.write(np.array([object()]))
 
 
@@ -451,37 +451,37 @@ def test_no_file_has_anything_run(tmp_path: Path) -> None:
     """With a right checksum, too: objects are not read, and classes that are not of results are not made."""
     body = io.BytesIO()
     np.savez(body, json=np.array([Path("made")], dtype=object))
-    cache_folder.write(tmp_path, "key", 0, [])
+    cache_folder.write_saved(tmp_path, "key", 0, [])
     path = cache_folder._path(tmp_path, "key")
     path.write_bytes(cache_folder._head("key", body.getvalue()) + b"\n" + body.getvalue())
-    with pytest.raises(cache_folder.Damaged):
-        cache_folder.read(tmp_path, "key")
+    with pytest.raises(cache_folder.DamagedFile):
+        cache_folder.read_saved(tmp_path, "key")
     with pytest.raises(LookupError):
         Reader(NOBODY, {}).read({"~class": "Popen", "fields": {}})
 
 
 def test_a_result_is_not_read_under_the_name_of_another(tmp_path: Path) -> None:
     """The authentication code covers the key: two files that have been swapped are taken for neither result."""
-    cache_folder.write(tmp_path, "one", 1, [])
-    cache_folder.write(tmp_path, "two", 2, [])
+    cache_folder.write_saved(tmp_path, "one", 1, [])
+    cache_folder.write_saved(tmp_path, "two", 2, [])
     one, two = (cache_folder._path(tmp_path, key) for key in ("one", "two"))
     first, second = one.read_bytes(), two.read_bytes()
     one.write_bytes(second)
     two.write_bytes(first)
     for key in ("one", "two"):
-        with pytest.raises(cache_folder.Damaged, match="renamed"):
-            cache_folder.read(tmp_path, key)
+        with pytest.raises(cache_folder.DamagedFile, match="renamed"):
+            cache_folder.read_saved(tmp_path, key)
     body = first.partition(b"\n")[2]
     assert cache_folder._head("one", body) != cache_folder._head("two", body)
     one.write_bytes(first)
-    assert cache_folder.read(tmp_path, "one") == (1, {})
+    assert cache_folder.read_saved(tmp_path, "one") == (1, {})
 
 
 def test_a_folder_of_results_stays_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cache_folder, "MOST", 3)
     for number in range(6):
-        cache_folder.write(tmp_path, f"{number}", number, [])
+        cache_folder.write_saved(tmp_path, f"{number}", number, [])
         os.utime(cache_folder._path(tmp_path, f"{number}"), (number, number))
-    cache_folder.prune(tmp_path, ["0"])
-    left = {number for number in range(6) if cache_folder.read(tmp_path, f"{number}") is not None}
+    cache_folder.prune_folder(tmp_path, ["0"])
+    left = {number for number in range(6) if cache_folder.read_saved(tmp_path, f"{number}") is not None}
     assert left == {0, 4, 5}

@@ -36,7 +36,7 @@ KEPT = material_library.materials()
 
 
 @pytest.mark.parametrize("own", KEPT.values(), ids=lambda own: own.name)
-def test_every_constant_has_a_source_a_test_a_range_and_a_doubt(own: material_library.Kept) -> None:
+def test_every_constant_has_a_source_a_test_a_range_and_a_doubt(own: material_library.LibraryMaterial) -> None:
     assert own.what.endswith(".")
     assert set(own.said) == set(material_library.KEYS)
     assert re.search(r"https?://|\((?:19|20)\d\d\)|scan of the beam", own.said["Source"])
@@ -54,7 +54,7 @@ def test_the_curve_of_its_page_is_that_of_its_law(capsys: pytest.CaptureFixture[
     """Of logarithmic neo-Hooke in closed form, to the six digits that are shown."""
     own = KEPT["ecoflex_0030_tension"]
     mu, lam = 48.3e3 / 2.98, 48.3e3 * 0.49 / (1.49 * 0.02)
-    for l, stress in material_library.curve(own):
+    for l, stress in material_library.tensile_curve(own):
         t = brentq(lambda t, l=l: mu * (t * t - 1) + lam * math.log(l * t * t), 0.3, 2.0, xtol=1e-15)
         assert stress == pytest.approx((mu * (l * l - 1) + lam * math.log(l * t * t)) / l, rel=1e-9)
     text = page("ecoflex_0030_tension") or ""
@@ -160,7 +160,7 @@ def test_what_has_fibres_has_a_curve_of_one_cell() -> None:
 
     Sheets are shorter than at rest then and slack; to 1e-6, as far as the solver goes.
     """
-    for l, P in material_library.curve(KEPT["myocardium"]):
+    for l, P in material_library.tensile_curve(KEPT["myocardium"]):
         if l > 1.01:
             due = 59.0 * (l - l**-2) * math.exp(8.023 * (l * l + 2.0 / l - 3.0))
             due += 2.0 * 18472.0 * (l * l - 1.0) * l * math.exp(16.026 * (l * l - 1.0) ** 2)

@@ -38,7 +38,7 @@ COUNTED: dict[CodeType, str] = {
     parser.parse.__code__: "parsed",
     compiling._compile.__code__: "compiled",
     run_plan.plan_of.__code__: "planned",
-    body_case._made.__code__: "cases",
+    body_case._build_case.__code__: "cases",
     structured_meshes.mesh_extrusion.__code__: "meshes",
     measured_curve.CurveFromFile.load.__code__: "curves",
     load_forces_check._swept.__code__: "swept",

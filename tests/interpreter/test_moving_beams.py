@@ -11,7 +11,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.pipeline.run_pipeline import Options
-from softmark.interpreter.pipeline.run_pipeline import run as run_of
+from softmark.interpreter.pipeline.run_pipeline import run_scene as run_of
 from softmark.scenes import ROOT
 
 BAR = """

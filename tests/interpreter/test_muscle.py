@@ -362,7 +362,8 @@ def test_a_wrong_state_without_loads_is_refused(monkeypatch: pytest.MonkeyPatch)
     The check takes the law without shortening here; the state that it then refuses was let through.
     """
     monkeypatch.setattr(
-        "softmark.solvers.independent_forces.fiber_axes_by_differences.energy_with_shortening", lambda stress, s, f: stress
+        "softmark.solvers.independent_forces.fiber_axes_by_differences.energy_with_shortening",
+        lambda stress, s, f: stress,
     )
     text = CUBE.format(law=RUBBER.format(nu=0.5), muscle=SHORT.format("20 %", ", own = +x"), more="", model=TIGHT,
                        size="10 mm")  # fmt: skip

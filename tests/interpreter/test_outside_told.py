@@ -9,7 +9,7 @@ import pytest
 import softmark
 from softmark.interpreter.models.external.adapters import PROGRAMS
 from softmark.interpreter.models.external.exporters import FORMATS
-from softmark.interpreter.pipeline.run_options import Options
+from softmark.interpreter.pipeline.run_options import RunOptions
 from softmark.interpreter.report.exam_export.exam_folder import export
 
 LAW = "neo_hookean_isochoric(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)"
@@ -73,4 +73,4 @@ def test_what_has_no_words_for_others_is_never_dropped(moving: bool) -> None:
 def test_no_file_is_written_without_its_contact(to: str, tmp_path: Path) -> None:
     text = SCENE.format(law=LAW, of="base") + f"{FLOOR}\nmodel ours = fem(tet4, strain = finite, size = 5 mm)\n"
     with pytest.raises(softmark.SceneError, match="contact `touch`"):
-        export(softmark.loads(text).scene, to, (), tmp_path, Options(draw=False))
+        export(softmark.loads(text).scene, to, (), tmp_path, RunOptions(draw=False))

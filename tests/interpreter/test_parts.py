@@ -204,11 +204,15 @@ def test_pressure_on_a_part_of_a_deformed_facet(kind: str) -> None:
 @pytest.mark.parametrize("nodes", FACETS)
 def test_fixed_points_integrate_what_a_pressure_needs(nodes: int) -> None:
     """Each polynomial is one at its own point; whole facets have the area of the reference, and its first moments."""
-    places = moment_fitted_quadrature.places(nodes)
-    np.testing.assert_allclose(moment_fitted_quadrature.basis(nodes, places), np.eye(len(places)), atol=1e-12)
+    places = moment_fitted_quadrature.point_positions(nodes)
+    np.testing.assert_allclose(
+        moment_fitted_quadrature.basis_polynomials(nodes, places), np.eye(len(places)), atol=1e-12
+    )
     xi, w = FACETS[nodes].quadrature()
     np.testing.assert_allclose(
-        moment_fitted_quadrature.whole(nodes), w @ moment_fitted_quadrature.basis(nodes, xi), atol=1e-14
+        moment_fitted_quadrature.full_facet_weights(nodes),
+        w @ moment_fitted_quadrature.basis_polynomials(nodes, xi),
+        atol=1e-14,
     )
 
 

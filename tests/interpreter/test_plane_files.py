@@ -13,8 +13,8 @@ from flat_files import KINDS, clockwise, outline, plane_cells, write
 from loaded import loaded_by
 
 import softmark
-from softmark.interpreter.pipeline.run_options import Options
-from softmark.interpreter.pipeline.run_pipeline import run
+from softmark.interpreter.pipeline.run_options import RunOptions
+from softmark.interpreter.pipeline.run_pipeline import run_scene
 from softmark.solvers.mesh import mesh_groups
 from softmark.solvers.mesh.disjoint_shapes import Apart
 from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
@@ -66,7 +66,7 @@ def sheet(path: Path, element: str, region: PlaneRegion = SHEET) -> str:
 def answers(text: str, stated: tuple[str, ...] | None = ()) -> dict[str, float]:
     """All metrics, and the errors that finer spaces over the same cells state, where there was time for these."""
     loaded = softmark.loads(text)
-    report = run(loaded.scene, list(loaded.warnings), Options(draw=False, stated=stated))
+    report = run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False, stated=stated))
     model = report.models["own"]
     assert model.status == "converged", model.message
     values = {name: own.value for name, own in model.metrics.items()}

@@ -43,7 +43,7 @@ def test_ranges_say_where_a_model_is_right_and_what_comes_beyond() -> None:
         {"quantity": "kind", "choice": True, "right": ["tet10", "hex8"],
          "beyond": {"up": "inaccurate as stated with tet4"}},
     ]  # fmt: skip
-    assert [validity_ranges._words(r) for r in found["models"][0]["ranges"]] == [
+    assert [validity_ranges._range_words(r) for r in found["models"][0]["ranges"]] == [
         "right from 0.3 to 0.4; above: inaccurate as stated from 0.49",
         "right at 10\u00a0m; below: not converged from 1\u00a0m",
         "right with tet10, hex8; inaccurate as stated with tet4",

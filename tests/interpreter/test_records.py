@@ -6,16 +6,16 @@ import json
 from dataclasses import replace
 
 import softmark
-from softmark.interpreter.pipeline.run_environment import describe
+from softmark.interpreter.pipeline.run_environment import describe_scene
 from softmark.interpreter.pipeline.scene_declarations import names_of
 from softmark.interpreter.report.run.model_families import scene_poisson
 from softmark.interpreter.report.run.report_summary import Findings
 from softmark.interpreter.report.view3d.view_camera import upward
 from softmark.interpreter.results.error_statements import StatedError
 from softmark.interpreter.results.run_report import Report
-from softmark.interpreter.study.configurations.task_outcome import PointOutcome, PointTask, TruthAsked
-from softmark.interpreter.study.robustness.reference_trust import LeanOutcome, lean
-from softmark.interpreter.study.robustness.robustness_record import StressChoice, StressEdge, StressPoint
+from softmark.interpreter.study.configurations.task_outcome import PointOutcome, PointTask, TruthRequest
+from softmark.interpreter.study.robustness.reference_trust import LeanOutcome, reduce_outcome
+from softmark.interpreter.study.robustness.robustness_record import ChoiceEdge, RobustnessPoint, ValidityEdge
 
 TEXT = """
 param    nu     = 0.3
@@ -36,7 +36,7 @@ expect   rod.eta < 50 %
 
 def findings(**replaced: str) -> Findings:
     scene = softmark.loads(TEXT, **replaced).scene
-    return Findings(Report(describe(scene), {}, {}, {}, (), (), names=names_of(scene)))
+    return Findings(Report(describe_scene(scene), {}, {}, {}, (), (), names=names_of(scene)))
 
 
 def test_a_page_knows_the_scene_as_it_was_run() -> None:
@@ -51,7 +51,7 @@ def test_a_page_knows_the_scene_as_it_was_run() -> None:
 
 
 def test_a_task_goes_to_a_worker_and_back() -> None:
-    task = PointTask("k", "s", "rod", ("rod",), "text", "a", None, "/", ("n=4",), 600.0, TruthAsked("a", "eta"), True)
+    task = PointTask("k", "s", "rod", ("rod",), "text", "a", None, "/", ("n=4",), 600.0, TruthRequest("a", "eta"), True)
     assert PointTask.from_json(json.loads(json.dumps(task.to_json()))) == task
     plain = replace(task, limit_s=None, truth=None, stated=False).to_json()
     assert not {"limit_s", "truth", "stated", "alone"} & set(plain), "what is not asked is not said"
@@ -61,7 +61,7 @@ def test_outcomes_of_older_journals_are_read() -> None:
     """Without seconds, outline, warnings, sizes and what was stated: each has a default."""
     old = PointOutcome.from_json({"key": "k", "point": {"status": "converged"}, "references": {}, "later": 1})
     assert (old.cpu_s, old.unfinished, old.again(1.0)) == (None, False, False)
-    thin = lean(old)
+    thin = reduce_outcome(old)
     assert LeanOutcome.from_json(json.loads(json.dumps(thin.to_json()))).point == thin.point
     assert (thin.point.outline, thin.point.warnings, thin.point.stated) == ("", (), None)
     late = {"key": "k", "point": {"status": "timed_out"}, "unfinished": True, "limit_s": 5.0}
@@ -76,11 +76,11 @@ def test_numbers_that_json_has_not_are_null() -> None:
 def test_edges_of_older_studies_are_read() -> None:
     """A choice had no class for each option once; a walk did not say what was judged."""
     own = {"model": "m", "quantity": "q", "direction": "up", "class": "silent"}
-    choice = StressEdge.read({**own, "right": ["a"], "wrong": ["b"]})
-    assert isinstance(choice, StressChoice)
+    choice = ValidityEdge.read({**own, "right": ["a"], "wrong": ["b"]})
+    assert isinstance(choice, ChoiceEdge)
     assert choice.classes == {"a": "right", "b": "silent"}
     assert choice.to_json()["wrong"] == ["b"]
-    walk = StressEdge.read(own)
-    assert (walk.word, walk.judged, type(walk)) == ("silent", 0, StressEdge)
-    point = StressPoint.from_json({"key": "k", "model": "m", "values": {}, "class": "right", "error": 0.1})
+    walk = ValidityEdge.read(own)
+    assert (walk.word, walk.judged, type(walk)) == ("silent", 0, ValidityEdge)
+    point = RobustnessPoint.from_json({"key": "k", "model": "m", "values": {}, "class": "right", "error": 0.1})
     assert (point.found.word, point.found.states, point.texts) == ("right", None, {})

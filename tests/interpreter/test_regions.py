@@ -20,11 +20,11 @@ from softmark.interpreter.metrics.probe_samples import ProbeSamples, mean_weight
 from softmark.interpreter.metrics.stress import Stress
 from softmark.interpreter.models.shared import region_cells
 from softmark.interpreter.models.shared.region_cells import Owners
-from softmark.interpreter.pipeline.run_options import Options
-from softmark.interpreter.pipeline.run_pipeline import run
+from softmark.interpreter.pipeline.run_options import RunOptions
+from softmark.interpreter.pipeline.run_pipeline import run_scene
 from softmark.interpreter.problem.body_case import case_of
 from softmark.interpreter.problem.probe_points import place_of
-from softmark.solvers.stress_recovery.stress_measures import Sides, Tensors
+from softmark.solvers.stress_recovery.stress_measures import Tensors, TensorsBySide
 
 LIBRARY = Path(softmark.__file__).parents[2] / "stdlib-scenes"
 
@@ -58,7 +58,7 @@ def away(scene: str) -> float:
 def stated(scene: str) -> tuple[Any, float]:
     """What the model says of its error, and what it finds, m."""
     loaded = softmark.loads(scene)
-    model = run(loaded.scene, list(loaded.warnings), Options(draw=False, stated=())).models["m"]
+    model = run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False, stated=())).models["m"]
     value = model.metrics["away"].value
     assert value is not None
     return model.stated["away"], float(value)
@@ -272,7 +272,7 @@ def test_the_stated_error_holds_what_cells_of_the_wrong_material_make(
 ) -> None:
     """Bars in series; the mesh has no node at the borders, which lie a thousandth aslant."""
     loaded = softmark.loads(SERIES.format(stiff=stiff, length=length, regions=regions))
-    found = run(loaded.scene, list(loaded.warnings), Options(draw=False, stated=())).models["own"]
+    found = run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False, stated=())).models["own"]
     assert found.metrics["long"].value is not None
     off = abs(found.metrics["long"].value - exact)
     assert off > 1e-3 * exact
@@ -355,7 +355,7 @@ def test_errors_of_means_count_points_by_their_volumes() -> None:
         six = np.zeros((4, 6))
         six[:, 0] = [2.0, 2.0, 2.0 + shear, 2.0 + shear]
         found = Tensors(six, np.zeros((4, 9)), True)
-        sides = Sides(np.arange(4), np.zeros(4, dtype=np.int64), found)
+        sides = TensorsBySide(np.arange(4), np.zeros(4, dtype=np.int64), found)
         return SimpleNamespace(sides=lambda points: sides, usual=(1.0, 1.0, 1.0))
 
     metric = Stress("whole", component="xx", over="mean")
@@ -392,7 +392,7 @@ def test_what_a_polygon_misses_of_a_core_is_not_stated_as_whole_cells_of_another
     area (Saint-Venant 1855), and of its force. Where nothing comes of it, nothing is stated.
     """
     loaded = softmark.loads(COAXIAL.format(and_more=""))
-    model = run(loaded.scene, list(loaded.warnings), Options(draw=False, stated=())).models["m"]
+    model = run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False, stated=())).models["m"]
     own = {name: said.parts["regions"] for name, said in model.stated.items()}
     assert model.metrics["mean"].value == pytest.approx(880.0, rel=1e-8)
     assert own["mean"] < 0.06 * 1216.0
@@ -410,7 +410,7 @@ def test_a_border_that_cuts_cells_is_stated_as_whole_cells_of_another_material()
     """The same core with an end aslant, which no mesh follows; held against cells of half of the size."""
     text = COAXIAL.format(and_more=" and x + 0.7 * y <= 3 mm")
     loaded = softmark.loads(text)
-    model = run(loaded.scene, list(loaded.warnings), Options(draw=False, stated=())).models["m"]
+    model = run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False, stated=())).models["m"]
     fine = softmark.loads(text.replace("size = 2.5 mm", "size = 1.25 mm")).run().models["m"].metrics["pull"].value
     force = model.metrics["pull"].value
     assert force is not None

@@ -16,7 +16,7 @@ from browser import TIMED, browse, needs_chromium, noted
 
 import softmark
 from softmark.interpreter.report.run.report_page import render
-from softmark.interpreter.results.run_report import Report, SeenSurface
+from softmark.interpreter.results.run_report import DrawnSurface, Report
 
 
 @pytest.fixture(scope="module")
@@ -156,10 +156,10 @@ def shaped(usual: Report) -> Report:
         times = np.linspace(0.0, 1.0, 30) if i < 2 else None
         frames = None if times is None else np.array([tube(axis.points + t * u)[0] for t in times])
         error = np.linalg.norm(X - tube(axis.points)[0], axis=1)
-        shape = SeenSurface(X, triangles, times, frames, error, "theory")
+        shape = DrawnSurface(X, triangles, times, frames, error, "theory")
         models[f"m{i}"] = replace(model, name=f"m{i}", shape=shape)
     references = {n: replace(r, shape=None) for n, r in usual.references.items()}
-    references["theory"] = replace(references["theory"], shape=SeenSurface(*tube(axis.position)))
+    references["theory"] = replace(references["theory"], shape=DrawnSurface(*tube(axis.position)))
     return replace(usual, models=models, references=references)
 
 

@@ -24,26 +24,26 @@ from softmark.interpreter.report.page.html_document import part
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.view3d.compact_surfaces import thinned
 from softmark.interpreter.report.view3d.surface_fields import scale_over
-from softmark.interpreter.results.run_report import CarriedNumber, ModelResult, ReferenceResult, Report, SeenSurface
+from softmark.interpreter.results.run_report import DrawnSurface, ModelResult, ReferenceResult, Report, SurfaceField
 
 NONE = "only finite elements and beams have a stress at every point"
 
 
-def number(values: Any, words: str = "stress xx, cauchy", **more: Any) -> CarriedNumber:
-    return CarriedNumber(words, "Pa", ("most",), None if values is None else np.asarray(values), size=100.0, **more)
+def number(values: Any, words: str = "stress xx, cauchy", **more: Any) -> SurfaceField:
+    return SurfaceField(words, "Pa", ("most",), None if values is None else np.asarray(values), size=100.0, **more)
 
 
-def coloured(name: str, *numbers: CarriedNumber, frames: int = 0) -> ModelResult:
+def coloured(name: str, *numbers: SurfaceField, frames: int = 0) -> ModelResult:
     """A model as bent as the scan is, with a history of so many frames."""
     X, triangles = tube(0.02)
     times = np.linspace(0.0, 0.5, frames) if frames else None
     course = None if times is None else np.array([tube(0.02 * t / 0.5)[0] for t in times])
-    shape = SeenSurface(X, triangles, times, course, np.zeros(len(X)), "scan", numbers)
+    shape = DrawnSurface(X, triangles, times, course, np.zeros(len(X)), "scan", numbers)
     return ModelResult(name, "converged", None, "a tube", shape=shape)
 
 
 def report(*models: ModelResult) -> Report:
-    scan = ReferenceResult("scan", "converged", None, "measured surface", "us", 5e-4, shape=SeenSurface(*tube(0.02)))
+    scan = ReferenceResult("scan", "converged", None, "measured surface", "us", 5e-4, shape=DrawnSurface(*tube(0.02)))
     return Report({"title": "Shapes", "text": ""}, {}, {m.name: m for m in models}, {"scan": scan}, (), ())
 
 

@@ -23,13 +23,13 @@ from softmark.interpreter.report.run.tables.line_probes import drawn_first, look
 from softmark.interpreter.report.view3d.still_picture import axes_of, frame_of
 from softmark.interpreter.report.view3d.view_camera import letters, upward, view_of
 from softmark.interpreter.results.run_report import (
+    DrawnSurface,
     MetricResult,
     ModelKind,
     ModelResult,
     ProbeResult,
     ReferenceResult,
     Report,
-    SeenSurface,
     Timing,
 )
 
@@ -225,7 +225,7 @@ def test_gravity_points_down(direction: str, up: tuple[int, int, int]) -> None:
 def test_the_longer_level_direction_runs_from_left_to_right() -> None:
     # along z with y upwards, as on the authors' scan
     X = np.array([[0, 0, 0], [0.02, 0, 0], [0, 0.02, 0], [0, 0, 0.2]], float)
-    view = view_of(Findings(report()), [SeenSurface(X, np.array([[0, 1, 2], [0, 2, 3]]))])
+    view = view_of(Findings(report()), [DrawnSurface(X, np.array([[0, 1, 2], [0, 2, 3]]))])
     right, above, _ = axes_of(view)
     assert letters(view) == "zxy"
     assert right @ [0, 0, 1] > 0.8
@@ -264,13 +264,13 @@ def two() -> Report:
             model(name, "4 beam segments, no mesh", 24, 0.1, 0.1),
             probes={f"axis_{end}": LINE},
             metrics=metrics,
-            shape=SeenSurface(*box()),
+            shape=DrawnSurface(*box()),
         )
 
     lost = ModelResult("lost", "failed", "no equilibrium", "4 beam segments, no mesh")
     references = {
         "theory": ReferenceResult(
-            "theory", "converged", None, "closed form", "us", None, {"axis_l": LINE}, {}, SeenSurface(*box())
+            "theory", "converged", None, "closed form", "us", None, {"axis_l": LINE}, {}, DrawnSurface(*box())
         ),
         "scan": ReferenceResult("scan", "converged", None, "measurement", "us", None),
     }

@@ -29,8 +29,8 @@ from softmark.interpreter.results.run_report import (
     ProbeResult,
     ReferenceResult,
     Report,
+    ReportWarning,
     Timing,
-    Warned,
 )
 
 Parsed = Callable[[str], Any]  # reads a page: conftest.py
@@ -109,7 +109,7 @@ def lost(name: str, status: str = "not_converged") -> ModelResult:
 
 def hostile() -> Report:
     """Every text of a report tries to be markup."""
-    warned = Warned(HOSTILE, HOSTILE, 3, HOSTILE)
+    warned = ReportWarning(HOSTILE, HOSTILE, 3, HOSTILE)
     expectation = ExpectationResult(HOSTILE, 8, None, None, HOSTILE, HOSTILE)
     bad = model(HOSTILE, outline=HOSTILE, message=HOSTILE, status=HOSTILE)
     worse = lost("=cmd|' /C calc'!A0")
@@ -450,7 +450,7 @@ def test_single_point_has_a_table(parsed: Parsed) -> None:
 
 
 def test_repeated_warnings_come_once(parsed: Parsed) -> None:
-    same = tuple(Warned("W301", "linear tetrahedra lock", at, "refine") for at in (3, 5))
+    same = tuple(ReportWarning("W301", "linear tetrahedra lock", at, "refine") for at in (3, 5))
     text = parsed(render(report(model("a"), warnings=same))).text
     assert text.count("linear tetrahedra lock") == 1
     assert "line 3, line 5" in text

@@ -14,12 +14,12 @@ import pytest
 from browser import TIMED, browse, needs_chromium, noted
 
 import softmark
-from softmark.interpreter.pipeline.rigid_body_shapes import instruments
+from softmark.interpreter.pipeline.rigid_body_shapes import drawn_rigid_bodies
 from softmark.interpreter.problem.body_case import case_of
 from softmark.interpreter.problem.rigid_surfaces import THICK, WIDER
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.view3d.rigid_bodies_view import AROUND, room_of
-from softmark.interpreter.results.run_report import Report, SeenSurface
+from softmark.interpreter.results.run_report import DrawnSurface, Report
 from softmark.interpreter.results.vtk_writer import write_vtu
 from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.mesh.rigid_shapes import Punch, RoundedBox, Tip
@@ -63,7 +63,7 @@ def seen(text: str) -> Any:
     assert case.shape.bounds is not None
     low, high = map(np.array, case.shape.bounds)
     corners = np.array([np.where([i & 1, i & 2, i & 4], high, low) for i in range(8)])
-    (own,) = instruments(case, SeenSurface(corners, np.zeros((1, 3), dtype=np.int64)))
+    (own,) = drawn_rigid_bodies(case, DrawnSurface(corners, np.zeros((1, 3), dtype=np.int64)))
     return own
 
 

@@ -34,13 +34,13 @@ from softmark.interpreter.report.view3d.shapes_section import PANELS
 from softmark.interpreter.results import vtk_writer
 from softmark.interpreter.results.error_statements import StatedError
 from softmark.interpreter.results.run_report import (
+    DrawnSurface,
     ExpectationResult,
     MetricResult,
     ModelResult,
     ProbeResult,
     ReferenceResult,
     Report,
-    SeenSurface,
 )
 from softmark.solvers.elements import ELEMENTS
 
@@ -88,12 +88,12 @@ def model(name: str, bend: float, frames: int = 0, along: int = 40) -> ModelResu
         }
         events = [{"time": 0.25, "what": "step halved to 5 ms"}]
         solve |= {"times": moments.tolist(), "energies": energies, "events": events}
-    shape = SeenSurface(X, triangles, times, course, error, "scan")
+    shape = DrawnSurface(X, triangles, times, course, error, "scan")
     return ModelResult(name, "converged", None, "a tube", {"dofs": 9}, solve, {}, {"tip": tip}, metrics, shape)
 
 
 def report(*models: ModelResult) -> Report:
-    scan = ReferenceResult("scan", "converged", None, "measured surface", "us", 5e-4, shape=SeenSurface(*tube(0.02)))
+    scan = ReferenceResult("scan", "converged", None, "measured surface", "us", 5e-4, shape=DrawnSurface(*tube(0.02)))
     source = {"metric": "gap", "source": "A. Author (2008), Table 1", "note": "Mean (mm)."}
     scene = {"title": "Shapes", "file": "s.scene", "text": SCENE, "published": [source]}
     return Report(scene, {}, {m.name: m for m in models}, {"scan": scan}, (), (), names=names_in(SCENE))
@@ -167,7 +167,7 @@ def test_every_figure_has_words_numbers_and_csv(page: str) -> None:
 
 
 def test_large_surfaces_are_thinned_and_the_page_says_so() -> None:
-    fine = SeenSurface(*tube(0.02, along=600))  # 12 000 points
+    fine = DrawnSurface(*tube(0.02, along=600))  # 12 000 points
     small = compact_surfaces.fit({"fine": fine})
     own = small.shapes["fine"]
     assert 0.4 * compact_surfaces.POINTS < len(own.position) <= compact_surfaces.POINTS
@@ -182,7 +182,7 @@ def test_large_surfaces_are_thinned_and_the_page_says_so() -> None:
 def test_frames_go_before_points() -> None:
     X, triangles = tube(0.02, along=200)
     frames = np.repeat(X[None], 300, axis=0)
-    moving = {f"m{i}": SeenSurface(X, triangles, np.arange(300.0), frames) for i in range(3)}
+    moving = {f"m{i}": DrawnSurface(X, triangles, np.arange(300.0), frames) for i in range(3)}
     small = compact_surfaces.fit(moving)
     kept = [s.times for s in small.shapes.values() if s.times is not None]
     assert all(len(t) <= compact_surfaces.FRAMES and t[0] == 0.0 and t[-1] == 299.0 for t in kept)

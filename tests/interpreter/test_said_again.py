@@ -8,14 +8,14 @@ import pytest
 
 import softmark
 from softmark.interpreter.language.scene_sources import standard_name, standard_scenes
-from softmark.interpreter.pipeline.run_environment import describe
+from softmark.interpreter.pipeline.run_environment import describe_scene
 from softmark.interpreter.report.robustness.robustness_page import again
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.run.report_summary import Findings
 from softmark.interpreter.report.run.tables.provenance_table import command
-from softmark.interpreter.study.robustness.robustness_record import Classified, StressPoint
+from softmark.interpreter.study.robustness.robustness_record import ClassifiedPoint, RobustnessPoint
 
-POINT = StressPoint("rod", {"L": 1.0}, Classified("right"), {"L": "1 m"})
+POINT = RobustnessPoint("rod", {"L": 1.0}, ClassifiedPoint("right"), {"L": "1 m"})
 
 
 def test_a_scene_of_the_library_is_repeated_by_its_name() -> None:
@@ -26,7 +26,7 @@ def test_a_scene_of_the_library_is_repeated_by_its_name() -> None:
 
 
 def test_a_point_of_a_study_is_repeated_by_the_name() -> None:
-    known = describe(softmark.load("beam-at-the-extremes").scene)
+    known = describe_scene(softmark.load("beam-at-the-extremes").scene)
     assert known["standard"] == "beam-at-the-extremes"
     from softmark.interpreter.report.run.tables.provenance_table import scene_name
 
@@ -38,4 +38,4 @@ def test_a_file_of_ones_own_keeps_its_path(tmp_path: Path, monkeypatch: pytest.M
     own = tmp_path / "silicone-beam.scene"
     own.write_text(standard_scenes()["silicone-beam"].read_text(encoding="utf-8"), encoding="utf-8")
     assert standard_name(own) is None
-    assert describe(softmark.load(own).scene)["standard"] is None
+    assert describe_scene(softmark.load(own).scene)["standard"] is None

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.pipeline.run_pipeline import Options, run
+from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
 from softmark.interpreter.planning.run_plan import plan_of
 from softmark.interpreter.results.run_report import ReferenceResult
 from softmark.interpreter.validation.refinement_checks import extrapolation_obstacle
@@ -106,7 +106,9 @@ def test_meshes_must_refine_as_their_sizes_say() -> None:
     assert extrapolation_obstacle(bar, [7.6e-3, 3.8e-3, 2.5333e-3]) is None
     why = extrapolation_obstacle(bar, [12e-3, 9e-3, 6e-3])
     assert why == "cells of 6 mm are only 1.14 times finer than those of 9 mm, and an order needs 1.3 times"
-    differ = str(extrapolation_obstacle(bar, [19e-3, 9.5e-3, 4.75e-3]))  # sections of 2, 4, 6 cells across, 1, 1, 2 rings
+    differ = str(
+        extrapolation_obstacle(bar, [19e-3, 9.5e-3, 4.75e-3])
+    )  # sections of 2, 4, 6 cells across, 1, 1, 2 rings
     assert "cells: they shrink 1 times in one direction and 2.11 times in another" in differ
     found = limit(family((1.0, 0.5, 0.25), 2.0, unfit=why), WHERE)
     assert (found.extrapolated, found.doubt) == (False, why)
@@ -393,7 +395,7 @@ def test_solving_is_told_of_and_planned_once(text: str) -> None:
     assert [t.name for t in plan.tasks if t.kind == "solve"] == ["t10", "h8s"]
     said: list[str] = []
     coarse = text.replace("[10, 5, 2.5]", "[20, 10, 5]")
-    run(softmark.loads(coarse).scene, [], Options(say=lambda what, detail: said.append(detail), draw=False))
+    run_scene(softmark.loads(coarse).scene, [], Options(say=lambda what, detail: said.append(detail), draw=False))
     told = [s for s in said if s.startswith("truth: ")]
     assert len(told) == 6
     assert told[1] == "truth: t10, size = 10 mm (2 of 6)"

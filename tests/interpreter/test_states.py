@@ -21,8 +21,8 @@ import softmark
 from softmark.interpreter.language.compiler import recompile
 from softmark.interpreter.language.parameter_overrides import read_override
 from softmark.interpreter.language.scene_states import in_state, states_of
-from softmark.interpreter.pipeline.run_options import Options, Sound
-from softmark.interpreter.pipeline.run_pipeline import report_of
+from softmark.interpreter.pipeline.run_options import CheckedScene, RunOptions
+from softmark.interpreter.pipeline.run_pipeline import run_to_report
 from softmark.interpreter.report.run import report_page, report_terminal
 from softmark.interpreter.results.vtk_writer import write_vtu
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
@@ -233,7 +233,7 @@ def test_a_warning_says_in_which_states_it_holds() -> None:
     own = softmark.loads(
         text + ANALYSIS.replace("10, 40", "1, 2") + "probe tip = point(bar, at = (40, 0, 0) mm)\n" + model
     )
-    report = report_of(Sound(own.scene, own.warnings), Options(warn=shown.extend))
+    report = run_to_report(CheckedScene(own.scene, own.warnings), RunOptions(warn=shown.extend))
     (turned,) = (w for w in report.warnings if w.code == "W306")
     assert turned.message.endswith(" (in the state 100 %)")
     assert [d.notes for d in shown if d.code == "W306"] == [("in the state 100 %",)]
@@ -324,11 +324,11 @@ def _override(text: str) -> Any:
 
 def test_a_scene_without_states_pays_nothing() -> None:
     """One run of the scene itself, and no word of states in its report."""
-    from softmark.interpreter.pipeline.run_state import works_of
+    from softmark.interpreter.pipeline.run_state import make_state_runs
     from softmark.interpreter.planning.run_plan import plan_of
 
     own = softmark.loads(ROD.format(g=9.81, course=""))
-    (work,) = works_of(own.scene, plan_of(own.scene), Options(), [])
+    (work,) = make_state_runs(own.scene, plan_of(own.scene), RunOptions(), [])
     assert work.scene is own.scene
     assert "states" not in own.run().models["rod"].to_json()
 
@@ -385,15 +385,15 @@ metric    miss = curve_error(hold, over = gone, against = rig)
 def test_states_hold_their_pattern_and_their_cells_once() -> None:
     """Of 9 states of 1 500 nodes each held 6 MB more, of which 5 are the same in all: memory grew by them."""
     from softmark.interpreter.pipeline import model_runs, probe_sampling, run_state
-    from softmark.interpreter.pipeline.run_options import Options
+    from softmark.interpreter.pipeline.run_options import RunOptions
     from softmark.interpreter.planning.run_plan import plan_of
 
     bar = BAR.format(by=20, side=100, course=", course = state")
     scene = softmark.loads(bar + ANALYSIS + "model hexes = fem(hex8, strain = finite, size = 5 mm)\n").scene
-    works = run_state.works_of(scene, plan_of(scene, ("hexes",)), Options(draw=False), [])
+    works = run_state.make_state_runs(scene, plan_of(scene, ("hexes",)), RunOptions(draw=False), [])
     for work in works:
-        probe_sampling.place(work)
-        model_runs.prepare(work)
+        probe_sampling.place_probes(work)
+        model_runs.prepare_models(work)
     assemblies = [work.prepared["hexes"][0].problem.assembly for work in works]  # type: ignore[attr-defined]
     assert len({id(a.pattern) for a in assemblies}) == 1
     assert len({id(a) for a in assemblies}) == len(works)

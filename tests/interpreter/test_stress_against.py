@@ -12,10 +12,10 @@ import pytest
 import softmark
 from softmark.interpreter.metrics.probe_samples import ProbeSamples
 from softmark.interpreter.metrics.stress import Stress
-from softmark.interpreter.pipeline.run_options import Options
-from softmark.interpreter.pipeline.run_pipeline import run as pipeline
+from softmark.interpreter.pipeline.run_options import RunOptions
+from softmark.interpreter.pipeline.run_pipeline import run_scene as pipeline
 from softmark.interpreter.planning.robustness_plan import find_judging_metrics
-from softmark.solvers.stress_recovery.stress_measures import Sides, Tensors
+from softmark.solvers.stress_recovery.stress_measures import Tensors, TensorsBySide
 
 # incompressible neo-Hooke drawn to twice its length: sigma = mu (k^2 - 1 / k) = 70 kPa per deformed area, 35 kPa per
 # area at rest, E = diag(3/2, -1/4, -1/4); where strains are small 60 kPa, both measures, and diag(1, -1/2, -1/2)
@@ -37,7 +37,7 @@ def run(tmp_path: Path, text: str, only: str | None = None, **options: Any) -> A
     file = tmp_path / "a.scene"
     file.write_text(text, encoding="utf-8")
     scene = softmark.load(file)
-    given = Options(draw=False, only=(only,) if only else (), **options)
+    given = RunOptions(draw=False, only=(only,) if only else (), **options)
     return pipeline(scene.scene, list(scene.warnings), given)
 
 
@@ -86,7 +86,7 @@ def test_an_error_counts_in_the_units_of_what_is_right(over: Any, far: float) ->
         cauchy = np.zeros((len(pulls), 3, 3))
         cauchy[:, 0, 0] = pulls
         rows = np.arange(len(pulls))
-        sides = Sides(
+        sides = TensorsBySide(
             rows, np.zeros(len(pulls), dtype=np.int64), Tensors(cauchy[:, 0, :1] @ np.eye(1, 6), cauchy, True)
         )
         return SimpleNamespace(sides=lambda _: sides, usual=(10.0, 0.0))

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from softmark.interpreter.study.configurations.task_outcome import PointOutcome, Truth
+from softmark.interpreter.study.configurations.task_outcome import PointOutcome, TruthStatement
 from softmark.interpreter.study.robustness.point_classification import classify
-from softmark.interpreter.study.robustness.reference_trust import LeanOutcome, lean, uncertainty_of
+from softmark.interpreter.study.robustness.reference_trust import LeanOutcome, reduce_outcome, uncertainty_of
 
 WITHIN = 0.05
 
@@ -73,7 +73,7 @@ def test_a_truth_that_is_uncertain_judges_nothing() -> None:
 def by_model(status: str = "converged", said: dict[str, Any] | None = None, error: float = 0.1) -> LeanOutcome:
     """An outcome that is measured from a model."""
     found = outcome(error, stated=stated(0.0))
-    truth = Truth.from_json({"status": status, "message": "a cap", "stated": said})
+    truth = TruthStatement.from_json({"status": status, "message": "a cap", "stated": said})
     return replace(found, references={}, truths={"theory": truth})
 
 
@@ -102,7 +102,7 @@ def test_what_a_model_states_is_the_uncertainty_of_a_truth() -> None:
 def test_a_truth_that_cannot_be_built_refuses_nobody() -> None:
     found = outcome(None, status="failed", message="E304: too fine")
     assert classify(found, "eta", WITHIN, None).word == "refused"
-    refused = replace(found, truths={"fine": Truth("failed", "E304: too fine", None)})
+    refused = replace(found, truths={"fine": TruthStatement("failed", "E304: too fine", None)})
     known = classify(refused, "eta", WITHIN, None)
     assert (known.word, known.code) == ("unjudged", "E304")
 
@@ -113,7 +113,7 @@ def test_a_locking_truth_judges_nothing(tmp_path: Any) -> None:
     from softmark.interpreter.planning.robustness_plan import resolve_study
     from softmark.interpreter.study.configurations.configuration_expansion import SceneSubject
     from softmark.interpreter.study.configurations.configuration_task import perform
-    from softmark.interpreter.study.robustness.robustness_points import Ground
+    from softmark.interpreter.study.robustness.robustness_points import VariedScene
 
     text = """
 param    h    = 10 mm in 0.1 mm .. 100 mm
@@ -127,8 +127,8 @@ probe    axis = line(beam, from = (0, 10, 10) mm, to = (40, 10, 10) mm, points =
 metric   eta  = energy_norm(axis, against = fine)
 """
     scene = softmark.loads(text).scene
-    ground = Ground(SceneSubject("a", scene, tmp_path), resolve_study(scene, None))
-    found = lean(perform(ground.task((), "same")))
+    ground = VariedScene(SceneSubject("a", scene, tmp_path), resolve_study(scene, None))
+    found = reduce_outcome(perform(ground.task((), "same")))
     known = classify(found, "eta", WITHIN, uncertainty_of(found, "fine", "axis"))
     assert known.error is not None
     assert known.error < WITHIN  # both lock, so they agree
@@ -148,7 +148,7 @@ def test_uncertainty_is_relative_to_what_the_truth_moves() -> None:
     probe = {"points": [[0, 0, 0], [1, 0, 0]], "displacement": [[0, 0, 3e-3], [0, 4e-3, 0]]}
     reference = {"status": "converged", "message": None, "estimated_error": 1e-4, "probes": {"axis": probe}}
     point = {"status": "converged", "probes": {"axis": probe}}
-    small = lean(PointOutcome.from_json({"key": "k", "point": point, "references": {"theory": reference}}))
+    small = reduce_outcome(PointOutcome.from_json({"key": "k", "point": point, "references": {"theory": reference}}))
     assert "probes" not in small.to_json()["point"]
     assert uncertainty_of(small, "theory", "axis") == pytest.approx(1e-4 / 12.5e-6**0.5, rel=1e-12)
     assert uncertainty_of(small, "theory", "other") is None

@@ -16,8 +16,8 @@ from softmark.interpreter.cli.main import main
 from softmark.interpreter.study.configurations.configuration_expansion import subject_of
 from softmark.interpreter.study.configurations.task_outcome import PointTask
 from softmark.interpreter.study.robustness import robustness_study, task_queue
-from softmark.interpreter.study.robustness.robustness_record import Stress
-from softmark.interpreter.study.robustness.robustness_study import StabilityRequest, stress
+from softmark.interpreter.study.robustness.robustness_record import RobustnessRecord
+from softmark.interpreter.study.robustness.robustness_study import RobustnessRequest, run_robustness_studies
 from softmark.interpreter.study.workers import worker_pool
 from softmark.interpreter.study.workers.task_journal import JournalRefused
 
@@ -66,12 +66,12 @@ def made_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(worker_pool, "WORKER", (sys.executable, "-c", WORKER))
 
 
-def found_in(folder: Path, study: str, **more: Any) -> Stress:
+def found_in(folder: Path, study: str, **more: Any) -> RobustnessRecord:
     subject = subject_of(softmark.loads(BEAM + study).scene)
-    return stress(subject, StabilityRequest(folder, **more))
+    return run_robustness_studies(subject, RobustnessRequest(folder, **more))
 
 
-def edges(found: Stress) -> dict[tuple[str, str, str], dict[str, Any]]:
+def edges(found: RobustnessRecord) -> dict[tuple[str, str, str], dict[str, Any]]:
     return {(e.model, e.quantity, e.direction): e.to_json() for s in found.studies for e in s.edges}
 
 
@@ -172,11 +172,11 @@ def test_outcomes_that_had_too_little_time_are_tried_again(tmp_path: Path) -> No
 
     task, other = PointTask("a"), PointTask("b")
     with Journal.open(tmp_path) as journal:
-        journal.append(task_queue.KIND, "a", outcome=worker_pool.timed_out(task, 5.0).to_json())
-        journal.append(task_queue.KIND, "b", outcome=worker_pool.unfinished(other, "it was killed").to_json())
+        journal.append(task_queue.KIND, "a", outcome=worker_pool.timed_out_outcome(task, 5.0).to_json())
+        journal.append(task_queue.KIND, "b", outcome=worker_pool.unfinished_outcome(other, "it was killed").to_json())
 
         def known(timeout: float) -> set[str]:
-            return set(task_queue.Desk(journal, 1, timeout, 4.0, lambda n, key: None).outcomes)
+            return set(task_queue.TaskQueue(journal, 1, timeout, 4.0, lambda n, key: None).outcomes)
 
         assert known(5.0) == {"a"}
         assert known(6.0) == set()
@@ -189,7 +189,7 @@ def test_a_damaged_outcome_is_computed_anew(tmp_path: Path, damaged: dict[str, A
 
     with Journal.open(tmp_path) as journal:
         journal.append(task_queue.KIND, "a", outcome=damaged)
-        assert task_queue.Desk(journal, 1, 5.0, 4.0, lambda n, key: None).outcomes == {}
+        assert task_queue.TaskQueue(journal, 1, 5.0, 4.0, lambda n, key: None).outcomes == {}
 
 
 # ------------------------------------------------------------------ workers
@@ -211,8 +211,8 @@ def test_cpu_time_is_that_of_the_process() -> None:
     """To the clock of the kernel, 10 ms, and what this process spends in between."""
     import time
 
-    assert worker_pool.cpu_of(os.getpid()) == pytest.approx(time.process_time(), abs=0.1)
-    assert worker_pool.cpu_of(2**22 + 1) is None, "no process has a number above the limit of the kernel"
+    assert worker_pool.cpu_seconds_of(os.getpid()) == pytest.approx(time.process_time(), abs=0.1)
+    assert worker_pool.cpu_seconds_of(2**22 + 1) is None, "no process has a number above the limit of the kernel"
 
 
 # ------------------------------------------------------------------ the command
@@ -236,7 +236,7 @@ def test_the_command_from_end_to_end(file: Path, capsys: pytest.CaptureFixture[s
     found = json.loads(Path("found.json").read_text(encoding="utf-8"))
     written = Path("beam-stress/stress.json").read_text(encoding="utf-8")
     assert found == json.loads(written)
-    assert Stress.from_json(found).dumps() == written, "read and written again it is the same to the letter"
+    assert RobustnessRecord.from_json(found).dumps() == written, "read and written again it is the same to the letter"
     assert set(found) == {"schema", "created", "environment", "command", "scene", "studies", "summary"}
     assert (found["schema"], found["scene"]["title"]) == ("softmark-stress/1", "Two rods")
     assert status == (1 if found["summary"]["silent"] else 0)

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.pipeline.run_options import Options
-from softmark.interpreter.pipeline.run_pipeline import run as pipeline
+from softmark.interpreter.pipeline.run_options import RunOptions
+from softmark.interpreter.pipeline.run_pipeline import run_scene as pipeline
 from softmark.interpreter.report.files.report_files import write_vtu
 
 BAR = """softmark 1
@@ -28,7 +28,7 @@ def run(tmp_path: Path, text: str, stated: tuple[str, ...] | None = None) -> Any
     file = tmp_path / "a.scene"
     file.write_text(text, encoding="utf-8")
     scene = softmark.load(file)
-    return pipeline(scene.scene, list(scene.warnings), Options(draw=False, stated=stated))
+    return pipeline(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=stated))
 
 
 def test_values_of_a_probe_that_is_more_than_a_point(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from softmark.interpreter.report.notebook.robustness_box import inline
 from softmark.interpreter.report.page.html_document import POLICY
 from softmark.interpreter.report.robustness.robustness_page import again, page
 from softmark.interpreter.report.robustness.robustness_view import ruler, shown, told
-from softmark.interpreter.study.robustness.robustness_record import Stress, StressPoint
+from softmark.interpreter.study.robustness.robustness_record import RobustnessPoint, RobustnessRecord
 
 Json = dict[str, Any]
 Parsed = Callable[[str], Any]  # reads a page: conftest.py
@@ -28,17 +28,17 @@ RATIOS = (0.3, 0.4, 0.49, 0.499, 0.4999, 0.5)
 LOADS = (1.0, 10.0, 100.0, 1000.0)
 
 
-def point(model: str, name: str, error: float | None, **values: Any) -> StressPoint:
+def point(model: str, name: str, error: float | None, **values: Any) -> RobustnessPoint:
     said = {n.replace("_", ".", 1): v for n, v in values.items()}
     stated = {"value": 0.02, "parts": {}, "doubts": [], "reason": None} if error is not None else None
-    return StressPoint.from_json({
+    return RobustnessPoint.from_json({
         "key": f"{model}{values}", "model": model, "values": said, "texts": {n: str(v) for n, v in said.items()},
         "class": name, "error": error, "stated": stated, "uncertainty": 1e-4, "code": None, "warnings": [],
         "message": "no equilibrium" if error is None else None, "cpu_s": 0.1,
     })  # fmt: skip
 
 
-def made_of(silent: bool = False, hostile: str = "") -> Stress:
+def made_of(silent: bool = False, hostile: str = "") -> RobustnessRecord:
     """Tetrahedra lock above 0.499, both fail at 1000 N, and the pair fails sooner."""
     points = []
     for model in ("tets", "mixed"):
@@ -72,7 +72,7 @@ def made_of(silent: bool = False, hostile: str = "") -> Stress:
         "maps": [{"model": "tets", "x": "rubber.poisson", "y": "tip.total", "xs": list(RATIOS), "ys": list(LOADS),
                   "classes": classes, "errors": [[0.01 if c == "right" else None for c in row] for row in classes]}],
     }  # fmt: skip
-    return Stress.from_json({
+    return RobustnessRecord.from_json({
         "schema": "softmark-stress/1", "created": "2026-01-02T03:04:05+00:00", "environment": {"softmark": "1"},
         "command": "dsl stress beam.scene", "studies": [study],
         "scene": {"title": "A beam" + hostile, "file": "beam.scene", "sha256": "0", "text": "scene 'x'" + hostile},

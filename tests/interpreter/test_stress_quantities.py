@@ -9,10 +9,10 @@ from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.language.parameter_overrides import read_override
 from softmark.interpreter.planning.robustness_plan import resolve_study
 from softmark.interpreter.planning.sweep_expansion import value_in
-from softmark.interpreter.planning.varied_quantities import Unwalkable, WalkedQuantity, quantity_of, default_quantities
+from softmark.interpreter.planning.varied_quantities import Unwalkable, WalkedQuantity, default_quantities, quantity_of
 from softmark.interpreter.study.configurations.configuration_expansion import subject_of
 from softmark.interpreter.study.configurations.configuration_task import perform
-from softmark.interpreter.study.robustness.robustness_points import Ground
+from softmark.interpreter.study.robustness.robustness_points import VariedScene
 from softmark.interpreter.validation.scene_checks import apply_overrides
 
 BEAM = """
@@ -122,7 +122,7 @@ def test_a_model_is_refused_for_its_own_errors_alone() -> None:
     text = "\n".join(line for line in BEAM.splitlines() if "push" not in line)
     text = text.replace("against = rod", "against = theory")
     study = softmark.loads(text + "\nstudy s = stability(over = [gel.density, tet.size, loose])").scene
-    ground = Ground(subject_of(study), resolve_study(study, study.declared["s"]))
+    ground = VariedScene(subject_of(study), resolve_study(study, study.declared["s"]))
     fine = ground.values({"tet.size": 1e-5})
     refused = ground.refusal(fine, "tet")
     assert refused is not None

@@ -13,7 +13,7 @@ from softmark.interpreter.planning.parameter_walk import PointClass, Walk
 from softmark.interpreter.planning.varied_quantities import WalkedQuantity
 from softmark.interpreter.report.robustness.robustness_page import page
 from softmark.interpreter.report.robustness.robustness_terminal import table
-from softmark.interpreter.study.robustness.robustness_record import Classified, Stress, StressEdge
+from softmark.interpreter.study.robustness.robustness_record import ClassifiedPoint, RobustnessRecord, ValidityEdge
 from softmark.interpreter.study.robustness.validity_edges import choice_of, edge_of
 
 Json = dict[str, Any]
@@ -22,11 +22,11 @@ PRECISION = WalkedQuantity("tets.precision", "choice", "double", "double", optio
 NO_TRUTH = "the reference is uncertain by 0.12, more than the 0.05 that counts as right"
 
 
-def classified(word: str) -> Classified:
-    return Classified(word, message=NO_TRUTH if word == "unjudged" else "no equilibrium", status="converged")
+def classified(word: str) -> ClassifiedPoint:
+    return ClassifiedPoint(word, message=NO_TRUTH if word == "unjudged" else "no equilibrium", status="converged")
 
 
-def walked(rule: Callable[[float], str]) -> list[StressEdge]:
+def walked(rule: Callable[[float], str]) -> list[ValidityEdge]:
     """The edges of a walk of Poisson's ratio from 0.4 down to 0 and up to 0.499, by the class that each value has."""
     ways, found = (parameter_scale.linear_ladder(0.4, 0.0, "down"), parameter_scale.poisson_ladder(0.4, 0.499)), []
     for way in ways:
@@ -39,7 +39,7 @@ def walked(rule: Callable[[float], str]) -> list[StressEdge]:
     return found
 
 
-def study(edges: list[StressEdge], quantity: WalkedQuantity, classes: dict[str, int]) -> Json:
+def study(edges: list[ValidityEdge], quantity: WalkedQuantity, classes: dict[str, int]) -> Json:
     """A study of one quantity with nothing but its edges."""
     one = {
         "name": "everything", "metric": "eta", "against": "theory", "within": 0.05, "until": "failure",
@@ -51,7 +51,7 @@ def study(edges: list[StressEdge], quantity: WalkedQuantity, classes: dict[str, 
 
 
 def said(found: Json) -> str:
-    return table(Stress.from_json(found), "beam.scene", [], False, None)
+    return table(RobustnessRecord.from_json(found), "beam.scene", [], False, None)
 
 
 NOWHERE: dict[str, int] = {"unjudged": 9}
@@ -59,13 +59,13 @@ NOWHERE: dict[str, int] = {"unjudged": 9}
 
 def test_what_was_not_judged_anywhere_is_neither_right_nor_wrong() -> None:
     found = study(walked(lambda nu: "unjudged"), POISSON, NOWHERE)
-    for shown in (said(found), page(Stress.from_json(found))):
+    for shown in (said(found), page(RobustnessRecord.from_json(found))):
         assert "not judged" in shown
         for claim in ("not right", "even here", "right as far as", "right 0", "nowhere"):
             assert claim not in shown, claim
     assert said(found).count(NO_TRUTH[:40]) == 1, "both ways have the same reason"
     assert "nothing was judged" in said(found)
-    assert "None was wrong without a word" not in page(Stress.from_json(found))
+    assert "None was wrong without a word" not in page(RobustnessRecord.from_json(found))
 
 
 def test_one_point_that_is_right_is_one_point(parsed: Callable[[str], Any]) -> None:
@@ -73,8 +73,8 @@ def test_one_point_that_is_right_is_one_point(parsed: Callable[[str], Any]) -> N
     found = study(walked(lambda nu: "right" if nu == 0 else "unjudged"), POISSON, {"right": 1, "unjudged": 8})
     assert "rod  right at 0; not judged here" in said(found)
     assert "0 .. 0.4" not in said(found)
-    assert "0 … 0.4" not in parsed(page(Stress.from_json(found))).text
-    assert "not judged here" in parsed(page(Stress.from_json(found))).text
+    assert "0 … 0.4" not in parsed(page(RobustnessRecord.from_json(found))).text
+    assert "not judged here" in parsed(page(RobustnessRecord.from_json(found))).text
 
 
 def test_what_is_wrong_here_is_said_to_be() -> None:
@@ -103,7 +103,7 @@ def test_choices_are_listed_under_what_each_came_to(here: str, other: str, expec
     assert f"rod  {expected}\n" in said(found)
     assert edge.remedy is None or other == "inaccurate", "a finer mesh does not mend the truth"
     assert "right: none" not in said(found)
-    page(Stress.from_json(found))
+    page(RobustnessRecord.from_json(found))
 
 
 def test_the_measured_range_of_a_model_does_not_take_the_scene_for_judged() -> None:
@@ -114,6 +114,6 @@ def test_the_measured_range_of_a_model_does_not_take_the_scene_for_judged() -> N
     entry = validity_ranges.ranges_of(one, {"rod": "beam6dof"}, 60.0)["models"][0]["ranges"][0]
     assert entry["right"] == ["0.499"] or "0.4" not in entry["right"]
     nothing = {**study(walked(lambda nu: "unjudged"), POISSON, NOWHERE), "environment": {}}
-    assert "not judged" in validity_ranges._words(
+    assert "not judged" in validity_ranges._range_words(
         validity_ranges.ranges_of(nothing, {"rod": "beam6dof"}, 60.0)["models"][0]["ranges"][0]
     )

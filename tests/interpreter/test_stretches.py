@@ -14,7 +14,7 @@ from softmark.interpreter.language.condition_syntax import read_condition
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.language.expression_evaluation import Evaluator, Place, Quantity
 from softmark.interpreter.language.units import LENGTH
-from softmark.interpreter.problem.axial_selection import borders, coverage, inside
+from softmark.interpreter.problem.axial_selection import borders, coverage, inner_stations
 from softmark.interpreter.problem.surface_selection.section_selection import share
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
 from softmark.solvers.mesh.shapes import Box, Cylinder, transverse
@@ -82,7 +82,7 @@ def test_shares_of_oblique_sections_against_points(seed: int) -> None:
 )
 def test_no_stretch_is_passed_over(shape: Box | Cylinder, text: str, covers: set[str]) -> None:
     """However thin, and wherever nodes of a beam would be."""
-    assert {cover for _, cover in inside(condition(text), shape)} == covers
+    assert {cover for _, cover in inner_stations(condition(text), shape)} == covers
 
 
 def test_borders_of_a_thin_band() -> None:

@@ -19,17 +19,17 @@ from hypothesis import strategies as st
 
 from softmark.interpreter.report.comparison import comparison_changes as shown
 from softmark.interpreter.study.analysis import result_changes as found_by
-from softmark.interpreter.study.analysis.result_changes import Foreign, read
+from softmark.interpreter.study.analysis.result_changes import NotComparable, read_result
 
 Json = dict[str, Any]
 
 
 def changes(*files: Any) -> Json:
-    return found_by.changes(*files).to_json()
+    return found_by.find_changes(*files).to_json()
 
 
 def changes_table(old: Json, new: Json, colour: bool) -> str:
-    return shown.changes_table(found_by.changes(old, new), colour)
+    return shown.changes_table(found_by.find_changes(old, new), colour)
 
 
 def spread(median: float, half: float = 0.02, runs: int = 5) -> Json:
@@ -176,7 +176,7 @@ def test_configurations_of_several_scenes_and_studies_are_kept_apart() -> None:
     ],
 )  # fmt: skip
 def test_what_cannot_be_compared_is_refused(old: Callable[[], Any], new: Callable[[], Any], words: str) -> None:
-    with pytest.raises(Foreign, match=re.escape(words)):
+    with pytest.raises(NotComparable, match=re.escape(words)):
         changes(old(), new(), ("old.json", "new.json"))
 
 
@@ -184,11 +184,11 @@ def test_files(tmp_path: Path) -> None:
     good, bad = tmp_path / "good.json", tmp_path / "bad.json"
     good.write_text(json.dumps(report(a=model())), encoding="utf-8")
     bad.write_text("{", encoding="utf-8")
-    assert read(good)["models"]["a"]["status"] == "converged"
-    with pytest.raises(Foreign, match="is not JSON"):
-        read(bad)
-    with pytest.raises(Foreign, match="cannot be read"):
-        read(tmp_path / "none.json")
+    assert read_result(good)["models"]["a"]["status"] == "converged"
+    with pytest.raises(NotComparable, match="is not JSON"):
+        read_result(bad)
+    with pytest.raises(NotComparable, match="cannot be read"):
+        read_result(tmp_path / "none.json")
 
 
 def drawn(values: list[float | None], times: list[float]) -> Json:

@@ -158,7 +158,7 @@ def test_a_configuration_that_takes_too_long_is_tried_again_only_with_more_time(
     def staged(given: list[dict[str, Any]], jobs: int, timeout: float, started: object) -> Iterator[dict[str, Any]]:
         for task in given:
             late = task.overrides == ("n=9",) and timeout < 5
-            yield worker_pool.timed_out(task, timeout) if late else configuration_task.perform(task)
+            yield worker_pool.timed_out_outcome(task, timeout) if late else configuration_task.perform(task)
 
     monkeypatch.setattr(worker_pool, "outcomes", staged)
     arguments = ("beam.scene", "--vary", "n=4,9", "--model", "rod", "--repeats", "0")

@@ -19,9 +19,15 @@ import pytest
 from softmark.interpreter.study.analysis import timing_quality
 from softmark.interpreter.study.configurations.timing_job import THREADS, TimingJob
 from softmark.interpreter.study.timing import timed_process, timing_rounds
-from softmark.interpreter.study.timing.os_counters import Gauges
-from softmark.interpreter.study.timing.solver_phases import FUNCTIONS, METHODS, Phases, owner_of, places
-from softmark.interpreter.study.timing.timing_rounds import one_run, timings
+from softmark.interpreter.study.timing.os_counters import OsCounters
+from softmark.interpreter.study.timing.solver_phases import (
+    FUNCTIONS,
+    METHODS,
+    PhaseClock,
+    find_timed_functions,
+    owner_of,
+)
+from softmark.interpreter.study.timing.timing_rounds import one_run, time_jobs
 
 LINUX = pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="processors can be chosen on Linux only")
 TEXT = """softmark 1
@@ -67,7 +73,7 @@ def busy(core: int) -> Iterator[None]:
 @pytest.mark.slow
 def test_rounds_are_interleaved_and_every_run_is_a_process_of_its_own() -> None:
     records: list[dict[str, Any]] = []
-    costs = timings([job("a"), job("b", "rod.segments=6")], repeats=2, extra=0, keep=records.append, phases=False)
+    costs = time_jobs([job("a"), job("b", "rod.segments=6")], repeats=2, extra=0, keep=records.append, phases=False)
     assert [r["key"] for r in records] == ["a", "b", "a", "b"]
     assert len({r["pid"] for r in records} | {os.getpid()}) == 5
     for record in records:
@@ -95,7 +101,7 @@ def test_all_runs_are_on_one_processor_and_the_parent_keeps_off_it() -> None:
         records.append(record)
         seen.append(os.sched_getaffinity(0))
 
-    timings([job("a")], repeats=1, extra=0, keep=keep, phases=False)
+    time_jobs([job("a")], repeats=1, extra=0, keep=keep, phases=False)
     (core,) = records[0]["cores"]
     assert core in allowed
     if len(allowed) > 1:
@@ -106,14 +112,14 @@ def test_all_runs_are_on_one_processor_and_the_parent_keeps_off_it() -> None:
 @pytest.mark.slow
 def test_what_is_done_already_is_not_done_again() -> None:
     first: list[dict[str, Any]] = []
-    timings([job("a")], repeats=1, extra=0, keep=first.append)
+    time_jobs([job("a")], repeats=1, extra=0, keep=first.append)
     assert [r["kind"] for r in first] == ["timed", "phases"]
     more: list[dict[str, Any]] = []
-    costs = timings([job("a")], repeats=1, extra=0, keep=more.append, done=json.loads(json.dumps(first)))
+    costs = time_jobs([job("a")], repeats=1, extra=0, keep=more.append, done=json.loads(json.dumps(first)))
     assert more == []
     assert costs["a"] is not None
     others = [r | {"host": "another machine"} for r in first]
-    timings([job("a")], repeats=1, extra=0, keep=more.append, done=others, phases=False)
+    time_jobs([job("a")], repeats=1, extra=0, keep=more.append, done=others, phases=False)
     assert len(more) == 1
 
 
@@ -137,7 +143,7 @@ def test_disturbed_runs_are_repeated_so_often_and_no_more(monkeypatch: pytest.Mo
         return _record(job.key, compiled=1)
 
     monkeypatch.setattr(timing_rounds, "one_run", disturbed)
-    costs = timings([job("a")], repeats=3, extra=2, phases=False)
+    costs = time_jobs([job("a")], repeats=3, extra=2, phases=False)
     assert made == ["a"] * 5
     assert costs["a"] is not None
     assert costs["a"]["contaminated"]
@@ -153,7 +159,7 @@ def test_what_takes_long_is_repeated_three_times(monkeypatch: pytest.MonkeyPatch
         return _record(job.key, elapsed_s=61.0 if job.key == "a" else 1.0)
 
     monkeypatch.setattr(timing_rounds, "one_run", slow)
-    costs = timings([job("a"), job("b")], repeats=5, phases=False)
+    costs = time_jobs([job("a"), job("b")], repeats=5, phases=False)
     assert made == ["a", "b"] * 3 + ["b"] * 2
     assert costs["a"] is not None
     assert costs["b"] is not None
@@ -163,7 +169,7 @@ def test_what_takes_long_is_repeated_three_times(monkeypatch: pytest.MonkeyPatch
 
 def _record(key: str, elapsed_s: float = 1.0, compiled: int = 0) -> dict[str, Any]:
     return {
-        "key": key, "kind": "timed", "host": timing_rounds.host(), "elapsed_s": elapsed_s, "status": "converged",
+        "key": key, "kind": "timed", "host": timing_rounds.describe_host(), "elapsed_s": elapsed_s, "status": "converged",
         "wall_s": [1.0], "cpu_s": [1.0], "setup": {"mesh": [0, 0], "set-up": [1, 1]}, "memory": {},
         "during": {"wall_s": 1.0, "compiled": compiled}, "threads": {"asked": 1},
     }  # fmt: skip
@@ -175,10 +181,10 @@ def _record(key: str, elapsed_s: float = 1.0, compiled: int = 0) -> dict[str, An
 @pytest.mark.slow
 def test_what_does_not_converge_is_run_once_and_says_so() -> None:
     records: list[dict[str, Any]] = []
-    costs = timings([job("a", "rest.max_iterations=1", "weight.magnitude=9e4 m/s^2")], repeats=3, keep=records.append)
+    costs = time_jobs([job("a", "rest.max_iterations=1", "weight.magnitude=9e4 m/s^2")], repeats=3, keep=records.append)
     assert costs == {"a": None}
     assert [r["status"] for r in records] == ["not_converged"]
-    assert timing_quality.refusal(records)
+    assert timing_quality.reason_without_times(records)
 
 
 def test_a_process_that_hangs_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -217,7 +223,7 @@ def test_an_interruption_ends_the_process_and_goes_on(monkeypatch: pytest.Monkey
     monkeypatch.setattr(timing_rounds, "CHILD", (sys.executable, "-c", "import time; time.sleep(60)"))
     monkeypatch.setattr(subprocess, "Popen", Interrupted)
     with pytest.raises(KeyboardInterrupt):
-        timings([job("a")], repeats=1)
+        time_jobs([job("a")], repeats=1)
     (child,) = started
     assert child.returncode is not None
 
@@ -270,11 +276,11 @@ def test_a_second_comparison_waits_for_the_first() -> None:
     said, free = [], threading.Event()
 
     def wait() -> None:
-        with timing_rounds.exclusive(lambda what, detail: said.append(detail)):
+        with timing_rounds.exclusive_timing(lambda what, detail: said.append(detail)):
             free.set()
 
     other = threading.Thread(target=wait)
-    with timing_rounds.exclusive():
+    with timing_rounds.exclusive_timing():
         other.start()
         assert not free.wait(0.2)
     assert free.wait(10)
@@ -294,14 +300,14 @@ def test_every_name_in_the_tables_is_there() -> None:
     users = ("sparse.cholesky", "linear.sequence", "energies.rod", "energies.elastic", "energies.corotational_tets")
     for name in (*METHODS, *(f"softmark.solvers.{user}" for user in users)):
         importlib.import_module(name)
-    found = {(owner.__name__, name): phase for owner, name, phase in places()}
+    found = {(owner.__name__, name): phase for owner, name, phase in find_timed_functions()}
     assert found["softmark.solvers.linear.factorisations", "factor"] == "factorisation"
     assert found["Triangular", "solve"] == found["LinearSolver", "solve"] == "solution"
     assert found["Cholesky", "factorise"] == "factorisation"
-    assert found["CorotationalTets", "add_both_lagged"] == found["OverElements", "add_hessian"] == "assembly"
+    assert found["CorotationalTets", "add_both_lagged"] == found["RodElementEnergy", "add_hessian"] == "assembly"
     for prefix, methods in METHODS.items():
         for method in methods:
-            owners = [o for o, n, _ in places() if n == method and isinstance(o, type)]
+            owners = [o for o, n, _ in find_timed_functions() if n == method and isinstance(o, type)]
             assert any(o.__module__.startswith(prefix) for o in owners), (prefix, method)
 
 
@@ -344,7 +350,7 @@ def test_phases_sum_to_the_whole_and_no_clock_stays_behind() -> None:
     scene, declared, case = timed_process._scene(job("a", model="cells"))
     prepared, _ = prepared_model(declared, case, Workshop(scene=scene))
     prepared.warm()
-    where = Phases()
+    where = PhaseClock()
     where.around(lambda: prepared.solve(lambda i: None))
     before = (factorisations.factor, factorisations.Triangular.solve)
 
@@ -360,8 +366,8 @@ def test_phases_sum_to_the_whole_and_no_clock_stays_behind() -> None:
 
 
 def test_gauges_tell_what_happened_between_two_looks() -> None:
-    start = Gauges.now()
-    seen = Gauges.now().since(start)
+    start = OsCounters.now()
+    seen = OsCounters.now().since(start)
     assert seen["wall_s"] > 0
     assert all(v is None or v >= 0 for n, v in seen.items() if n != "pressure_avg10")
 
@@ -374,15 +380,24 @@ def test_comparisons_take_turns(monkeypatch: pytest.MonkeyPatch) -> None:
     def run(job: TimingJob, cores: object, kind: str = "timed") -> dict[str, Any]:
         order.append(job.key)
         time.sleep(0.2)
-        return {"key": job.key, "kind": kind, "host": timing_rounds.host(), "status": "failed", "message": "", "pid": 0}
+        return {
+            "key": job.key,
+            "kind": kind,
+            "host": timing_rounds.describe_host(),
+            "status": "failed",
+            "message": "",
+            "pid": 0,
+        }
 
     monkeypatch.setattr(timing_rounds, "one_run", run)
     monkeypatch.setattr(timing_rounds.quality, "disturbances", lambda record, pace: [])
-    first = threading.Thread(target=lambda: timings([job("a"), job("b"), job("c"), job("d")], repeats=1, phases=False))
+    first = threading.Thread(
+        target=lambda: time_jobs([job("a"), job("b"), job("c"), job("d")], repeats=1, phases=False)
+    )
     first.start()
     while not order:
         time.sleep(0.01)
-    timings([job("z")], repeats=1, phases=False)
+    time_jobs([job("z")], repeats=1, phases=False)
     first.join()
     assert order.index("z") < len(order) - 1
 
@@ -398,7 +413,7 @@ def test_a_lock_that_is_never_let_go_is_waited_for_no_longer_than_its_limit(
     said: list[str] = []
     with (tmp_path / "lock").open("w") as held:
         fcntl.flock(held, fcntl.LOCK_EX)
-        with timing_rounds.exclusive(lambda what, detail: said.append(detail)):
+        with timing_rounds.exclusive_timing(lambda what, detail: said.append(detail)):
             pass
     assert said[0].startswith("another comparison is timing")
     assert said[-1].endswith("timing goes on without it")
@@ -419,13 +434,13 @@ def test_a_log_without_progress_names_what_a_comparison_waits_for(
     stream = io.StringIO()
     with (tmp_path / "lock").open("w") as held:
         fcntl.flock(held, fcntl.LOCK_EX)
-        with timing_rounds.exclusive(Progress(stream).say):
+        with timing_rounds.exclusive_timing(Progress(stream).say):
             pass
     assert stream.getvalue().count("waiting for another comparison") == 1
     monkeypatch.setattr(timing_rounds, "CALM", -1.0)  # whatever is measured, the machine is busy
     monkeypatch.setattr(timing_rounds, "PATIENCE", 0.0)
     monkeypatch.setattr(timing_rounds, "GLANCE", 0.01)
-    desk = timing_rounds._Desk(timing_rounds._nowhere, Progress(stream).say)
+    desk = timing_rounds._TimingRunner(timing_rounds._discard_record, Progress(stream).say)
     with desk:
         desk._settle(1)
         desk._settle(1)

@@ -15,16 +15,16 @@ from hypothesis import strategies as st
 from softmark.interpreter.study.analysis import comparison_point as values
 from softmark.interpreter.study.analysis import configuration_pairs, refinement_lines
 from softmark.interpreter.study.analysis import pareto_front as fronts
-from softmark.interpreter.study.analysis.comparison_analysis import Terms
-from softmark.interpreter.study.analysis.comparison_record import Compared
+from softmark.interpreter.study.analysis.comparison_analysis import ComparisonTerms
+from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
 from softmark.interpreter.study.analysis.pareto_front import (
-    Judged,
-    Reached,
+    EffortEstimate,
+    JudgedPoints,
     best_within,
     effort_to,
+    find_pareto_front,
     levels_of,
-    near_round,
-    pareto,
+    nearest_round_number,
 )
 from softmark.interpreter.study.analysis.refinement_lines import RefinementLine
 from softmark.interpreter.study.configurations.task_outcome import SolvedReference
@@ -36,8 +36,8 @@ def read(points: list[Point]) -> list[values.ComparedPoint]:
     return [values.ComparedPoint.from_json(p) for p in points]
 
 
-def judge(points: list[Point], metric: str, clock: str, allow_contaminated: bool = False) -> Judged:
-    return fronts.judge(read(points), metric, clock, allow_contaminated)
+def judge(points: list[Point], metric: str, clock: str, allow_contaminated: bool = False) -> JudgedPoints:
+    return fronts.judge_points(read(points), metric, clock, allow_contaminated)
 
 
 def lines_of(points: list[Point]) -> list[RefinementLine]:
@@ -46,16 +46,16 @@ def lines_of(points: list[Point]) -> list[RefinementLine]:
 
 def distances(points: list[Point], references: dict[str, Any]) -> dict[str, Any]:
     known = {n: SolvedReference.from_json(r) for n, r in references.items()}
-    return configuration_pairs.distances(read(points), known).to_json()
+    return configuration_pairs.compute_distances(read(points), known).to_json()
 
 
 def levers(points: list[Point], metrics: list[str], clock: str) -> list[dict[str, Any]]:
-    return [lever.to_json() for lever in configuration_pairs.levers(read(points), metrics, clock)]
+    return [lever.to_json() for lever in configuration_pairs.find_change_effects(read(points), metrics, clock)]
 
 
 def analyse(points: list[Point], references: dict[str, Any], options: dict[str, Any] | None = None) -> dict[str, Any]:
     saved = {"points": points, "references": references}
-    return Compared.from_json(saved, Terms.from_json(options)).analysis.to_json()
+    return ComparisonRecord.from_json(saved, ComparisonTerms.from_json(options)).analysis.to_json()
 
 
 def point(model: str, time: float | None, error: float | None, h: float | None = None, **changes: Any) -> Point:
@@ -94,10 +94,10 @@ def uncertain(points: list[Point], by: float) -> list[Point]:
 
 
 def front(points: list[Point]) -> list[str]:
-    return [c.key for c in pareto(judge(points, "e", "cpu_s").candidates.values())]
+    return [c.key for c in find_pareto_front(judge(points, "e", "cpu_s").candidates.values())]
 
 
-def reached(level: float, points: list[Point], clock: str = "cpu_s") -> Reached | str:
+def reached(level: float, points: list[Point], clock: str = "cpu_s") -> EffortEstimate | str:
     (line,) = lines_of(points)
     return effort_to(level, line, judge(points, "e", clock))
 
@@ -156,7 +156,7 @@ REFINED = [point("m", 1, 0.1, 0.1), point("m", 10, 0.01, 0.05), point("m", 100, 
 def test_between_neighbours_the_error_is_straight_in_the_logarithms() -> None:
     # the error falls tenfold where the time grows tenfold: 0.03 is reached after 0.1 / 0.03 s
     found = reached(0.03, REFINED)
-    assert isinstance(found, Reached)
+    assert isinstance(found, EffortEstimate)
     assert found.interpolated
     assert found.between == ("m, h = 0.1", "m, h = 0.05")
     assert found.effort.median == pytest.approx(0.1 / 0.03, rel=1e-12)  # exact but for rounding
@@ -166,18 +166,18 @@ def test_between_neighbours_the_error_is_straight_in_the_logarithms() -> None:
 def test_a_level_that_a_point_meets_or_that_all_are_below_is_not_interpolated() -> None:
     for level, key in ((0.01, "m, h = 0.05"), (0.5, "m, h = 0.1")):
         found = reached(level, REFINED)
-        assert isinstance(found, Reached)
+        assert isinstance(found, EffortEstimate)
         assert (found.interpolated, found.between) == (False, (key,))
 
 
 def test_no_interpolation_across_a_failure_or_to_no_error() -> None:
     failed = [REFINED[0], {**REFINED[1], "status": "failed"}, REFINED[2]]
     found = reached(0.03, failed)
-    assert isinstance(found, Reached)
+    assert isinstance(found, EffortEstimate)
     assert found.between == ("m, h = 0.025",)  # the cheapest that was computed
     exact = [point("m", 1, 0.1, 0.1), point("m", 10, 0.0, 0.05)]  # log 0
     found = reached(0.03, exact)
-    assert isinstance(found, Reached)
+    assert isinstance(found, EffortEstimate)
     assert found.between == ("m, h = 0.05",)
 
 
@@ -194,13 +194,13 @@ def test_levels() -> None:
     assert levels_of("J", 0.128, [0.02, 3.0]) == [1.0, 0.1, 0.01]
     assert levels_of("J", None, [0.0]) == []
     # 1.41 and 3.16 divide 1 from 2 and 2 from 5 by ratio: sqrt(2), sqrt(10)
-    assert [near_round(v) for v in (1.4, 1.45, 3.1, 3.2, 8.0)] == [1.0, 2.0, 2.0, 5.0, 10.0]
+    assert [nearest_round_number(v) for v in (1.4, 1.45, 3.1, 3.2, 8.0)] == [1.0, 2.0, 2.0, 5.0, 10.0]
 
 
 # ------------------------------------------------------------------ frames
 
 
-def framed(*points: Point) -> Judged:
+def framed(*points: Point) -> JudgedPoints:
     return judge(list(points), "e", "cpu_s")
 
 
@@ -239,7 +239,7 @@ def test_members_of_the_front_are_beaten_by_nobody_and_all_others_by_a_member(
     pairs: list[tuple[float, float]],
 ) -> None:
     everyone = judge(cloud(pairs), "e", "cpu_s").candidates
-    members = pareto(everyone.values())
+    members = find_pareto_front(everyone.values())
     assert not any(other.beats(c) for c in members for other in everyone.values())
     others = [c for c in everyone.values() if c not in members]
     assert all(any(member.beats(c) for member in members) for c in others)
@@ -260,8 +260,8 @@ def test_a_smaller_error_takes_no_less_time(
 ) -> None:
     points = uncertain(cloud(pairs, h=True), uncertainty)
     strict, loose = (reached(level, points) for level in sorted((a, b)))
-    if isinstance(strict, Reached):
-        assert isinstance(loose, Reached)
+    if isinstance(strict, EffortEstimate):
+        assert isinstance(loose, EffortEstimate)
         assert loose.effort.median <= strict.effort.median * (1 + 1e-12)
 
 

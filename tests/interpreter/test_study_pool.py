@@ -18,7 +18,12 @@ import pytest
 
 import softmark
 from softmark.interpreter.study.configurations import configuration_task
-from softmark.interpreter.study.configurations.configuration_expansion import Additions, expand, read_vary, subject_of
+from softmark.interpreter.study.configurations.configuration_expansion import (
+    CommandLineAdditions,
+    expand,
+    read_vary,
+    subject_of,
+)
 from softmark.interpreter.study.configurations.task_outcome import PointOutcome, PointTask
 from softmark.interpreter.study.workers import worker_pool
 from softmark.records import dataclass
@@ -66,13 +71,13 @@ def told(key: str, **to_do: float) -> Told:
 
 def done(given: list[Told], jobs: int = 1, timeout: float | None = None) -> dict[str, PointOutcome]:
     """Outcomes by key, of a worker that obeys."""
-    found = list(worker_pool.outcomes(given, jobs, timeout, command=(sys.executable, "-c", WORKER)))
+    found = list(worker_pool.run_tasks(given, jobs, timeout, command=(sys.executable, "-c", WORKER)))
     assert sorted(o.key for o in found) == sorted(t.key for t in given), "each once"
     return {o.key: o for o in found}
 
 
 def beam_tasks(over: str, text: str = BEAM) -> list[PointTask]:
-    configurations = expand([subject_of(softmark.loads(text).scene)], Additions(*read_vary([over])))
+    configurations = expand([subject_of(softmark.loads(text).scene)], CommandLineAdditions(*read_vary([over])))
     return [c.task for c in configurations]
 
 
@@ -120,7 +125,7 @@ def test_a_task_that_takes_too_long_is_stopped() -> None:
 
 
 def test_closing_the_outcomes_ends_all_workers() -> None:
-    outcomes = worker_pool.outcomes(
+    outcomes = worker_pool.run_tasks(
         [told("a"), *(told(str(i), sleep=60) for i in range(3))], 2, command=(sys.executable, "-c", WORKER)
     )
     first = next(outcomes)
@@ -131,7 +136,7 @@ def test_closing_the_outcomes_ends_all_workers() -> None:
 
 def test_workers_that_do_not_start() -> None:
     with pytest.raises(worker_pool.NoWorkers, match="do not start"):
-        list(worker_pool.outcomes([told("a")], command=(sys.executable, "-c", "raise SystemExit(3)")))
+        list(worker_pool.run_tasks([told("a")], command=(sys.executable, "-c", "raise SystemExit(3)")))
 
 
 # ------------------------------------------------------------------ real workers
@@ -143,7 +148,7 @@ def test_one_worker_and_two_find_the_same_as_this_process() -> None:
     given = beam_tasks("n=4,5,6,7,8")
     here = {t.key: configuration_task.perform(t) for t in given}
     for jobs in (1, 2):
-        there = {o.key: o for o in worker_pool.outcomes(given, jobs)}
+        there = {o.key: o for o in worker_pool.run_tasks(given, jobs)}
         assert len(there) == 5
         for key, outcome in here.items():
             assert there[key].point == outcome.point
@@ -166,13 +171,13 @@ def test_a_killed_worker_of_ours(monkeypatch: pytest.MonkeyPatch) -> None:
 
     if not Path("/proc/self/task").exists():
         pytest.skip("no /proc to find the worker in")
-    found = {names[o.key]: o.point for o in worker_pool.outcomes(given, started=started)}
+    found = {names[o.key]: o.point for o in worker_pool.run_tasks(given, started=started)}
     assert {n: p["status"] for n, p in found.items()} == {"n=4": "converged", "n=100000": "failed", "n=5": "converged"}
     assert "SIGKILL" in found["n=100000"]["message"]
 
 
 def test_workers_have_one_thread_each() -> None:
-    assert {v for n, v in worker_pool.environment().items() if n in worker_pool.THREADS} == {"1"}
+    assert {v for n, v in worker_pool.worker_environment().items() if n in worker_pool.THREADS} == {"1"}
 
 
 # ------------------------------------------------------------------ one task
@@ -222,7 +227,7 @@ def test_a_defect_is_a_failed_point(monkeypatch: pytest.MonkeyPatch) -> None:
         raise MemoryError
 
     monkeypatch.delenv("SOFTMARK_DEBUG", raising=False)
-    monkeypatch.setattr("softmark.interpreter.pipeline.run_pipeline.run", broken)
+    monkeypatch.setattr("softmark.interpreter.pipeline.run_pipeline.run_scene", broken)
     outcome = configuration_task.perform(beam_tasks("n=4")[0])
     assert (outcome.point["status"], outcome.point["message"]) == (
         "failed", "it stopped with an error (out of memory)",
@@ -253,13 +258,13 @@ def test_a_reference_is_solved_once_in_a_process(monkeypatch: pytest.MonkeyPatch
 
 def test_nobody_answers() -> None:
     with pytest.raises(worker_pool.NoWorkers, match=r"no dask scheduler answers at tcp://127\.0\.0\.1:9"):
-        list(worker_pool.outcomes_of_cluster(beam_tasks("n=4"), "tcp://127.0.0.1:9", wait=0.5))
+        list(worker_pool.run_tasks_on_cluster(beam_tasks("n=4"), "tcp://127.0.0.1:9", wait=0.5))
 
 
 def test_without_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(worker_pool.NoWorkers, match=r"pip install 'softmark\[cluster\]'"):
-        list(worker_pool.outcomes_of_cluster(beam_tasks("n=4"), "tcp://127.0.0.1:9"))
+        list(worker_pool.run_tasks_on_cluster(beam_tasks("n=4"), "tcp://127.0.0.1:9"))
 
 
 @pytest.mark.slow
@@ -270,14 +275,14 @@ def test_a_cluster_finds_the_same() -> None:
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, processes=True, dashboard_address=":0", host="127.0.0.1"
     ) as cluster:
-        there = {o.key: o for o in worker_pool.outcomes_of_cluster(given, cluster.scheduler_address)}
+        there = {o.key: o for o in worker_pool.run_tasks_on_cluster(given, cluster.scheduler_address)}
     here = {t.key: configuration_task.perform(t) for t in given}
     assert {k: o.point for k, o in there.items()} == {k: o.point for k, o in here.items()}
     assert sorted(o.point["status"] for o in there.values()) == ["converged", "converged", "failed"]
 
 
 def test_a_worker_with_other_sources_is_not_believed() -> None:
-    outcome = worker_pool.perform_there(beam_tasks("n=4")[0], "0" * 64)
+    outcome = worker_pool.perform_on_cluster(beam_tasks("n=4")[0], "0" * 64)
     assert outcome.point["status"] == "failed"
     assert "another version" in outcome.point["message"]
 
@@ -293,7 +298,7 @@ def test_a_scheduler_that_dies_leaves_reasons(monkeypatch: pytest.MonkeyPatch) -
             self.task = task
 
         def result(self) -> Any:
-            return worker_pool.timed_out(self.task, 1.0)
+            return worker_pool.timed_out_outcome(self.task, 1.0)
 
     class Client:
         loop = None
@@ -312,7 +317,7 @@ def test_a_scheduler_that_dies_leaves_reasons(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(worker_pool, "_dask", lambda: module)
     monkeypatch.setattr(worker_pool, "_client", lambda address, wait: Client())
     monkeypatch.setattr(worker_pool, "_connection_errors", lambda: (OSError,))
-    first, *others = worker_pool.outcomes_of_cluster(given, "tcp://127.0.0.1:9")
+    first, *others = worker_pool.run_tasks_on_cluster(given, "tcp://127.0.0.1:9")
     assert first.status == "timed_out"
     assert len(others) == len(given) - 1 > 0
     assert all("its scheduler is gone: the stream is closed" in str(other.to_json()) for other in others)

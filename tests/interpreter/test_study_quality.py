@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from softmark.interpreter.study.analysis import timing_quality
-from softmark.interpreter.study.timing.processor_choice import least_busy
-from softmark.interpreter.study.timing.timed_process import finite, quantiles
+from softmark.interpreter.study.timing.processor_choice import choose_processors
+from softmark.interpreter.study.timing.timed_process import quantiles, replace_nonfinite
 
 
 def run(seconds: float = 0.1, **more: Any) -> dict[str, Any]:
@@ -70,14 +70,14 @@ def test_just_inside_the_thresholds_nothing_is_flagged(more: dict[str, Any]) -> 
 def test_the_usual_pace_is_that_of_the_quick_quarter() -> None:
     runs = [run(pace_s=p) for p in (1.0, 1.0, 1.0, 1.6, 1.7)]
     assert timing_quality.usual_pace(runs) == 1.0
-    assert [timing_quality.clean(r, 1.0) for r in runs] == [True, True, True, False, False]
+    assert [timing_quality.is_undisturbed(r, 1.0) for r in runs] == [True, True, True, False, False]
     assert timing_quality.usual_pace([{"status": "failed"}]) is None
 
 
 def test_quartiles_are_those_of_the_clean_runs() -> None:
     """Of 1, 2, 3, 4, 5 the quartiles are 2, 3, 4 by linear interpolation between order statistics."""
     disturbed = run(50.0, during={"compiled": 1})
-    cost = timing_quality.cost([*(run(float(s)) for s in (3, 1, 5, 2, 4)), disturbed], asked=5)
+    cost = timing_quality.summarize_cost([*(run(float(s)) for s in (3, 1, 5, 2, 4)), disturbed], asked=5)
     assert cost is not None
     assert cost["wall_s"] == {"median": 3.0, "q1": 2.0, "q3": 4.0, "min": 1.0, "max": 5.0, "runs": 5}
     assert cost["cpu_s"] == cost["wall_s"]
@@ -89,7 +89,7 @@ def test_quartiles_are_those_of_the_clean_runs() -> None:
 
 def test_with_too_few_clean_runs_all_count_and_cpu_time_is_what_fits_a_frame() -> None:
     slow = [run(1.0, wall_s=[2.0, 2.0]) for _ in range(3)]
-    cost = timing_quality.cost([run(1.0), run(1.0), *slow], asked=5)
+    cost = timing_quality.summarize_cost([run(1.0), run(1.0), *slow], asked=5)
     assert cost is not None
     assert cost["contaminated"]
     assert cost["wall_s"]["runs"] == 5
@@ -102,7 +102,7 @@ def test_cpu_time_is_that_of_the_runs_at_the_usual_pace_even_if_all_had_to_wait(
     """Three runs waited and computed for 1 s; in two more the processor was 60 % slower."""
     waiting = [run(1.0, wall_s=[2.0, 2.0]) for _ in range(3)]
     slow = [run(1.6, wall_s=[3.2, 3.2], pace_s=1.6e-3) for _ in range(2)]
-    cost = timing_quality.cost([*slow, *waiting], asked=5)
+    cost = timing_quality.summarize_cost([*slow, *waiting], asked=5)
     assert cost is not None
     assert cost["contaminated"]
     assert (cost["cpu_s"]["median"], cost["cpu_s"]["max"], cost["cpu_s"]["runs"]) == (1.0, 1.0, 3)
@@ -110,21 +110,23 @@ def test_cpu_time_is_that_of_the_runs_at_the_usual_pace_even_if_all_had_to_wait(
 
 
 def test_two_runs_are_enough_where_no_more_were_asked_for() -> None:
-    cost = timing_quality.cost([run(), run()], asked=2)
+    cost = timing_quality.summarize_cost([run(), run()], asked=2)
     assert cost is not None
     assert not cost["contaminated"]
     assert cost["flags"] == []
 
 
 def test_remarks() -> None:
-    cost = timing_quality.cost([run(warmed=False), run(solve={"iterations": 6, "steps": 1}), run(cores=[0])], asked=5)
+    cost = timing_quality.summarize_cost(
+        [run(warmed=False), run(solve={"iterations": 6, "steps": 1}), run(cores=[0])], asked=5
+    )
     assert cost is not None
     assert set(cost["flags"]) == {"few repeats", "not warmed up", "runs differ", "differing processors"}
     assert set(cost["flags"]) <= set(timing_quality.REMARKS)
 
 
 def test_a_run_counts_by_the_median_of_its_solutions() -> None:
-    cost = timing_quality.cost([run(wall_s=[1.0, 1.0, 9.0], cpu_s=[1.0, 1.0, 9.0])] * 3)
+    cost = timing_quality.summarize_cost([run(wall_s=[1.0, 1.0, 9.0], cpu_s=[1.0, 1.0, 9.0])] * 3)
     assert cost is not None
     assert cost["wall_s"]["median"] == 1.0
 
@@ -135,7 +137,7 @@ def test_steps_of_a_dynamic_analysis_are_what_fits_a_frame() -> None:
         "cpu_s": {"median": 1e-3, "p95": 1e-3, "p99": 1e-3, "max": 1e-3},
         "steps": 100,
     }
-    cost = timing_quality.cost([run(steps=steps)] * 3)
+    cost = timing_quality.summarize_cost([run(steps=steps)] * 3)
     assert cost is not None
     assert cost["step_s"] == {
         "median": 1e-3,
@@ -155,7 +157,7 @@ def test_phases_share_out_the_median() -> None:
         "phases": {"assembly": 0.1, "solution": 0.05, "other": 0.05},
         "output_s": 0.5,
     }
-    cost = timing_quality.cost([run(), run(), run(), clocks])
+    cost = timing_quality.summarize_cost([run(), run(), run(), clocks])
     assert cost is not None
     assert cost["phases"] == pytest.approx(
         {"mesh": 0.01, "set-up": 0.02, "assembly": 0.05, "factorisation": 0.0, "solution": 0.025, "other": 0.025,
@@ -165,10 +167,10 @@ def test_phases_share_out_the_median() -> None:
 
 def test_without_a_solution_there_is_no_cost_but_a_reason() -> None:
     failed = {"status": "timed_out", "message": "it was not done after 1 s"}
-    assert timing_quality.cost([failed]) is None
-    assert timing_quality.refusal([failed]) == "it was not done after 1 s"
-    assert timing_quality.refusal([]) == "it was not timed"
-    assert timing_quality.refusal([run()]) is None
+    assert timing_quality.summarize_cost([failed]) is None
+    assert timing_quality.reason_without_times([failed]) == "it was not done after 1 s"
+    assert timing_quality.reason_without_times([]) == "it was not timed"
+    assert timing_quality.reason_without_times([run()]) is None
 
 
 def test_quantiles_are_values_that_occurred() -> None:
@@ -179,7 +181,7 @@ def test_quantiles_are_values_that_occurred() -> None:
 
 
 def test_records_hold_numbers_that_json_has() -> None:
-    assert finite({"a": float("nan"), "b": [float("inf"), 1], "c": None, "d": True}) == {
+    assert replace_nonfinite({"a": float("nan"), "b": [float("inf"), 1], "c": None, "d": True}) == {
         "a": None,
         "b": [None, 1],
         "c": None,
@@ -189,7 +191,7 @@ def test_records_hold_numbers_that_json_has() -> None:
 
 def test_the_idle_processor_is_chosen_and_of_equals_the_last() -> None:
     """Busy seconds of two processors over one second; 3 % of a processor is no difference."""
-    assert least_busy({0, 1}, [0.0, 0.0], [0.1, 0.9], 1) == [0]
-    assert least_busy({0, 1}, [0.0, 0.0], [0.9, 0.03], 1) == [1]
-    assert least_busy({0, 1}, [5.0, 5.0], [5.0, 5.0], 1) == [1]
-    assert least_busy({0, 1}, [], [], 2) == [0, 1]
+    assert choose_processors({0, 1}, [0.0, 0.0], [0.1, 0.9], 1) == [0]
+    assert choose_processors({0, 1}, [0.0, 0.0], [0.9, 0.03], 1) == [1]
+    assert choose_processors({0, 1}, [5.0, 5.0], [5.0, 5.0], 1) == [1]
+    assert choose_processors({0, 1}, [], [], 2) == [0, 1]

@@ -16,9 +16,9 @@ from softmark.interpreter.report.comparison.comparison_page import page
 from softmark.interpreter.report.comparison.comparison_terminal import table
 from softmark.interpreter.study.analysis.comparison_advice import remarks_of
 from softmark.interpreter.study.analysis.comparison_point import ComparedPoint
-from softmark.interpreter.study.analysis.comparison_record import Compared
-from softmark.interpreter.study.analysis.configuration_pairs import distances
-from softmark.interpreter.study.configurations.reference_changes import marked
+from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
+from softmark.interpreter.study.analysis.configuration_pairs import compute_distances
+from softmark.interpreter.study.configurations.reference_changes import mark_problems
 
 BEAM = """
 param    E      = 60 kPa
@@ -75,7 +75,7 @@ def test_values_that_change_the_truth_are_problems_of_their_own(file: Path, caps
     shown = capsys.readouterr().out
     assert "What errors are measured from changes with E: only configurations of one value compete." in shown
     assert shown.count("-> E = ") == 2
-    assert "changes with <code>E</code>" in page(Compared.from_json(found))
+    assert "changes with <code>E</code>" in page(ComparisonRecord.from_json(found))
 
 
 @pytest.mark.slow
@@ -109,14 +109,14 @@ def test_only_what_changes_the_truth_is_in_a_problem() -> None:
         made({"g": g, "tol": tol}, [1.0, 0.5, u * (1 + eps), 0.0])
         for g, u in (("1", 1.0), ("2", 1.01)) for tol, eps in (("a", 0.0), ("b", 1e-6))
     ]  # fmt: skip
-    assert [p["problem"] for p in marked(points)] == [{"g": g} for g in "1122"]
+    assert [p["problem"] for p in mark_problems(points)] == [{"g": g} for g in "1122"]
 
 
 def test_a_truth_that_failed_says_nothing_and_files_are_known_by_what_is_in_them() -> None:
-    assert [p["problem"] for p in marked([made({"a": "1"}, [1.0, 0.0, 1.0, 0.0]), made({"a": "2"}, "digest")])] == [
+    assert [p["problem"] for p in mark_problems([made({"a": "1"}, [1.0, 0.0, 1.0, 0.0]), made({"a": "2"}, "digest")])] == [
         {}, {}
     ]  # fmt: skip
-    assert marked([made({"a": "1"}, "one"), made({"a": "2"}, "two")])[0]["problem"] == {"a": "1"}
+    assert mark_problems([made({"a": "1"}, "one"), made({"a": "2"}, "two")])[0]["problem"] == {"a": "1"}
 
 
 def test_no_distance_between_shapes_that_were_computed_at_different_values() -> None:
@@ -128,7 +128,9 @@ def test_no_distance_between_shapes_that_were_computed_at_different_values() -> 
         entries = {"key": label, "label": label, "model": model, "scene": "s", "variation": {"E": value}}
         return ComparedPoint.from_json(entries | {"status": status, "size": {"dofs": 9}, "probes": probe})
 
-    found = distances([point("a", "1", "converged"), point("b", "1", "failed"), point("b", "2", "converged")], {})
+    found = compute_distances(
+        [point("a", "1", "converged"), point("b", "1", "failed"), point("b", "2", "converged")], {}
+    )
     assert found.matrix == [[0.0, None], [None, 0.0]]
     assert {r.reason for r in found.reasons} == {"they were computed at different E"}
 
@@ -176,10 +178,10 @@ def test_remarks_stand_with_the_advice() -> None:
         "solve": {"reduced": {"of": "full", "repeats": True}},
     }  # fmt: skip
     other = {**point, "key": "l", "model": "n", "label": "n", "solve": {}}
-    (advice,) = Compared.from_json({"points": [point, other]}).analysis.advice
+    (advice,) = ComparisonRecord.from_json({"points": [point, other]}).analysis.advice
     assert advice.text.startswith("For `e` against `full` of 1\u00a0% or less, `m` is the quickest")
     untimed = [{**p, "cost": None} for p in (point, other)]
-    (by_size,) = Compared.from_json({"points": untimed}).analysis.advice
+    (by_size,) = ComparisonRecord.from_json({"points": untimed}).analysis.advice
     assert by_size.text.startswith("For `e` against `full` of 1\u00a0% or less, `n` is the smallest")
     assert advice.caveats[0].startswith("It was trained on `full` in this very state")
 
@@ -205,7 +207,7 @@ def test_scenes_of_one_title_are_told_apart(file: Path) -> None:
     for place in ("beam.scene", "other/beam.scene"):
         Path(place).write_text('scene "A beam"\n' + BEAM, encoding="utf-8")
     assert main(["compare", "beam.scene", "other/beam.scene", "--repeats", "0", "--model", "rod", "--out", "o"]) == 0
-    shown = table(Compared.from_json(json.loads(Path("o/compare.json").read_text(encoding="utf-8"))), False)
+    shown = table(ComparisonRecord.from_json(json.loads(Path("o/compare.json").read_text(encoding="utf-8"))), False)
     assert "A beam (beam.scene)" in shown
     assert "A beam (other/beam.scene)" in shown
 

@@ -11,11 +11,11 @@ import softmark
 from softmark.interpreter.language.scene_sources import standard_scenes
 from softmark.interpreter.study.configurations import configuration_keys
 from softmark.interpreter.study.configurations.configuration_expansion import (
-    Additions,
+    CommandLineAdditions,
     Configuration,
     expand,
     read_vary,
-    split,
+    split_values,
     subject_of,
 )
 
@@ -40,7 +40,7 @@ def expanded(
     text: str = BEAM, vary: tuple[str, ...] = (), study: str | None = None, models: tuple[str, ...] = ()
 ) -> list[Configuration]:
     values, more = read_vary(vary)
-    return expand([subject_of(softmark.loads(text).scene)], Additions(values, models + more, study))
+    return expand([subject_of(softmark.loads(text).scene)], CommandLineAdditions(values, models + more, study))
 
 
 def labels(found: list[Configuration]) -> list[tuple[str | None, str]]:
@@ -129,7 +129,7 @@ def test_vary_takes_the_place_of_studies_and_several_make_a_product() -> None:
     ],
 )
 def test_commas_inside_brackets_do_not_split(text: str, parts: list[str]) -> None:
-    assert split(text) == parts
+    assert split_values(text) == parts
 
 
 def test_a_list_is_its_values() -> None:
@@ -156,7 +156,7 @@ def test_two_scenes_of_one_name_are_told_apart() -> None:
     first = subject_of(scene)
     second = subject_of(scene, [first.name])
     assert (first.name, second.name) == ("scene", "scene-2")
-    found = expand([first, second], Additions())
+    found = expand([first, second], CommandLineAdditions())
     assert [c.scene for c in found] == ["scene"] * 3 + ["scene-2"] * 3
     assert len({c.key for c in found}) == 3, "the same computation"
 

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.pipeline.run_options import Options
-from softmark.interpreter.pipeline.run_pipeline import run as pipeline
+from softmark.interpreter.pipeline.run_options import RunOptions
+from softmark.interpreter.pipeline.run_pipeline import run_scene as pipeline
 
 SEEDS, QUICK = 200, 8
 ELEMENTS = ("hex8", "hex20", "tet4", "tet10")
@@ -28,7 +28,7 @@ def cases(count: int, quick: int) -> list[Any]:
 
 def run(text: str, stated: tuple[str, ...] | None = None) -> Any:
     scene = softmark.loads(text)
-    return pipeline(scene.scene, list(scene.warnings), Options(draw=False, stated=stated))
+    return pipeline(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=stated))
 
 
 def vector(values: Any, unit: str) -> str:
@@ -193,12 +193,12 @@ def test_round_faces_are_free_of_traction() -> None:
 
 def test_the_comparison_is_independent_of_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
     """A solver whose stresses are 40 % too small is found out by equilibrium at the surface."""
-    from softmark.solvers.stress_recovery.sampling_point_stress import State
+    from softmark.solvers.stress_recovery.sampling_point_stress import DeformedState
 
-    own = State._pushed
+    own = DeformedState._pushed
     text = narrow(low=0, high=60, size=5)
     assert not [w for w in run(text).warnings if w.code == "W405"]
-    monkeypatch.setattr(State, "_pushed", lambda self, P, H: 0.6 * own(self, P, H))
+    monkeypatch.setattr(DeformedState, "_pushed", lambda self, P, H: 0.6 * own(self, P, H))
     ((found, applied),) = told(run(text))
     assert (found, applied) == (pytest.approx(-600.0, rel=0.02), -1000.0)
 

@@ -159,7 +159,7 @@ def test_a_tendon_that_pulls_otherwise_than_it_should_is_found_out(monkeypatch: 
         y, size = right(tendons, segments)
         return 1.001 * y, size
 
-    monkeypatch.setattr(RodTendons, "_ways", wrong)
+    monkeypatch.setattr(RodTendons, "_directions", wrong)
     rod = rod_of(STRAIGHT.format(tension="20 mN", more=""))
     assert rod.status == "failed"
     assert "balance" in rod.message

@@ -25,7 +25,7 @@ from softmark.interpreter.results import result_authentication
 from softmark.interpreter.study.run_cache import cache_folder
 from softmark.interpreter.study.workers.task_journal import Journal, JournalRefused
 from softmark.interpreter.validation.scene_loader import load_scene
-from softmark.resource_limits import FACTOR, FLOOR, SHARE, available, limited_resources
+from softmark.resource_limits import FACTOR, FLOOR, SHARE, available_memory, limited_resources
 
 TESTS = Path(__file__).parents[1]
 PAGE = TESTS.parent / "interpreter" / "documentation" / "howto-trust.md"
@@ -105,15 +105,15 @@ def test_a_text_over_1_mb_is_refused(here: Path) -> None:
     assert status == 2
     assert "larger than 1 MB" in said
     pytest.importorskip("lsprotocol")
-    from softmark.interpreter.language_server.document_formatting import formatted
-    from softmark.interpreter.language_server.request_refused import Refused
+    from softmark.interpreter.language_server.document_formatting import format_document
+    from softmark.interpreter.language_server.request_refused import RequestRefused
     from softmark.interpreter.language_server.text_document import Document
 
     document = Document(SCENE + "#" * 1_000_000, here)
     assert document.tokens == document.comments == []
     assert "larger than 1 MB" in document.compiled[1][0].message
-    with pytest.raises(Refused, match="larger than 1 MB"):
-        formatted(document, None)  # type: ignore[arg-type]
+    with pytest.raises(RequestRefused, match="larger than 1 MB"):
+        format_document(document, None)  # type: ignore[arg-type]
 
 
 CHAINS = {
@@ -161,14 +161,14 @@ def test_dependencies_are_those_that_a_text_mentions() -> None:
 def test_an_editor_shows_a_report_that_came_along(here: Path) -> None:
     """It says so on the page: whoever made the report decides what stands there. It names the file over the line."""
     pytest.importorskip("lsprotocol")
-    from softmark.interpreter.language_server.measured_values import evidence
+    from softmark.interpreter.language_server.measured_values import find_last_report
     from softmark.interpreter.language_server.text_document import Document
 
     assert dsl("run", "small.scene")[0] in (0, 1)
     file = here / "small-report" / "report.json"
     file.write_text(file.read_text().replace('"not_met"', '"met"'))
     document = Document(SCENE, here, here / "small.scene")
-    found = evidence(document)
+    found = find_last_report(document)
     assert found is not None
     said = found.of(document, document.tree.declarations[-1])
     assert said is not None
@@ -231,19 +231,19 @@ def test_files_lead_nowhere_but_into_their_folder(tmp_path: Path) -> None:
 
 def test_links_of_hdf5_lead_nowhere(tmp_path: Path) -> None:
     h5py = pytest.importorskip("h5py")
-    from softmark.mesh_file_hazards import hazard_of
+    from softmark.mesh_file_hazards import find_hazard
 
     with h5py.File(tmp_path / "sound.h5m", "w") as file:
         file["a/b"] = np.zeros(3)
         file["c"] = file["a"]  # a circle of hard links ends as well
         file["a/up"] = file["/"]
-    assert hazard_of(tmp_path / "sound.h5m") == ""
+    assert find_hazard(tmp_path / "sound.h5m") == ""
     with h5py.File(tmp_path / "link.h5m", "w") as file:
         file["a/b"] = h5py.ExternalLink("/etc/passwd", "/x")
     with h5py.File(tmp_path / "data.h5m", "w") as file:
         file.create_dataset("x", (3,), "f8", external=[("/etc/passwd", 0, 24)])
     for name in ("link.h5m", "data.h5m"):
-        assert "another file" in hazard_of(tmp_path / name)
+        assert "another file" in find_hazard(tmp_path / name)
 
 
 def test_the_memory_of_a_reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -256,7 +256,7 @@ def test_the_memory_of_a_reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         limit = resource.getrlimit(resource.RLIMIT_AS)[0]
     assert 0 <= limit - has - FLOOR - FACTOR * 1000 < 1 << 27  # a thread that watches the time has its own stack
     assert (FLOOR, FACTOR, SHARE) == (1 << 30, 200, 0.5)
-    assert available() > 0
+    assert available_memory() > 0
     monkeypatch.setattr(resource_limits, "available", lambda: 3 << 30)
     with limited_resources(file, 1 << 40):
         assert resource.getrlimit(resource.RLIMIT_AS)[0] - has < (3 << 29) + (1 << 27)

@@ -79,7 +79,7 @@ def test_the_error_of_a_step_is_stated_and_holds_the_true_one(model: str) -> Non
     text = text.replace("NU", "0").replace("OF", "whole")
     text += "load p = traction(bar, where = x >= 20 mm, vector = (60, 0, 0) Pa)\n"
     scene = softmark.loads(text)
-    found = run_pipeline.run(
+    found = run_pipeline.run_scene(
         scene.scene, list(scene.warnings), run_pipeline.Options(draw=False, stated=("rod",))
     ).models["rod"]
     off = abs(found.metrics["out"].value - 2e-5 * CREEP[1])

@@ -18,7 +18,7 @@ from softmark.interpreter.documentation import (
     site_builder,
     word_reference,
 )
-from softmark.interpreter.documentation.docstring_markdown import described, escaped
+from softmark.interpreter.documentation.docstring_markdown import docstring_to_markdown, escape_markup
 from softmark.interpreter.documentation.site_inventory import places
 from softmark.interpreter.help import word_pages
 from softmark.interpreter.help.codes import pages as codes
@@ -45,7 +45,7 @@ def test_every_word_and_every_message_has_a_place() -> None:
 @pytest.mark.parametrize("name", standard_scenes())
 def test_the_gallery_has_every_scene_as_it_is(name: str) -> None:
     mend = f"python tests/benchmarks/gallery.py {name}"
-    record = scene_gallery.known().get(name)
+    record = scene_gallery.load_results().get(name)
     assert record is not None, mend
     assert record["sha256"] == scene_gallery.text_hash(name), mend
     assert record["picture"] is None or (scene_gallery.PICTURES / f"{name}.png").stat().st_size < PICTURE, mend
@@ -58,8 +58,8 @@ def test_pictures_are_small_and_of_scenes() -> None:
 
 
 def test_a_scene_that_has_changed_says_so() -> None:
-    name = next(iter(scene_gallery.known()))
-    record = scene_gallery.known()[name]
+    name = next(iter(scene_gallery.load_results()))
+    record = scene_gallery.load_results()[name]
     assert scene_gallery.STALE not in scene_gallery.section(name, record)
     assert scene_gallery.STALE in scene_gallery.section(name, {**record, "sha256": "0"})
     assert "Nobody has run it" in scene_gallery.section(name, None)
@@ -67,10 +67,10 @@ def test_a_scene_that_has_changed_says_so() -> None:
 
 def test_docstrings_become_paragraphs_and_formulas() -> None:
     doc = "One.\n\npsi = a * b\n    + c\nProse of `code_` and a_b\nSource: somebody."
-    assert described(doc) == (
+    assert docstring_to_markdown(doc) == (
         "One.\n\n```text\npsi = a * b\n    + c\n```\n\nProse of `code_` and a\\_b\n\nSource: somebody."
     )
-    assert escaped("a < `b_c`", {"b_c": "{word}`b_c`"}.get) == "a \\< {word}`b_c`"
+    assert escape_markup("a < `b_c`", {"b_c": "{word}`b_c`"}.get) == "a \\< {word}`b_c`"
 
 
 @dataclass
@@ -148,7 +148,7 @@ def test_a_name_leads_to_its_place(
     site: tuple[Path, tuple[str, ...]], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder, opened = site[0], []
-    kept = site_builder.Built(folder, True)
+    kept = site_builder.BuiltSite(folder, True)
     monkeypatch.setattr(site_builder, "site", lambda before: kept)
     monkeypatch.setattr("webbrowser.open", opened.append)
     for name in ("fem", "e204", "surface", "silicone-beam", "gallery"):
@@ -178,9 +178,9 @@ def test_a_name_leads_to_its_place(
 )  # fmt: skip
 def test_formulas_are_spelt_out(tex: str, braced: str) -> None:
     pytest.importorskip("sphinx")
-    from softmark.interpreter.documentation.mathml import spelt_out
+    from softmark.interpreter.documentation.mathml import add_braces
 
-    assert spelt_out(tex) == braced
+    assert add_braces(tex) == braced
 
 
 @pytest.mark.slow

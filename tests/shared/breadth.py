@@ -221,7 +221,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_order_in_time": ("midpoint", "bdf2"),
     },
     "tests/solvers/test_rod_tendons.py": {
-        "test_the_tangent_in_motion_is_the_derivative_of_the_forces": ("TurnedGuides",),
+        "test_the_tangent_in_motion_is_the_derivative_of_the_forces": ("MovingGuidedTendon",),
     },
     "tests/solvers/test_solids.py": {
         "test_scrambled_cube_recovers": ("0",),

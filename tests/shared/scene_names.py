@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Source
 from softmark.grammar.parser import parse
-from softmark.interpreter.results.declarations import Named, Names
+from softmark.interpreter.results.declarations import DeclaredName, DeclaredNames
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
 
-def names_in(text: str, parameters: Mapping[str, float] | None = None) -> Names:
+def names_in(text: str, parameters: Mapping[str, float] | None = None) -> DeclaredNames:
     """Its declarations, what it expects, and where its gravity pulls: an axis or three numbers."""
     read = parse(Source("report", text))[0]
     calls = {
@@ -27,7 +27,7 @@ def names_in(text: str, parameters: Mapping[str, float] | None = None) -> Names:
     pairs = [p.parts for c in asked for p, _ in tree.walk(c) if isinstance(p, tree.Name) and len(p.parts) == 2]
     expected = dict.fromkeys(p[1] for p in pairs if declared[p[0]].kind == "model")
     pulls = [_vector(given[n]["direction"]) for n, (_, c) in calls.items() if c.function.text == "gravity"]
-    return Names(declared, tuple(expected), *pulls[:1])
+    return DeclaredNames(declared, tuple(expected), *pulls[:1])
 
 
 def _given(kind: str, call: tree.Call) -> dict[str, tree.Expression]:
@@ -40,14 +40,16 @@ def _given(kind: str, call: tree.Call) -> dict[str, tree.Expression]:
 
 def _named(
     d: tree.Declare, call: tree.Call, given: Mapping[str, tree.Expression], ratios: Mapping[str, float | None]
-) -> Named:
+) -> DeclaredName:
     known = CATALOGUE.constructor(d.kind, call.function.text)
     probe, against, body, material = (
         value.text if isinstance(value := given.get(n), tree.Name) else None
         for n in ("probe", "against", "body", "material")
     )
     summary = known.summary if known else ""
-    return Named(d.kind, call.function.text, d.span.line, summary, body, probe, against, ratios.get(material or ""))
+    return DeclaredName(
+        d.kind, call.function.text, d.span.line, summary, body, probe, against, ratios.get(material or "")
+    )
 
 
 def _number(value: object, parameters: Mapping[str, float]) -> float | None:

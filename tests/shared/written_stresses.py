@@ -21,7 +21,7 @@ from softmark.solvers.materials.gent import Gent
 from softmark.solvers.materials.guccione import Guccione
 from softmark.solvers.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
 from softmark.solvers.materials.holzapfel_ogden import HolzapfelOgden
-from softmark.solvers.materials.isochoric_split import Isochoric
+from softmark.solvers.materials.isochoric_split import IsochoricMaterial
 from softmark.solvers.materials.mooney_rivlin import MooneyRivlin
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
@@ -64,7 +64,7 @@ def grown(F: Floats) -> Floats:
 class Written:
     """A material whose stress is known here."""
 
-    material: Isochoric
+    material: IsochoricMaterial
 
     def g(self, F: Floats) -> Floats:
         """What K/2 g^2 is of (n,)."""
@@ -186,7 +186,7 @@ FINITE: dict[type, tuple[Callable[[Floats, Any], Floats], Callable[[Floats], Flo
 
 def stress_of(material: Any) -> Stress:
     """P of F (n, 3, 3), Pa, of an isotropic law, whose moduli are numbers."""
-    if isinstance(material, Isochoric):
+    if isinstance(material, IsochoricMaterial):
         return Written(material).terms(False)[0]
     mu, nu = material.young / (2.0 * (1.0 + material.poisson)), material.poisson
     shape = FINITE[type(material)][0]

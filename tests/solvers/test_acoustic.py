@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from softmark.solvers.materials import DIRECTED, law_for, mixed_for
 from softmark.solvers.materials.acoustic_tensor import DIRECTIONS
-from softmark.solvers.materials.batched_stability import Held
-from softmark.solvers.materials.ellipticity import lost
-from softmark.solvers.materials.material_axes import Frame
+from softmark.solvers.materials.batched_stability import VolumePressure
+from softmark.solvers.materials.ellipticity import find_ellipticity_loss
+from softmark.solvers.materials.material_axes import MaterialFrame
 from softmark.solvers.materials.tensor_components import components
 
 Floats = NDArray[np.float64]
@@ -43,7 +43,7 @@ SHORT = np.diag([0.6, 1.2, 1.25])[None]  # along fibres
 def test_what_is_found_is_what_some_direction_loses(name: str) -> None:
     """Nothing is found where a thousand directions leave 1 % of the stiffness; what one of them tells is found."""
     law = LAWS[name]
-    seen, found = least(law, STATES) / law.shear_modulus, lost(law, STATES)
+    seen, found = least(law, STATES) / law.shear_modulus, find_ellipticity_loss(law, STATES)
     assert found is not None
     assert not found[seen > 1e-2].any()
     assert found[seen < -1e-6].all()
@@ -52,7 +52,7 @@ def test_what_is_found_is_what_some_direction_loses(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["guccione", "fung", "linear fibres", "muscle"])
 def test_some_of_the_states_are_lost_and_some_not(name: str) -> None:
-    found = lost(LAWS[name], STATES)
+    found = find_ellipticity_loss(LAWS[name], STATES)
     assert found is not None
     assert 0 < found.sum() < len(found)
 
@@ -71,9 +71,9 @@ def test_fibres_that_resist_compression_give_way_in_it_and_slack_ones_do_not() -
     made = DIRECTED["transversely_isotropic"]
     F = np.diag([0.5, 1.0, 1.0])[None]
     stiff, weak = (made(1.0, k1, 0.0, 1.0, (1.0, 0.0, 0.0), "both", 1.0) for k1 in (40.0, 0.1))
-    assert np.asarray(lost(stiff, F)).all()
-    assert not np.asarray(lost(weak, F)).any()
-    assert not np.asarray(lost(replace(stiff, resists="tension"), F)).any()
+    assert np.asarray(find_ellipticity_loss(stiff, F)).all()
+    assert not np.asarray(find_ellipticity_loss(weak, F)).any()
+    assert not np.asarray(find_ellipticity_loss(replace(stiff, resists="tension"), F)).any()
 
 
 def test_directions_of_each_point_and_a_pressure_go_with_it() -> None:
@@ -82,11 +82,11 @@ def test_directions_of_each_point_and_a_pressure_go_with_it() -> None:
     R = turned(np.ones((8, 3)))
     F = np.concatenate([np.einsum("mij,jk,mlk->mil", R, SHORT[0], R), np.tile(np.eye(3), (8, 1, 1))])
     f = np.concatenate([R[:, :, 0], R[:, :, 0]])
-    split = mixed_for(replace(law, fibres=Frame.at(f, None, (16, 1))), "finite")
+    split = mixed_for(replace(law, fibres=MaterialFrame.at(f, None, (16, 1))), "finite")
     assert split is not None
-    held = Held(split.constraint, np.inf, np.zeros(16))
-    assert np.asarray(lost(split.shape, F, held)).tolist() == [True] * 8 + [False] * 8
-    assert lost(law_for(replace(law, bulk=1.0), "finite"), SHORT) is not None
+    held = VolumePressure(split.constraint, np.inf, np.zeros(16))
+    assert np.asarray(find_ellipticity_loss(split.shape, F, held)).tolist() == [True] * 8 + [False] * 8
+    assert find_ellipticity_loss(law_for(replace(law, bulk=1.0), "finite"), SHORT) is not None
 
 
 @pytest.mark.parametrize("name", ["guccione", "fung", "muscle"])

@@ -19,7 +19,7 @@ from softmark.solvers.runtime import kernel_cache, parallel_compilation
 def started(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Any]]:
     """The processes that were started; there are two processors, whatever this machine has."""
     found: list[Any] = []
-    start = parallel_compilation._started
+    start = parallel_compilation._start
 
     def seen(code: str) -> Any:
         found.append(start(code))
@@ -33,30 +33,30 @@ def started(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Any]]:
 
 
 def test_what_it_makes_is_counted_here(started: list[Any]) -> None:
-    with parallel_compilation.asked(True), parallel_compilation.beside("print(3)"):
-        assert kernel_cache.made() == 0
+    with parallel_compilation.allow_helper(True), parallel_compilation.helper_process("print(3)"):
+        assert kernel_cache.count_compiled() == 0
     assert len(started) == 1
-    assert kernel_cache.made() == 3
+    assert kernel_cache.count_compiled() == 3
 
 
 @pytest.mark.parametrize("code", ["import os; os.abort()", "import nothing_of_that_name", "print('three')"])
 def test_one_that_crashes_is_done_without(started: list[Any], code: str) -> None:
-    with parallel_compilation.asked(True), parallel_compilation.beside(code):
+    with parallel_compilation.allow_helper(True), parallel_compilation.helper_process(code):
         pass
     assert len(started) == 1
-    assert kernel_cache.made() == 0
+    assert kernel_cache.count_compiled() == 0
 
 
 def test_one_that_does_not_end_is_ended(started: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
     """Both when all else is done, and when that failed: nobody waits a minute."""
     begin = time.monotonic()
     monkeypatch.setattr(parallel_compilation, "PATIENCE", 0.05)
-    with parallel_compilation.asked(True), parallel_compilation.beside("import time; time.sleep(60)"):
+    with parallel_compilation.allow_helper(True), parallel_compilation.helper_process("import time; time.sleep(60)"):
         pass
     with (
         pytest.raises(KeyboardInterrupt),
-        parallel_compilation.asked(True),
-        parallel_compilation.beside("import time; time.sleep(60)"),
+        parallel_compilation.allow_helper(True),
+        parallel_compilation.helper_process("import time; time.sleep(60)"),
     ):
         raise KeyboardInterrupt
     assert len(started) == 2
@@ -65,7 +65,7 @@ def test_one_that_does_not_end_is_ended(started: list[Any], monkeypatch: pytest.
 
 def test_none_is_started_where_it_would_not_help(started: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
     """Not where nobody asked, with one processor, in a program without a Python, or where nothing can be kept."""
-    with parallel_compilation.beside("print(3)"):
+    with parallel_compilation.helper_process("print(3)"):
         pass
     for place, name, value in (
         (parallel_compilation, "processors", lambda: 1),
@@ -76,10 +76,10 @@ def test_none_is_started_where_it_would_not_help(started: list[Any], monkeypatch
     ):
         with monkeypatch.context() as other:
             other.setattr(place, name, value, raising=False)
-            with parallel_compilation.asked(True), parallel_compilation.beside("print(3)"):
+            with parallel_compilation.allow_helper(True), parallel_compilation.helper_process("print(3)"):
                 pass
     assert started == []
-    assert kernel_cache.made() == 0
+    assert kernel_cache.count_compiled() == 0
 
 
 def test_nothing_is_imported_from_where_it_starts(
@@ -89,11 +89,13 @@ def test_nothing_is_imported_from_where_it_starts(
     (tmp_path / "numpy.py").write_text("open('imported', 'w')\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     with (
-        parallel_compilation.asked(True),
-        parallel_compilation.beside("import importlib.util as u; print(int('site' in u.find_spec('numpy').origin))"),
+        parallel_compilation.allow_helper(True),
+        parallel_compilation.helper_process(
+            "import importlib.util as u; print(int('site' in u.find_spec('numpy').origin))"
+        ),
     ):
         pass
-    assert kernel_cache.made() == 1
+    assert kernel_cache.count_compiled() == 1
 
 
 @pytest.mark.long

@@ -57,10 +57,10 @@ def bent(mesh: Mesh) -> np.ndarray:
 def test_shape_functions_are_those_of_the_elements(kind: str) -> None:
     xi = np.random.default_rng(0).random((5, 3)) / 3.0
     assert solid_forces.node_positions(kind) == pytest.approx(CELLS[kind].places())
-    assert solid_forces.shape(kind, xi) == pytest.approx(CELLS[kind].shape(xi), abs=1e-13)
-    assert solid_forces.slope(kind, xi) == pytest.approx(CELLS[kind].gradient(xi), abs=1e-13)
+    assert solid_forces.shape_functions(kind, xi) == pytest.approx(CELLS[kind].shape(xi), abs=1e-13)
+    assert solid_forces.shape_derivatives(kind, xi) == pytest.approx(CELLS[kind].gradient(xi), abs=1e-13)
     (own, w), (known, v) = (
-        solid_forces.rule(kind),
+        solid_forces.quadrature_rule(kind),
         CELLS[kind].quadrature(),
     )  # points of the same polynomials, in any order
     assert w @ own**2 == pytest.approx(v @ known**2, abs=1e-13)
@@ -70,7 +70,7 @@ def test_shape_functions_are_those_of_the_elements(kind: str) -> None:
 def test_rotations_are_the_nearest_ones_flat_and_inverted_too() -> None:
     F = np.random.default_rng(0).standard_normal((200, 3, 3))
     F[0], F[1] = np.eye(3), np.diag([1.0, 1.0, -0.5])
-    R = solid_forces.polar(F)
+    R = solid_forces.polar_rotation(F)
     assert R @ R.transpose(0, 2, 1) == pytest.approx(np.broadcast_to(np.eye(3), R.shape), abs=1e-13)
     assert np.linalg.det(R) == pytest.approx(1.0)
     U, s, Vt = np.linalg.svd(F)  # the largest trace of R^T F is s1 + s2 +- s3 (Kabsch 1976)
@@ -82,7 +82,7 @@ def test_rotations_are_the_nearest_ones_flat_and_inverted_too() -> None:
 @pytest.mark.parametrize("selective", [False, True])
 def test_forces_within_solids(mesh: Mesh, strain: str, selective: bool) -> None:
     u = bent(mesh)
-    law = {"small": solid_forces.small_stress, "corotational": solid_forces.corotational_stress}.get(strain)
+    law = {"small": solid_forces.small_strain_stress, "corotational": solid_forces.corotational_stress}.get(strain)
     terms: Any = (
         (solid_forces.StressTerm(EnergyStress(GEL.psi)),) if law is None else (solid_forces.StressTerm(law(MU, LAM)),)
     )
@@ -111,7 +111,7 @@ def test_forces_with_one_rotation_for_each_cell(mesh: Mesh) -> None:
     )
     g = np.zeros(u.size)
     energy.add_gradient(u.ravel(), g)
-    term = solid_forces.StressTerm(solid_forces.small_stress(MU, LAM))
+    term = solid_forces.StressTerm(solid_forces.small_strain_stress(MU, LAM))
     found, _ = solid_forces.CheckedBody(mesh.points, mesh.cells, mesh.kind, u, (term,), 1.0, turned=True).forces(
         mesh.cells
     )
@@ -191,7 +191,7 @@ def test_forces_are_the_slope_of_an_energy_written_anew(law: str, strain: str, m
     mesh, own = Mesh(points, cells, "hex8"), np.array([[0.07], [-0.04]])
     whole = law_for(made(law, 1.0, 0.3), strain)
     measure = MEASURES[law if strain == "finite" else strain]
-    xi, weights = solid_forces.rule("hex8")
+    xi, weights = solid_forces.quadrature_rule("hex8")
     dNdX, det = solid_forces.gradients(points, cells, "hex8", xi)
 
     def energy(u: np.ndarray) -> float:
@@ -229,7 +229,7 @@ def test_pressure_on_the_deformed_surface(mesh: Mesh) -> None:
 def test_weight(mesh: Mesh, how: str) -> None:
     from softmark.interpreter.models.shared.load_setup import nodal_mass
 
-    own = solid_forces.weights_of(mesh.points, mesh.cells, mesh.kind, 3.0, how, len(mesh.points))
+    own = solid_forces.nodal_masses(mesh.points, mesh.cells, mesh.kind, 3.0, how, len(mesh.points))
     theirs = nodal_mass(mesh, integrate_cells(mesh), 3.0, how)  # type: ignore[arg-type]
     assert own == pytest.approx(theirs, abs=1e-13)
 
@@ -256,9 +256,11 @@ def test_cells_inside_out_are_seen_at_their_nodes_too() -> None:
 
 def test_a_sample_of_a_large_mesh_has_whole_nodes() -> None:
     mesh = Cylinder(length=1.0, radius=0.4).mesh("tet4", 0.1)
-    u, term = bent(mesh), solid_forces.StressTerm(solid_forces.small_stress(MU, LAM))
+    u, term = bent(mesh), solid_forces.StressTerm(solid_forces.small_strain_stress(MU, LAM))
     body = solid_forces.CheckedBody(mesh.points, mesh.cells, "tet4", u, (term,), 1.0)
-    chosen, cells = solid_forces.sample(len(mesh.points), mesh.cells, solid_forces.MANY)  # as if it were very large
+    chosen, cells = solid_forces.sample_nodes(
+        len(mesh.points), mesh.cells, solid_forces.MANY
+    )  # as if it were very large
     assert chosen is not None
     whole, part = body.forces(mesh.cells)[0], body.forces(cells)[0]
     assert part[chosen] == pytest.approx(whole[chosen], abs=1e-14)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from softmark.interpreter.language.coordinate_conditions import Condition, Term
-from softmark.interpreter.problem.conforming_mesh import graded
+from softmark.interpreter.problem.conforming_mesh import graded_cuts
 from softmark.solvers.mesh import tetrahedralization
 from softmark.solvers.mesh.boolean_shapes import Combined, Difference, Intersection, Union
 from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
@@ -126,7 +126,7 @@ def test_cells_are_finer_where_a_condition_holds() -> None:
     """
     shape = BODIES["a box in boxes"][0]
     low = Condition.comparison("<=", Term.coordinate(2), Term.constant(0.0), 1)
-    mesh = shape.mesh("tet4", R / 2, graded(low, shape, 4.0))
+    mesh = shape.mesh("tet4", R / 2, graded_cuts(low, shape, 4.0))
     X = mesh.points[mesh.cells]
     edges, height = np.linalg.norm(X[:, 0] - X[:, 1], axis=1), X.mean(axis=1)[:, 2]
     near, far = edges[height < 0.2 * R].mean(), edges[height > 1.6 * R].mean()
@@ -153,7 +153,7 @@ def test_facets_suit_the_smallest_cells(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(tetrahedralization, "_filled", mesher)
     shape = BODIES["drilled"][0]
     low = Condition.comparison("<=", Term.coordinate(2), Term.constant(0.0), 1)
-    mesh = shape.mesh("tet4", R / 2, graded(low, shape, 4.0))
+    mesh = shape.mesh("tet4", R / 2, graded_cuts(low, shape, 4.0))
     assert given == [(shape.closed(R / 8).volume, R / 2, NEAR * R / 8)]
     assert mesh.filling is not None
     assert mesh.filling.size == R / 8  # for which the report tells what facets miss

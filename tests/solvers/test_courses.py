@@ -16,7 +16,7 @@ from softmark.interpreter.vocabulary.amplitude_words import Pulse, Ramp, Sine, S
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.dynamic_problem import Dynamics
-from softmark.solvers.dynamics.load_amplitudes import Course
+from softmark.solvers.dynamics.load_amplitudes import Amplitude
 from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.energies.external_loads import DeadForces
 
@@ -34,7 +34,7 @@ COURSES = [
 
 
 @pytest.mark.parametrize("course", COURSES)
-def test_the_mean_is_the_integral(course: Course) -> None:
+def test_the_mean_is_the_integral(course: Amplitude) -> None:
     """Against adaptive quadrature between the kinks, to 1e-10 of the whole."""
     kinks = [0.0312, 0.0318, 0.004, 0.0571, 0.0123, 0.0453, 0.0413, 0.0433, 0.0177, 0.0327]
     for begin, end in ((0.0, 0.01), (0.03, 0.04), (0.011, 0.0431), (0.0, 0.09), (0.0315, 0.0316)):
@@ -43,7 +43,7 @@ def test_the_mean_is_the_integral(course: Course) -> None:
         assert course.mean(begin, end) == pytest.approx(right, abs=1e-10)
 
 
-def free(name: str, course: Course) -> Dynamics:
+def free(name: str, course: Amplitude) -> Dynamics:
     """A mass of 2 kg under 3 N."""
     return Dynamics(
         Assembly(1, NONE, [], [DeadForces(np.array([3.0]))]), np.full(1, 2.0), np.zeros(1), np.zeros(1),
@@ -53,7 +53,7 @@ def free(name: str, course: Course) -> Dynamics:
 
 @pytest.mark.parametrize("course", COURSES)
 @pytest.mark.parametrize("name", NAMES)
-def test_a_free_body_has_the_right_velocity_at_every_step(name: str, course: Course) -> None:
+def test_a_free_body_has_the_right_velocity_at_every_step(name: str, course: Amplitude) -> None:
     """v(t) = integral of f c(t) / m: to the Newton tolerance, for every integrator and whatever is between steps."""
     path = march(free(name, course), 0.1, 0.01)
     v = np.array([motion.v[0] for motion in path.observed])
@@ -61,7 +61,7 @@ def test_a_free_body_has_the_right_velocity_at_every_step(name: str, course: Cou
     np.testing.assert_allclose(v, right, atol=1e-9 * max(1e-3, np.abs(right).max()))
 
 
-def oscillator(name: str, course: Course, quadratic: type[Any], w: float = 1.0, unit: float = 1.0) -> Dynamics:
+def oscillator(name: str, course: Amplitude, quadratic: type[Any], w: float = 1.0, unit: float = 1.0) -> Dynamics:
     """x'' + w^2 x = w^2 unit c(t)."""
     return Dynamics(
         Assembly(1, NONE, [quadratic(np.array([[w**2]]))], [DeadForces(np.array([w**2 * unit]))]), np.ones(1),

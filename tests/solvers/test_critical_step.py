@@ -19,9 +19,9 @@ import pytest
 from scipy.linalg import eigh
 
 from softmark.solvers.dynamics.central_differences import CentralDifferences
-from softmark.solvers.dynamics.critical_time_step import ACCURACY, Frequencies
+from softmark.solvers.dynamics.critical_time_step import ACCURACY, CriticalStepTracker
 from softmark.solvers.dynamics.dynamic_problem import Rayleigh
-from softmark.solvers.dynamics.implicit_step import System
+from softmark.solvers.dynamics.implicit_step import DynamicSystem
 from softmark.solvers.dynamics.integrator import StepTooLong
 from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import Diverged, MotionNotConverged
@@ -92,12 +92,12 @@ def test_the_formula_with_damping(beta: float) -> None:
 def test_estimates_that_start_warm_are_those_that_start_cold() -> None:
     """Along a stretch of 1 to 3, where another mode becomes the fastest; the same accuracy as of a cold start."""
     problem = bench.problem_of(bench.Configuration(strain="finite"))
-    system = System(problem, 1.0)
+    system = DynamicSystem(problem, 1.0)
     along = system.frequencies
     x = np.zeros_like(problem.rest)
     for stretch in np.linspace(1.0, 3.0, 9):
         x[::3] = (stretch - 1.0) * np.linspace(0.0, 2.0, len(x) // 3)
-        fresh = Frequencies(system.forces, problem.damping)
+        fresh = CriticalStepTracker(system.forces, problem.damping)
         warm, cold = along.critical_step(x, 0.0), fresh.critical_step(x, 0.0)
         assert warm == pytest.approx(cold, rel=ACCURACY)
 

@@ -27,7 +27,7 @@ BODIES = {
 def cut(body: str, X: np.ndarray, convex: bool = True) -> tuple[float, np.ndarray]:
     kind = FACETS[X.shape[1]]
     triangles = np.array(kind.rim)[np.array(kind.halves)]
-    return find_deepest_point(BODIES[body], X, partial(solid_forces.shape, X.shape[1]), triangles, convex)
+    return find_deepest_point(BODIES[body], X, partial(solid_forces.shape_functions, X.shape[1]), triangles, convex)
 
 
 @pytest.mark.parametrize(("body", "depth", "within"), [
@@ -51,7 +51,7 @@ def test_nothing_is_deeper_on_a_dense_lattice(body: str, nodes: int) -> None:
     local = np.concatenate([local, *([0.5 * (local + np.roll(local, -1, axis=0))] if nodes in (6, 8, 9) else []),
                             *([np.zeros((1, 2))] if nodes == 9 else [])])  # fmt: skip
     X = np.concatenate([local, np.zeros((nodes, 1))], axis=1) + one.uniform(-0.1, 0.1, (200, nodes, 3))
-    N = solid_forces.shape(nodes, kind.lattice(60))
+    N = solid_forces.shape_functions(nodes, kind.lattice(60))
     g = BODIES[body](np.einsum("qa,fai->fqi", N, X).reshape(-1, 3))[0]
     found, _ = cut(body, X, convex=body != "hollow")
     assert found <= min(0.0, float(g.min())) + (0.004 if body != "hollow" else 0.04)
@@ -59,7 +59,7 @@ def test_nothing_is_deeper_on_a_dense_lattice(body: str, nodes: int) -> None:
 
 def test_what_lies_flat_on_a_surface_does_not_cut() -> None:
     """A billionth above it: nothing is halved, and nothing is found."""
-    found, place = find_deepest_point(rigid_contact_forces.half_space(O, Z), FLAT + 1e-9, partial(solid_forces.shape, 3),
+    found, place = find_deepest_point(rigid_contact_forces.half_space(O, Z), FLAT + 1e-9, partial(solid_forces.shape_functions, 3),
                            np.array(FACETS[3].rim)[np.array(FACETS[3].halves)], True)  # fmt: skip
     assert found == 0.0
     assert np.isnan(place).all()

@@ -19,7 +19,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.time_integration import march
-from softmark.solvers.dynamics.time_step_resolution import resolved
+from softmark.solvers.dynamics.time_step_resolution import resolve_vibration
 from softmark.solvers.dynamics.trapezoidal_rule import Trapezoidal
 from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.materials import MATERIALS, Isotropic, drags_for, law_for, parts_for
@@ -165,12 +165,12 @@ def test_what_damps_is_the_tangent_without_the_pressure(name: str, strain: str) 
 def test_an_overdamped_body_has_no_vibration_to_resolve(damping: Rayleigh) -> None:
     """w = 10 rad/s, damping ratios of 2 and 1.5: T = (r + sqrt(r^2 - w^2)) / w^2 with r = 20 and 15 1/s."""
     r = 0.5 * damping.alpha + 50.0 * damping.beta
-    found = resolved(Trapezoidal(), damping, 10.0, 5.0, 0.1)
+    found = resolve_vibration(Trapezoidal(), damping, 10.0, 5.0, 0.1)
     assert found is not None
     assert found.motion == "return"
     assert found.period == pytest.approx((r + np.sqrt(r**2 - 100.0)) / 100.0)
     assert found.steps > 2.0
     assert not found.doubtful  # 6.3 steps to 2 pi / w, which is no period here
-    coarse = resolved(Trapezoidal(), damping, 10.0, 5.0, 0.5)
+    coarse = resolve_vibration(Trapezoidal(), damping, 10.0, 5.0, 0.5)
     assert coarse is not None
     assert coarse.doubtful

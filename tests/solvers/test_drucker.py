@@ -13,8 +13,8 @@ from scipy.optimize import brentq
 
 from softmark.solvers.api.elastic_solid import material
 from softmark.solvers.materials import law_for, mixed_for
-from softmark.solvers.materials.batched_stability import Held
-from softmark.solvers.materials.drucker_stability import lost
+from softmark.solvers.materials.batched_stability import VolumePressure
+from softmark.solvers.materials.drucker_stability import find_instability
 from softmark.solvers.statics.material_point import Drive, MaterialPoint
 
 Floats = NDArray[np.float64]
@@ -70,10 +70,12 @@ def test_a_pull_loses_it_where_a_formula_of_one_stretch_says(
                 break
     assert first != far
     assert found.constraint is not None
-    held = Held(found.constraint, math.inf, np.zeros(2))  # a pressure does no work in changes that keep a volume
+    held = VolumePressure(
+        found.constraint, math.inf, np.zeros(2)
+    )  # a pressure does no work in changes that keep a volume
     at = [first * (1.0 + e) if far > 1.0 else first * (1.0 - e) for e in (-1e-7, 1e-7)]
     F = np.array([np.diag([t, t**-0.5, t**-0.5]) for t in at])
-    np.testing.assert_array_equal(lost(found.law, F, held), [False, True])
+    np.testing.assert_array_equal(find_instability(found.law, F, held), [False, True])
 
 
 def test_a_point_says_from_which_stretch_on_it_is_lost() -> None:
@@ -89,7 +91,7 @@ def test_kirchhoff_loses_it_where_its_stress_peaks_along_an_axis() -> None:
     """With nu = 0 each axis is by itself, tau = mu s^2 (s^2 - 1), whose slope by ln s is zero at s = 1/sqrt(2)."""
     law, l = law_for(material("st_venant_kirchhoff", young=1.0, poisson=0.0, density=1.0), "finite"), 1.0 / math.sqrt(2)
     F = np.array([np.diag([a, 1.0, 1.0]) for a in (l * (1 - 1e-9), l * (1 + 1e-9))])
-    np.testing.assert_array_equal(lost(law, F), [True, False])
+    np.testing.assert_array_equal(find_instability(law, F), [True, False])
 
 
 @pytest.mark.parametrize(("volumetric", "held"), [("squared", False), ("logarithmic", True), ("reciprocal", True)])
@@ -99,7 +101,7 @@ def test_a_volume_that_is_squared_holds_down_to_a_half(volumetric: str, held: bo
     law = law_for(made, "finite")
     for J, sound in ((0.5 * (1 + 1e-6), True), (0.5 * (1 - 1e-6), held)):
         F = np.eye(3)[None] * J ** (1 / 3)
-        assert lost(law, F)[0] == (not sound)  # type: ignore[index]
+        assert find_instability(law, F)[0] == (not sound)  # type: ignore[index]
     assert made.steady_above == (0.0 if held else 0.5)
 
 
@@ -135,8 +137,8 @@ def test_what_is_lost_is_what_some_change_of_strain_loses(name: str, constants: 
     F = np.einsum("mij,mj,mkj->mik", R, np.exp(RNG.uniform(-0.6, 0.6, (12, 3))), R)
     from softmark.solvers.materials.volumetric_constraints import VolumeRatio
 
-    held = Held(VolumeRatio(), math.inf, np.zeros(len(F))) if kept else None
-    found, seen = lost(law, F, held), np.array([work(law, one, kept) for one in F])
+    held = VolumePressure(VolumeRatio(), math.inf, np.zeros(len(F))) if kept else None
+    found, seen = find_instability(law, F, held), np.array([work(law, one, kept) for one in F])
     assert found is not None
     assert found[seen < -1e-6].all()  # a change tells it for sure
     assert not found[seen > 0.15].any()  # and 300 leave little between them
@@ -145,12 +147,12 @@ def test_what_is_lost_is_what_some_change_of_strain_loses(name: str, constants: 
 def test_a_law_with_directions_is_not_asked() -> None:
     made: Any = material("neo_hookean", young=1.0, poisson=0.3, density=1.0)
     assert made.steady_above == 0.0
-    assert lost(object(), np.eye(3)[None]) is None
+    assert find_instability(object(), np.eye(3)[None]) is None
 
 
 def test_what_is_pressed_flat_is_not_asked() -> None:
     """Slopes by ln s are as s^2 of a stretch that vanishes: their signs are rounding, and change with the machine."""
     law = law_for(material("st_venant_kirchhoff", young=1.0, poisson=0.3, density=1.0), "finite")
     flat = np.array([np.diag([2.3, t, t * (1.0 + 1e-9)]) for t in (1e-7, 1e-12, 1e-16)])
-    assert not lost(law, flat).any()
-    assert lost(law, np.array([np.diag([0.5, 0.5, 0.5])])).all()  # tau is as s^2 (s^2 - 1): below 0.71
+    assert not find_instability(law, flat).any()
+    assert find_instability(law, np.array([np.diag([0.5, 0.5, 0.5])])).all()  # tau is as s^2 (s^2 - 1): below 0.71

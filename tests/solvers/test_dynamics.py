@@ -19,7 +19,7 @@ from softmark.solvers.dynamics.generalized_alpha import GeneralizedAlpha
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
 from softmark.solvers.dynamics.implicit_midpoint import Midpoint
 from softmark.solvers.dynamics.integrator import StepTooLong
-from softmark.solvers.dynamics.load_amplitudes import Course
+from softmark.solvers.dynamics.load_amplitudes import Amplitude
 from softmark.solvers.dynamics.newmark import Newmark
 from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import Trajectory
@@ -219,7 +219,9 @@ def test_rayleigh_damping_ratio(name: str, oscillators: Oscillators, states: Sta
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_support_that_moves(name: str, states: States, quadratic: type[Any], sampled: Callable[..., Course]) -> None:
+def test_a_support_that_moves(
+    name: str, states: States, quadratic: type[Any], sampled: Callable[..., Amplitude]
+) -> None:
     """Base x_s = s sin(w t) under an oscillator of frequency w0 at rest:
 
     x = s w0/(w0^2 - w^2) (w0 sin wt - w sin w0 t). Errors O(h^2), O(h) for backward Euler.
@@ -250,7 +252,7 @@ def test_a_support_that_moves(name: str, states: States, quadratic: type[Any], s
     ],
 )
 def test_damping_between_a_moving_support_and_the_body(
-    name: str, states: States, quadratic: type[Any], sampled: Callable[..., Course]
+    name: str, states: States, quadratic: type[Any], sampled: Callable[..., Amplitude]
 ) -> None:
     """x'' = -alpha x' - beta w0^2 (x' - xs') - w0^2 (x - xs), by a Runge-Kutta method of order 8 (not this code).
 
@@ -277,7 +279,7 @@ def test_damping_between_a_moving_support_and_the_body(
 
 
 @pytest.mark.slow
-def test_each_load_has_its_own_course(states: States, sampled: Callable[..., Course]) -> None:
+def test_each_load_has_its_own_course(states: States, sampled: Callable[..., Amplitude]) -> None:
     """x'' = 2 t + 3 cos t from rest: x = t^3/3 + 3 (1 - cos t). Error of the trapezoidal rule O(h^2)."""
     loads = [DeadForces(np.array([2.0])), DeadForces(np.array([3.0]))]
     problem = Dynamics(

@@ -12,18 +12,23 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.bdf2 import BDF2
 from softmark.solvers.dynamics.central_differences import CentralDifferences
-from softmark.solvers.dynamics.dynamic_forces import Forces
+from softmark.solvers.dynamics.dynamic_forces import DynamicForces
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
-from softmark.solvers.dynamics.energy_balance import GAIN, PATIENCE, Account
+from softmark.solvers.dynamics.energy_balance import GAIN, PATIENCE, EnergyAccount
 from softmark.solvers.dynamics.generalized_alpha import GeneralizedAlpha
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
 from softmark.solvers.dynamics.implicit_midpoint import Midpoint
 from softmark.solvers.dynamics.integrator import Integrator, StepTooLong
-from softmark.solvers.dynamics.load_amplitudes import Course
+from softmark.solvers.dynamics.load_amplitudes import Amplitude
 from softmark.solvers.dynamics.mass_matrices import lumped_mass, mass_points
 from softmark.solvers.dynamics.newmark import Newmark
 from softmark.solvers.dynamics.time_integration import march
-from softmark.solvers.dynamics.time_step_resolution import amplification, loaded_frequency, resolution, resolved
+from softmark.solvers.dynamics.time_step_resolution import (
+    amplification,
+    find_resolution,
+    loaded_frequency,
+    resolve_vibration,
+)
 from softmark.solvers.dynamics.trajectory import Diverged, MotionNotConverged, Trajectory
 from softmark.solvers.dynamics.trapezoidal_rule import Trapezoidal
 from softmark.solvers.energies.external_loads import DeadForces
@@ -81,7 +86,7 @@ def test_linear_vibrations_gain_nothing_at_any_step(name: str, step: float, osci
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_support_that_moves_and_comes_back(name: str, spring: type[Any], sampled: Callable[..., Course]) -> None:
+def test_a_support_that_moves_and_comes_back(name: str, spring: type[Any], sampled: Callable[..., Amplitude]) -> None:
     """A mass on a spring whose other end is moved by one length over a second, smoothly."""
     points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
     bond = spring(points, np.array([[0, 1]]), 40.0, 1.0)
@@ -139,7 +144,7 @@ def test_a_march_that_ends_in_a_gain_has_diverged(oscillators: Oscillators) -> N
 
 
 def test_damping_that_swings_after_a_jump_is_a_doubt_and_no_divergence(
-    quadratic: type[Any], sampled: Callable[..., Course]
+    quadratic: type[Any], sampled: Callable[..., Amplitude]
 ) -> None:
     """x'' + 5 w^2 x' + w^2 x = w for w = 1 and 100, a push of one step of 0.1 s: the slow one creeps back.
 
@@ -177,7 +182,7 @@ def test_shares_of_a_balance() -> None:
         "kinetic": np.array([4.0, 9.0, 11.0]), "strain": zero, "load_work": np.array([0.0, 6.0, 6.0]),
         "support_work": zero, "damping": zero, "drift": np.array([0.0, -1.0, 1.0]),
     }  # fmt: skip
-    account = Account()
+    account = EnergyAccount()
     for i in range(3):
         account.add(float(i), {name: float(values[i]) for name, values in energies.items()})
     found = account.balance
@@ -185,7 +190,7 @@ def test_shares_of_a_balance() -> None:
     assert found.gain == pytest.approx(0.2)
     assert found.gained
     assert found.time == 2.0
-    assert Account().balance.facts["gained"] is False
+    assert EnergyAccount().balance.facts["gained"] is False
 
 
 # ------------------------------------------------------------------ six decades of steps
@@ -207,7 +212,7 @@ def test_steps_over_six_decades_are_right_or_said_to_be_wrong(
         x = states(path)
         assert np.all(np.isfinite(x))
         error = np.abs(x[-1] - [np.cos(duration), np.sin(duration)]).max()
-        told = resolved(problem.integrator, problem.damping, 1.0, duration, float(step))
+        told = resolve_vibration(problem.integrator, problem.damping, 1.0, duration, float(step))
         assert told is not None
         assert error <= 0.06 or told.doubtful, (name, step, error)
 
@@ -242,7 +247,7 @@ def test_a_cantilever_over_six_decades_of_steps(name: str, law: Any, elastic: An
             continue
         end = path.times[-1]
         error = abs(path.observed[-1].x[free][tip] - exact(end)) / fall
-        told = resolution(problem, mesh.points, end, float(step))
+        told = find_resolution(problem, mesh.points, end, float(step))
         assert told is not None
         assert told.period == pytest.approx(2 * np.pi / omega[0], rel=1e-3)
         assert error <= 0.05 or told.doubtful or path.balance.gained, (step * omega[0], error)
@@ -272,5 +277,5 @@ def test_the_lowest_loaded_mode_of_a_chain(quadratic: type[Any]) -> None:
         wall = np.array([3])  # a fourth degree of freedom that is held: the chain is no free body
         assembly = Assembly(4, wall, [quadratic(np.pad(K, (0, 1)))], [DeadForces(np.append(load, 0.0))])
         held = Dynamics(assembly, np.ones(4), np.zeros(4), np.zeros(4), wall)
-        found = loaded_frequency(Forces(held), held, np.zeros((1, 3)))
+        found = loaded_frequency(DynamicForces(held), held, np.zeros((1, 3)))
         assert found == pytest.approx(np.sqrt(square), rel=1e-6)

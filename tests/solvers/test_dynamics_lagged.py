@@ -12,9 +12,9 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
-from softmark.solvers.dynamics.implicit_step import System
-from softmark.solvers.dynamics.lagged_tangent import Differences, Mixer
-from softmark.solvers.dynamics.load_amplitudes import Course
+from softmark.solvers.dynamics.implicit_step import DynamicSystem
+from softmark.solvers.dynamics.lagged_tangent import AndersonAcceleration, BackwardDifferences
+from softmark.solvers.dynamics.load_amplitudes import Amplitude
 from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import Trajectory
 from softmark.solvers.energies.corotational_tets import CorotationalTets
@@ -86,7 +86,7 @@ def test_trajectories_are_those_of_newton(name: str, mesh: Mesh) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["implicit_euler", "generalized_alpha", "midpoint"])
 def test_with_damping_moving_supports_and_courses_of_loads(
-    name: str, mesh: Mesh, sampled: Callable[..., Course]
+    name: str, mesh: Mesh, sampled: Callable[..., Amplitude]
 ) -> None:
     """As above, for every term that an equation of a step may have."""
     problem = beam(mesh, name, tolerance=1e-8)
@@ -177,8 +177,8 @@ def test_what_does_not_suit_goes_by_newton(mesh: Mesh) -> None:
         beam(mesh, lagged=False),
         replace(beam(mesh), integrator=CentralDifferences()),
     ):
-        assert System(problem, 0.01).lagged is None
-    assert System(beam(mesh), 0.01).lagged is not None
+        assert DynamicSystem(problem, 0.01).lagged is None
+    assert DynamicSystem(beam(mesh), 0.01).lagged is not None
 
 
 # ------------------------------------------------------------------ capped steps
@@ -192,7 +192,7 @@ def test_one_newton_iteration_is_the_linearly_implicit_step(mesh: Mesh) -> None:
     problem, h = beam(mesh, lagged=False, cap=1), 0.01
     path = march(problem, 2 * h, h)
     first, second = path.observed[1], path.observed[2]
-    system = System(problem, h)
+    system = DynamicSystem(problem, h)
     K = system.forces.tangent(first.x, system.forces.factors(h))
     mass, free = problem.mass, system.forces.free
     r = mass * first.v / h - system.forces.at(first.x, system.forces.factors(h)).total  # type: ignore[operator]
@@ -230,7 +230,7 @@ def test_explicit_steps_leave_no_residual(mesh: Mesh) -> None:
 
 def test_the_extrapolation_is_exact_for_polynomials() -> None:
     """Of degree four, with five states known and a sixth that shows it; round-off of differences of size 5^4."""
-    states = Differences(5, 2)
+    states = BackwardDifferences(5, 2)
     x = [np.array([t**4 - t, 2.0 * t]) for t in range(8)]
     assert states.next(1.0) is None
     for t in range(7):
@@ -243,7 +243,7 @@ def test_the_extrapolation_is_exact_for_polynomials() -> None:
 
 def test_a_change_of_the_step_begins_anew() -> None:
     """Two states at the new distance say nothing of the error of a line through them, three do."""
-    states = Differences(5, 1)
+    states = BackwardDifferences(5, 1)
     for t in (0.0, 1.0, 2.0, 3.0, 3.5):
         states.add(np.array([t]), t)
     assert states.next(0.5) is None
@@ -255,7 +255,7 @@ def test_a_change_of_the_step_begins_anew() -> None:
 
 def test_a_saw_is_not_extrapolated_by_high_orders() -> None:
     """Vibrations that change their sign each step: every higher order doubles the error, the lowest is taken."""
-    states = Differences(5, 1)
+    states = BackwardDifferences(5, 1)
     for t in range(8):
         states.add(np.array([(-1.0) ** t]), float(t))
     np.testing.assert_allclose(states.next(1.0), -1.0)
@@ -264,10 +264,10 @@ def test_a_saw_is_not_extrapolated_by_high_orders() -> None:
 def test_mixing_solves_a_linear_problem_of_two_unknowns() -> None:
     """Depth two: exact after three steps in two dimensions (Walker and Ni 2011, theorem 2.2), to rounding."""
     A, b = np.array([[1.0, 0.3], [-0.2, 0.6]]), np.array([1.0, 2.0])
-    x, mixer = np.zeros(2), Mixer()
+    x, mixer = np.zeros(2), AndersonAcceleration()
     for _ in range(4):
         x = x + mixer.step(A @ x - b)
     np.testing.assert_allclose(A @ x, b, atol=1e-13)
-    still = Mixer()
+    still = AndersonAcceleration()
     still.step(b)
     np.testing.assert_array_equal(still.step(b), -b)  # nothing has changed: a plain step

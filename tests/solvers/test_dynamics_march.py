@@ -19,7 +19,7 @@ from softmark.solvers.dynamics.dynamic_problem import Dynamics
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
 from softmark.solvers.dynamics.load_amplitudes import Constant
 from softmark.solvers.dynamics.time_integration import march
-from softmark.solvers.dynamics.trajectory import MotionNotConverged, Trajectory, timing
+from softmark.solvers.dynamics.trajectory import MotionNotConverged, Trajectory, summarize_timing
 from softmark.solvers.dynamics.trapezoidal_rule import Trapezoidal
 from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.statics import static_equilibrium
@@ -102,7 +102,7 @@ def test_cost_of_steps_is_told(oscillators: Oscillators) -> None:
     np.testing.assert_allclose(path.steps, [0.3, 0.3, 0.3, 0.1], rtol=1e-12)
     assert len(path.wall) == len(path.cpu) == len(path.iterations) == 4
     assert np.all(path.iterations == 1)  # a linear problem
-    told = timing(np.arange(101.0))
+    told = summarize_timing(np.arange(101.0))
     assert (told.median, told.p95, told.p99, told.worst) == (50.0, 95.0, 99.0, 100.0)
 
 

@@ -19,7 +19,7 @@ from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.dynamic_problem import Dynamics
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
 from softmark.solvers.dynamics.integrator import StepTooLong
-from softmark.solvers.dynamics.load_amplitudes import Course
+from softmark.solvers.dynamics.load_amplitudes import Amplitude
 from softmark.solvers.dynamics.mass_matrices import consistent_mass, lumped_mass, mass_points
 from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import Trajectory
@@ -273,7 +273,7 @@ def test_backward_euler_with_long_steps_comes_to_rest_in_equilibrium(law: Maker,
 
 
 def test_a_support_that_tears_through_the_body_halves_steps(
-    law: Maker, elastic: Energies, sampled: Callable[..., Course]
+    law: Maker, elastic: Energies, sampled: Callable[..., Amplitude]
 ) -> None:
     """One end is driven by half the length in one step: cells cannot follow at once, the halved steps can."""
     mesh = Box((1.0, 0.5, 0.5)).mesh("tet4", 0.25)
@@ -287,7 +287,9 @@ def test_a_support_that_tears_through_the_body_halves_steps(
     assert np.linalg.det(energy.F(path.observed[-1].x)).min() > 0
 
 
-def test_follower_pressure_has_its_own_tangent(law: Maker, elastic: Energies, sampled: Callable[..., Course]) -> None:
+def test_follower_pressure_has_its_own_tangent(
+    law: Maker, elastic: Energies, sampled: Callable[..., Amplitude]
+) -> None:
     """A rising pressure on one side of a beam that bends by it: quadratic convergence, no potential needed."""
     mesh = Box((1.0, 0.2, 0.2)).mesh("tet4", 0.1)
     top = np.all(mesh.points[mesh.faces][:, :, 2] > mesh.points[:, 2].max() - 1e-9, axis=1)

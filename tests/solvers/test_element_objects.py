@@ -139,7 +139,7 @@ def test_another_class_and_a_line_make_an_element(monkeypatch: pytest.MonkeyPatc
     np.testing.assert_array_equal(mesh.points, usual.points)
     assert build_finer_space(mesh).mesh.kind == "twin"
     u = 0.1 * np.random.default_rng(0).standard_normal(mesh.points.shape)
-    term = (solid_forces.StressTerm(solid_forces.small_stress(1.0, 1.0)),)
+    term = (solid_forces.StressTerm(solid_forces.small_strain_stress(1.0, 1.0)),)
     forces = [
         solid_forces.CheckedBody(m.points, m.cells, m.kind, u, term, 1.0).forces(m.cells)[0] for m in (mesh, usual)
     ]

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from softmark.solvers.api.elastic_solid import material
 from softmark.solvers.materials import law_for, mixed_for
-from softmark.solvers.materials.batched_stability import Held
+from softmark.solvers.materials.batched_stability import VolumePressure
 from softmark.solvers.materials.corotational import Corotational
-from softmark.solvers.materials.ellipticity import lost
+from softmark.solvers.materials.ellipticity import find_ellipticity_loss
 from softmark.solvers.materials.volumetric_constraints import VolumeRatio
 
 Floats = NDArray[np.float64]
@@ -50,7 +50,7 @@ def test_what_is_lost_is_what_some_direction_loses(name: str, nu: float) -> None
     made = material(name, young=1.0, poisson=nu, density=1.0)
     law = law_for(made, "finite")
     F = turned(np.exp(RNG.uniform(-0.9, 1.5, (25, 3))))
-    seen, found = least(law, F), lost(law, F)
+    seen, found = least(law, F), find_ellipticity_loss(law, F)
     assert found is not None
     assert found[seen < -1e-9].all()  # a direction tells it for sure
     assert not found[seen > 1e-2].any()  # and 1 000 leave little between them
@@ -61,8 +61,8 @@ def test_a_solid_that_keeps_its_volume_is_asked_of_waves_that_do() -> None:
     split = mixed_for(material("st_venant_kirchhoff", young=1.0, poisson=0.5, density=1.0), "finite")
     assert split is not None
     F = turned(np.exp(RNG.uniform(-0.8, 0.8, (25, 3))))
-    held = Held(VolumeRatio(), math.inf, np.zeros(len(F)))  # a pressure does no work in such waves
-    seen, found = least(split.shape, F, kept=True), lost(split.shape, F, held)
+    held = VolumePressure(VolumeRatio(), math.inf, np.zeros(len(F)))  # a pressure does no work in such waves
+    seen, found = least(split.shape, F, kept=True), find_ellipticity_loss(split.shape, F, held)
     assert found is not None
     assert found.any()
     assert found[seen < -1e-3].all()
@@ -74,7 +74,7 @@ def test_kirchhoff_squeezed_between_walls_gives_way_where_its_stress_peaks(nu: f
     """P = (lam/2 + mu) l (l^2 - 1) has its extreme at 1/sqrt(3): the wave along the axis stands still there."""
     law, l = law_for(material("st_venant_kirchhoff", young=1.0, poisson=nu, density=1.0), "finite"), 1 / math.sqrt(3)
     F = np.array([np.diag([a, 1.0, 1.0]) for a in (l * (1 - 1e-6), l * (1 + 1e-6))])
-    assert lost(law, F)[0]  # type: ignore[index]
+    assert find_ellipticity_loss(law, F)[0]  # type: ignore[index]
     wave = law.dPdF(F)[:, 0, 0, 0, 0]
     assert wave[0] < 0.0 < wave[1]
 
@@ -89,13 +89,13 @@ def test_neo_hooke_gives_way_where_a_sheet_has_swollen_too_far() -> None:
         J = l * l * s
         low, high = (l, high) if mu + (mu + lam - lam * math.log(J)) / s**2 > 0 else (low, l)
     F = np.array([np.diag([l * (1 - e), l * (1 - e), s]) for e in (1e-9, -1e-9)])
-    np.testing.assert_array_equal(lost(law_for(made, "finite"), F), [False, True])
+    np.testing.assert_array_equal(find_ellipticity_loss(law_for(made, "finite"), F), [False, True])
 
 
 def test_what_has_no_stress_or_is_not_isotropic_is_not_counted() -> None:
     law = law_for(material("neo_hookean", young=1.0, poisson=0.3, density=1.0), "finite")
-    assert not lost(law, np.diag([1.0, 1.0, -1.0])[None]).any()  # type: ignore[union-attr]
-    assert lost(Corotational(1.0, 1.0), np.eye(3)[None]) is None
+    assert not find_ellipticity_loss(law, np.diag([1.0, 1.0, -1.0])[None]).any()  # type: ignore[union-attr]
+    assert find_ellipticity_loss(Corotational(1.0, 1.0), np.eye(3)[None]) is None
 
 
 SHEAR = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
@@ -122,7 +122,7 @@ def test_constants_by_which_a_law_gives_way_have_a_state_in_which_it_does(
     """In simple shear or in a pull, at a kept volume: there the signs of the constants tell in closed form."""
     made: Any = material(name, poisson=0.45, density=1.0, **constants)
     law = law_for(made, "finite")
-    found = [lost(law, states) for states in (SHEARED, PULLED)]
+    found = [find_ellipticity_loss(law, states) for states in (SHEARED, PULLED)]
     assert any(one is not None and one.any() for one in found) == (field is not None)
     assert (made.gives_way and made.gives_way[0]) == field
     assert not made.polyconvex
@@ -142,5 +142,5 @@ def test_what_is_called_polyconvex_gives_way_nowhere(name: str, constants: dict[
     assert made.polyconvex
     assert made.gives_way is None
     law = law_for(made, "finite")
-    assert not lost(law, turned(np.exp(RNG.uniform(-1.5, 1.5, (100, 3))))).any()  # type: ignore[union-attr]
+    assert not find_ellipticity_loss(law, turned(np.exp(RNG.uniform(-1.5, 1.5, (100, 3))))).any()  # type: ignore[union-attr]
     assert not material(name, poisson=nu, density=1.0, volumetric="logarithmic", **constants).polyconvex

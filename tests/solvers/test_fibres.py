@@ -20,9 +20,9 @@ from softmark.solvers.independent_forces.stress_by_differences import EnergyStre
 from softmark.solvers.materials import DIRECTED, MATERIALS, law_for, mixed_for
 from softmark.solvers.materials.active_strain import ActiveStrain
 from softmark.solvers.materials.active_stress import Active
-from softmark.solvers.materials.active_wrapper import Muscle
-from softmark.solvers.materials.fiber_reinforced import Strand
-from softmark.solvers.materials.material_axes import Frame, NoDirection
+from softmark.solvers.materials.active_wrapper import ActiveMaterial
+from softmark.solvers.materials.fiber_reinforced import FiberLaw
+from softmark.solvers.materials.material_axes import InvalidDirection, MaterialFrame
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ AROUND = {
     "short rubber",
     "long gent",
 }  # alike all around the fibres
-PASSIVE = [name for name in LAWS if not isinstance(LAWS[name], Muscle)]
+PASSIVE = [name for name in LAWS if not isinstance(LAWS[name], ActiveMaterial)]
 
 
 def gradients(m: int = 40) -> Array:
@@ -167,9 +167,9 @@ def test_short_fibres_are_at_rest_where_nothing_holds_them(name: str) -> None:
         assert f @ sigma @ f - 0.5 * across == pytest.approx(mu * (stretch**2 - 1.0 / stretch), rel=1e-13)
 
 
-def along(law: Any, frame: Frame) -> Any:
+def along(law: Any, frame: MaterialFrame) -> Any:
     """The same law with other directions."""
-    if isinstance(law, Muscle):
+    if isinstance(law, ActiveMaterial):
         return replace(law, own=frame) if law.own is not None else replace(law, law=along(law.law, frame))
     return replace(law, fibres=frame, **({"sheets": None} if "sheets" in vars(law) else {}))
 
@@ -179,10 +179,10 @@ def test_directions_of_points_are_those_of_each(name: str) -> None:
     """Arrays of directions, over more points than a block has, give what each point has by itself."""
     m, F = 3 * 1500, gradients(3 * 1500)
     f, s = np.random.default_rng(7).standard_normal((2, m, 3))
-    many = law_for(along(LAWS[name], Frame.at(f, s, (1500, 3))), "finite")
+    many = law_for(along(LAWS[name], MaterialFrame.at(f, s, (1500, 3))), "finite")
     P, A = many.P(F), many.dPdF(F)
     for i in (0, 17, 4095, 4096, m - 1):
-        one = along(LAWS[name], Frame.of(tuple(f[i]), tuple(s[i])))
+        one = along(LAWS[name], MaterialFrame.of(tuple(f[i]), tuple(s[i])))
         close(P[i], one.P(F[i : i + 1])[0], 1e-12)
         close(A[i], one.dPdF(F[i : i + 1])[0], 1e-12)
 
@@ -252,7 +252,7 @@ def test_heart_muscle_that_pulls() -> None:
 @pytest.mark.parametrize(("k2", "onset"), [(0.0, 1e-4), (3.0, 0.1), (524.6, 1e-3), (50.0, 0.1)])
 def test_fibres_are_taken_up_smoothly(k2: float, onset: float) -> None:
     """None in compression, the formula beyond the onset; stress and its slope meet at both ends and never fall."""
-    strand, formula = Strand(2.0, k2, onset), Strand(2.0, k2)
+    strand, formula = FiberLaw(2.0, k2, onset), FiberLaw(2.0, k2)
     E = onset * np.linspace(-1.0, 3.0, 4001)
     psi, slope, curvature = strand.terms(E)
     assert not np.stack([psi, slope, curvature])[:, E <= 0.0].any()
@@ -267,12 +267,12 @@ def test_fibres_are_taken_up_smoothly(k2: float, onset: float) -> None:
 
 
 def test_sheets_are_what_of_them_lies_across_the_fibres() -> None:
-    axes = Frame.of((1.0, 1.0, 0.0), (0.0, 1.0, 0.0)).axes(np.float64)[..., 0]
+    axes = MaterialFrame.of((1.0, 1.0, 0.0), (0.0, 1.0, 0.0)).axes(np.float64)[..., 0]
     np.testing.assert_allclose(
         axes, np.array([[1, 1, 0], [-1, 1, 0], [0, 0, math.sqrt(2.0)]]) / math.sqrt(2.0), atol=1e-15
     )
     for sheets in ((2.0, 2.0, 0.0), (0.0, 0.0, 0.0)):
-        with pytest.raises(NoDirection):
-            Frame.of((1.0, 1.0, 0.0), sheets)
-    with pytest.raises(NoDirection):
-        Frame.at(np.zeros((2, 3)), None, (2, 1))
+        with pytest.raises(InvalidDirection):
+            MaterialFrame.of((1.0, 1.0, 0.0), sheets)
+    with pytest.raises(InvalidDirection):
+        MaterialFrame.at(np.zeros((2, 3)), None, (2, 1))

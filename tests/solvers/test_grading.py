@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from softmark.interpreter.language.coordinate_conditions import Condition, Term
-from softmark.interpreter.problem.conforming_mesh import graded
+from softmark.interpreter.problem.conforming_mesh import graded_cuts
 from softmark.solvers.mesh.conforming_planes import Cut, grid_lines
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.mesh import jacobians
@@ -74,7 +74,7 @@ def test_shapes_are_finer_where_a_border_lies(name: str) -> None:
     """More cells, all sound, the least about half as large as before, where a cone is not thinner anyway; the count
     that is told is that of the mesh."""
     shape, where = GRADED[name]
-    cuts = graded(where, shape, 4.0)
+    cuts = graded_cuts(where, shape, 4.0)
     assert len(cuts) == 1
     plain, mesh = shape.mesh("hex8", 0.005), shape.mesh("hex8", 0.005, cuts)
     assert len(mesh.cells) > len(plain.cells)
@@ -93,4 +93,4 @@ def test_shapes_are_finer_where_a_border_lies(name: str) -> None:
 ])  # fmt: skip
 def test_what_a_mesh_cannot_follow_grades_nothing(shape: Shape, where: Condition) -> None:
     """A ball in a ball has no layers of its own, nor a box circles; a plane outside is nowhere."""
-    assert graded(where, shape, 4.0) == ()
+    assert graded_cuts(where, shape, 4.0) == ()

@@ -17,7 +17,7 @@ from softmark.solvers.contact.rigid_friction import add_friction
 from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion
 from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.dynamics import INTEGRATORS
-from softmark.solvers.dynamics.dynamic_contact import Impact, Seen, bounces
+from softmark.solvers.dynamics.dynamic_contact import ContactRecord, DynamicContacts, find_impacts
 from softmark.solvers.dynamics.dynamic_problem import Dynamics
 from softmark.solvers.dynamics.load_amplitudes import Constant
 from softmark.solvers.dynamics.mass_matrices import consistent_mass, mass_points
@@ -150,11 +150,11 @@ def test_a_barrier_that_gives_way_is_made_stiffer(law: Maker, elastic: Energies)
 def test_chatter_is_one_impact() -> None:
     """Flights of a step within a long contact are no flights; what never ends is no impact."""
     v = np.array([0.0, 0.0, -1.0])
-    log = [Seen(0.1 * i, i in (3, 4, 6, 7, 8, 20), v if i < 6 else -0.5 * v) for i in range(22)]
-    first, second = bounces(log)
+    log = [ContactRecord(0.1 * i, i in (3, 4, 6, 7, 8, 20), v if i < 6 else -0.5 * v) for i in range(22)]
+    first, second = find_impacts(log)
     assert (first.begin, first.end, first.restitution) == pytest.approx((0.2, 0.9, 0.5))
     assert (second.begin, second.end) == pytest.approx((1.9, 2.1))
-    assert bounces([Seen(0.0, True, v), Seen(1.0, True, v)]) == []
+    assert find_impacts([ContactRecord(0.0, True, v), ContactRecord(1.0, True, v)]) == []
 
 
 # ------------------------------------------------------------------ sharper than the mesh
@@ -230,7 +230,9 @@ def test_a_block_dropped_on_a_corner_and_dragged_over_it(name: str, steps: int, 
     whole = edge.of[(edge.shares > 0.0).all(axis=1)]
     i, j = np.array([(i, j) for i in range(25) for j in range(25 - i)]).T
     N, count = np.stack([24 - i - j, i, j], axis=1) / 24.0, [0]
-    impact = Impact([e for e in problem.assembly.loads if isinstance(e, RigidContact)], problem.courses[1:], ())
+    impact = DynamicContacts(
+        [e for e in problem.assembly.loads if isinstance(e, RigidContact)], problem.courses[1:], ()
+    )
 
     def least(motion: Any) -> float:
         assert np.isfinite(motion.x).all()

@@ -271,7 +271,7 @@ def test_a_kernel_elsewhere_whose_constant_is_edited(package: Path, named: bool)
 def of(text: str, **names: object) -> str:
     """The stamp of a function f of such a text, which has no file."""
     exec(text, names)
-    return kernel_cache.stamp(names["f"])
+    return kernel_cache.kernel_digest(names["f"])
 
 
 @pytest.mark.slow

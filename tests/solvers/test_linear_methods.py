@@ -254,7 +254,7 @@ def test_a_model_without_pardisos_library_says_what_solved_it() -> None:
 
 def test_what_memory_there_is() -> None:
     """More than a page, less than a petabyte, or unknown."""
-    assert 4096 < memory.available() < 1e15 or memory.available() == float("inf")
+    assert 4096 < memory.available_memory() < 1e15 or memory.available_memory() == float("inf")
 
 
 # ------------------------------------------------------------------ motions and dissection

@@ -12,12 +12,18 @@ from scipy.optimize import minimize
 
 from softmark.solvers.energies.viscoelastic_memory import BodyHistory, ViscoelasticHistory
 from softmark.solvers.materials import WORDS, law_for
-from softmark.solvers.materials.maxwell_branch_energy import OfAny, of_first
-from softmark.solvers.materials.strain_measures import Green, Measure, Shape, Small, Turned
+from softmark.solvers.materials.maxwell_branch_energy import IsotropicBranch, first_invariant_branch
+from softmark.solvers.materials.strain_measures import (
+    BiotStrain,
+    GreenStrain,
+    IsochoricStrain,
+    SmallStrainMeasure,
+    StrainMeasure,
+)
 from softmark.solvers.materials.viscoelastic import Viscous
-from softmark.solvers.materials.viscoelastic_increment import series_of
+from softmark.solvers.materials.viscoelastic_increment import prony_series
 
-ALL: list[Measure] = [Small(), Green(), Shape(), Turned()]
+ALL: list[StrainMeasure] = [SmallStrainMeasure(), GreenStrain(), IsochoricStrain(), BiotStrain()]
 ids = [type(m).__name__ for m in ALL]
 
 
@@ -30,7 +36,7 @@ def states(n: int = 5) -> Any:
 
 
 @pytest.mark.parametrize("measure", ALL, ids=ids)
-def test_what_is_held_pulls_with_the_derivative_of_its_energy(measure: Measure) -> None:
+def test_what_is_held_pulls_with_the_derivative_of_its_energy(measure: StrainMeasure) -> None:
     """Central differences of 1e-6 at unit scale are right to 1e-8."""
     F, H = states()
     P, A, h = measure.pulled(F, H), np.zeros((len(F), 3, 3, 3, 3)), 1e-6
@@ -46,7 +52,7 @@ def test_what_is_held_pulls_with_the_derivative_of_its_energy(measure: Measure) 
 
 
 @pytest.mark.parametrize("measure", ALL[1:], ids=ids[1:])
-def test_a_rotation_changes_no_strain_and_turns_what_is_held(measure: Measure) -> None:
+def test_a_rotation_changes_no_strain_and_turns_what_is_held(measure: StrainMeasure) -> None:
     F, H = states()
     R = np.linalg.qr(np.random.default_rng(2).standard_normal((3, 3)))[0]
     R *= np.linalg.det(R)
@@ -57,8 +63,8 @@ def test_a_rotation_changes_no_strain_and_turns_what_is_held(measure: Measure) -
 def test_the_stress_of_a_law_is_what_pulls_as_the_law_does() -> None:
     F, _ = states()
     gel = WORDS["neo_hookean_isochoric"](young=3.0, poisson=0.3, density=1.0)
-    laws = [(Small(), law_for(gel, "small")), (Green(), law_for(gel, "finite")), (Shape(), gel.isochoric()),
-            (Turned(), law_for(gel, "corotational"))]  # fmt: skip
+    laws = [(SmallStrainMeasure(), law_for(gel, "small")), (GreenStrain(), law_for(gel, "finite")), (IsochoricStrain(), gel.isochoric()),
+            (BiotStrain(), law_for(gel, "corotational"))]  # fmt: skip
     for measure, law in laws:
         np.testing.assert_allclose(measure.pulled(F, measure.stress(law, F)), law.P(F), atol=1e-13)
 
@@ -95,7 +101,7 @@ def walked(name: str, h: float, tau: list[float]) -> tuple[list[float], float]:
     word, constants, of, strain = GELS[name]
     shares, times = SimpleNamespace(values=[0.5, 0.4]), SimpleNamespace(values=tau)
     gel = Viscous(WORDS[word](**constants, density=1.0), shares, times, of)
-    memories = BodyHistory((ViscoelasticHistory.at_rest(Point(law_for(gel.law, strain)), series_of(gel, strain)),))
+    memories = BodyHistory((ViscoelasticHistory.at_rest(Point(law_for(gel.law, strain)), prony_series(gel, strain)),))
     rng = np.random.default_rng(3)
     ways, turns = 0.25 * rng.uniform(-1.0, 1.0, (2, 3, 3)), rng.uniform(0.5, 3.0, (2, 3, 3))
     lost, work, x, P = [], 0.0, np.eye(3), np.zeros((3, 3))
@@ -149,7 +155,7 @@ def shapes(n: int, most: float) -> Any:
 def test_a_spring_stores_nothing_where_it_rests_and_never_less(name: str) -> None:
     """At q = S(C); elsewhere what is stored, and what is lost of it, are positive for all of 4 000 pairs of states."""
     word, constants = FIRST[name]
-    law = of_first(WORDS[word](**constants, density=1.0))
+    law = first_invariant_branch(WORDS[word](**constants, density=1.0))
     assert law is not None
     C, other = shapes(4000, 0.4), shapes(4001, 0.4)[:4000]
     q = 0.5 * law.stress(other) + 0.3 * law.stress(C[::-1])  # of a past: shares of stresses
@@ -165,7 +171,7 @@ def test_a_spring_stores_nothing_where_it_rests_and_never_less(name: str) -> Non
 def test_where_a_spring_rests_is_the_shape_of_the_greatest_work(name: str) -> None:
     """Against a search by another program over shapes exp(L), tr L = 0, of W(C) - q : C / 2."""
     word, constants = FIRST[name]
-    law = of_first(WORDS[word](**constants, density=1.0))
+    law = first_invariant_branch(WORDS[word](**constants, density=1.0))
     assert law is not None
     q = 0.6 * law.stress(shapes(1, 0.4))
 
@@ -180,7 +186,7 @@ def test_where_a_spring_rests_is_the_shape_of_the_greatest_work(name: str) -> No
     own = law.energy(np.einsum("nii->n", rest) - 3.0) - 0.5 * np.einsum("nij,nij->n", q, rest)
     assert found.fun == pytest.approx(own[0], abs=1e-8)
     C, gel = shapes(2, 0.4)[:1], WORDS[word](**constants, density=1.0)
-    whole = OfAny(gel.isochoric(), gel.shear_modulus, True)
+    whole = IsotropicBranch(gel.isochoric(), gel.shear_modulus, True)
     assert whole.stored(C, q)[0] == pytest.approx(law.stored(C, q)[0], rel=1e-9)
     assert whole.rate(C, q)[0] == pytest.approx(law.rate(C, q)[0], rel=1e-9)
     assert np.linalg.det(rest[0]) == pytest.approx(1.0, rel=1e-12)

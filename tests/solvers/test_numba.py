@@ -72,20 +72,20 @@ def test_numba_calls_our_methods_as_it_did(ours: Any, theirs: Any, name: str) ->
 
 def test_a_cache_has_the_parts_that_ours_reaches_for() -> None:
     """Beside classes: the members of one that is made."""
-    made = kernel_cache._Cache(kernel_cache.stamp)
+    made = kernel_cache._KernelCache(kernel_cache.kernel_digest)
     lacking = [n for n in ("_cache_path", "_cache_file", "_impl", "_py_func") if not hasattr(made, n)]
     lacking += [n for n in ("_guard_against_spurious_io_errors", "_load_overload") if not hasattr(made, n)]
     assert lacking == [], SAID
     assert hasattr(made._impl, "filename_base"), SAID
     assert hasattr(kernel_cache.runtime.rtsys, "initialize"), SAID
-    assert callable(kernel_cache._Place.get_suitable_cache_subpath), SAID
+    assert callable(kernel_cache._CacheLocator.get_suitable_cache_subpath), SAID
 
 
 def test_the_cache_is_the_one_that_numba_asks() -> None:
     """A kernel that is compiled is kept through ours: numba has asked it, for a key with ours at its end."""
     asked = []
 
-    class Listening(kernel_cache._Cache):
+    class Listening(kernel_cache._KernelCache):
         def load_overload(self, sig: Any, target_context: Any) -> Any:
             asked.append("load")
 

@@ -7,9 +7,9 @@ import pytest
 from equal_moduli import made
 from scipy.optimize import brentq
 
-from softmark.solvers.independent_forces.stress_by_differences import FreeFaces
+from softmark.solvers.independent_forces.stress_by_differences import PlaneStressLaw
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for, parts_for
-from softmark.solvers.materials.plane_stress import PlaneStress, Thin
+from softmark.solvers.materials.plane_stress import PlaneStress, Plate
 
 E, NU = 1.0, 0.3  # unit scale, so that a wrong derivative shows
 FINITE = [name for name in MATERIALS if name != "linear_elastic"]
@@ -17,7 +17,7 @@ FINITE = [name for name in MATERIALS if name != "linear_elastic"]
 
 def plate(name: str, strain: str) -> PlaneStress:
     """The law of a plate."""
-    law = law_for(Thin.made(made(name, E, NU, 1000.0)), strain)
+    law = law_for(Plate.made(made(name, E, NU, 1000.0)), strain)
     assert isinstance(law, PlaneStress)
     return law
 
@@ -94,7 +94,7 @@ def test_small_strains_are_those_of_the_textbook(strain: str) -> None:
 def test_the_check_finds_the_same_by_halving(name: str) -> None:
     """60 halvings leave rounding."""
     law, F = plate(name, "finite"), in_plane()
-    assert FreeFaces(law.solid.P)(F) == pytest.approx(law.P(F), abs=1e-13)
+    assert PlaneStressLaw(law.solid.P)(F) == pytest.approx(law.P(F), abs=1e-13)
 
 
 def test_where_no_stretch_frees_it_there_is_no_state() -> None:
@@ -107,6 +107,6 @@ def test_where_no_stretch_frees_it_there_is_no_state() -> None:
 
 def test_nothing_is_taken_apart_and_a_plate_of_a_plate_is_one() -> None:
     """Where the thickness follows the motion nothing locks, and laws of parts are those of solids."""
-    gel = Thin.made(MATERIALS["neo_hookean"](E, NU, 1000.0))
-    assert Thin.made(gel) is gel
+    gel = Plate.made(MATERIALS["neo_hookean"](E, NU, 1000.0))
+    assert Plate.made(gel) is gel
     assert parts_for(gel, "finite") is parts_for(gel, "small") is mixed_for(gel, "small") is None

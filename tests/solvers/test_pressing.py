@@ -24,7 +24,7 @@ def top(kind: str, size: float) -> tuple[Floats, Floats]:
 
 def forces(points: Floats, facets: Floats, pressure: Floats) -> Floats:
     """Consistent forces of a pressure (f, q) at fine points."""
-    facet, (xi, w) = FACETS[facets.shape[1]], moment_fitted_quadrature.fine(facets.shape[1])
+    facet, (xi, w) = FACETS[facets.shape[1]], moment_fitted_quadrature.gauss_rule(facets.shape[1])
     t = np.einsum("qaj,kai->jkqi", facet.gradient(xi), points[facets])
     dA = w * np.linalg.norm(np.cross(t[0], t[1]), axis=-1)
     found = np.zeros(len(points))
@@ -64,7 +64,7 @@ def test_the_circle_of_hertz_is_found_between_nodes(kind: str, size: float, most
     corner, 3 % as well, and 6 % where corners are twice as far apart.
     """
     points, facets = top(kind, size)
-    xi, _ = moment_fitted_quadrature.fine(facets.shape[1])
+    xi, _ = moment_fitted_quadrature.gauss_rule(facets.shape[1])
     at = np.einsum("qa,kai->kqi", FACETS[facets.shape[1]].shape(xi), points[facets])
     f = forces(points, facets, np.sqrt(np.maximum(1.0 - (at[..., :2] ** 2).sum(axis=2), 0.0)))
     r = np.linalg.norm(points[:, :2], axis=1)

@@ -14,7 +14,7 @@ from softmark.records import dataclass
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for
 from softmark.solvers.materials.corotational import Corotational
 from softmark.solvers.materials.isotropic_material import Isotropic
-from softmark.solvers.materials.two_invariant_law import OfInvariants
+from softmark.solvers.materials.two_invariant_law import TwoInvariantLaw
 from softmark.solvers.runtime import scalar_or_array
 from softmark.solvers.statics.isotropic_material_point import PrincipalPoint
 from softmark.solvers.statics.material_point import Drive, MaterialPoint, NoState
@@ -129,7 +129,7 @@ def test_a_state_by_numbers_is_that_of_arrays(name: str, state: str, nu: float) 
 
 
 @dataclass(frozen=True)
-class Ciarlet(OfInvariants, Isotropic):
+class Ciarlet(TwoInvariantLaw, Isotropic):
     """psi = mu/2 (I1 - 3) - mu ln J + lam/4 (J^2 - 1 - 2 ln J), written with numpy, as somebody else's law may be."""
 
     def energy(self, stretch: Any, j: Any) -> Any:

@@ -24,10 +24,20 @@ from softmark.solvers.materials.polar_decomposition import rotations
 from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.model_reduction.cell_energies import apart, cells_of, part, pressed
-from softmark.solvers.model_reduction.hyperreduction import nonnegative, sample
-from softmark.solvers.model_reduction.projected_energy import Dense, Projected, Quadratic
-from softmark.solvers.model_reduction.reduced_basis import derivatives, orthonormal, principal, vibration
+from softmark.solvers.model_reduction.cell_energies import (
+    disconnect_cells,
+    nodes_of_cells,
+    restrict_to_cells,
+    restrict_to_loaded_nodes,
+)
+from softmark.solvers.model_reduction.hyperreduction import fit_nonnegative, sample_cells
+from softmark.solvers.model_reduction.projected_energy import DenseSolver, ProjectedEnergy, QuadraticEnergy
+from softmark.solvers.model_reduction.reduced_basis import (
+    modal_derivatives,
+    orthonormalize,
+    principal_fields,
+    vibration_modes,
+)
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 NONE = np.zeros(0, dtype=np.int64)
@@ -87,7 +97,7 @@ def fields(mesh: Mesh, energy: Energy, count: int) -> np.ndarray:
     """The lowest modes over all degrees of freedom."""
     M = mass(mesh)[free(mesh)][:, free(mesh)]
     V = np.zeros((mesh.points.size, count))
-    V[free(mesh)] = vibration(stiffness(mesh, energy), M, count)[1]
+    V[free(mesh)] = vibration_modes(stiffness(mesh, energy), M, count)[1]
     return V
 
 
@@ -100,7 +110,7 @@ def test_fields_are_orthonormal_in_the_mass_and_dependent_ones_are_left_out() ->
     S = random.standard_normal((60, 8))
     S[:, 5] = S[:, 0] - 2.0 * S[:, 3]
     M = sparse.diags(random.uniform(0.1, 10.0, 60)).tocsr()
-    Q, R = orthonormal(S, M)
+    Q, R = orthonormalize(S, M)
     assert Q.shape == (60, 7)
     np.testing.assert_allclose(Q.T @ (M @ Q), np.eye(7), atol=1e-13)
     np.testing.assert_allclose(Q @ R, S, atol=1e-13)
@@ -110,12 +120,12 @@ def test_principal_fields_hold_what_the_singular_values_say() -> None:
     """With the identity for a mass: the singular value decomposition of LAPACK, to rounding."""
     S = np.random.default_rng(1).standard_normal((30, 6)) * 10.0 ** -np.arange(6)
     s = np.linalg.svd(S, compute_uv=False)
-    found = principal(S, sparse.identity(30, format="csr"), 3, 0.0)
+    found = principal_fields(S, sparse.identity(30, format="csr"), 3, 0.0)
     assert found.captured == pytest.approx(np.sum(s[:3] ** 2) / np.sum(s**2), rel=1e-12)
     rest = S - found.V @ (found.V.T @ S)
     assert found.error == pytest.approx(np.max(np.linalg.norm(rest, axis=0) / np.linalg.norm(S, axis=0)), rel=1e-9)
     # the root mean square of what is left is the tolerance's: no more fields than that needs
-    enough = principal(S, sparse.identity(30, format="csr"), None, 1e-2)
+    enough = principal_fields(S, sparse.identity(30, format="csr"), None, 1e-2)
     r = enough.V.shape[1]
     assert np.sum(s[r:] ** 2) <= 1e-4 * np.sum(s**2) < np.sum(s[r - 1 :] ** 2)
 
@@ -126,7 +136,7 @@ def test_modes_are_those_of_a_dense_solver(size: float) -> None:
     mesh = Box((2.0, 1.0, 1.0)).mesh("tet4", size)
     energy = energies(mesh)["points"]
     K, M = stiffness(mesh, energy), mass(mesh)[free(mesh)][:, free(mesh)]
-    omega, modes = vibration(K, M, 5)
+    omega, modes = vibration_modes(K, M, 5)
     exact = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(M.toarray(), K.toarray())).real)[:5])
     np.testing.assert_allclose(omega, exact, rtol=1e-8)
     np.testing.assert_allclose(modes.T @ (M @ modes), np.eye(5), atol=1e-9)
@@ -145,7 +155,7 @@ def test_a_modal_derivative_is_the_second_derivative_of_the_response() -> None:
         x[at] = u
         return gradient(energy, x)[at]
 
-    theta = derivatives(inner, factor(K).solve, v[at], 1.0)[:, 0]
+    theta = modal_derivatives(inner, factor(K).solve, v[at], 1.0)[:, 0]
     f = np.zeros(mesh.points.size)
     f[at] = K @ v[at, 0]
     errors = []
@@ -165,12 +175,12 @@ def test_cells_apart_add_up_and_all_cells_are_the_whole(kind: str) -> None:
     mesh = block(kind)
     x = 0.05 * np.random.default_rng(2).standard_normal(mesh.points.size)
     for energy in energies(mesh).values():
-        cells = cells_of(energy)
-        split = gradient(apart(energy), x.reshape(-1, 3)[cells].ravel())
+        cells = nodes_of_cells(energy)
+        split = gradient(disconnect_cells(energy), x.reshape(-1, 3)[cells].ravel())
         total = np.zeros((len(mesh.points), 3))
         np.add.at(total, cells.ravel(), split.reshape(-1, 3))
         np.testing.assert_allclose(total.ravel(), gradient(energy, x), atol=1e-14)
-        every = part(energy, np.arange(len(cells)), np.ones(len(cells)), np.arange(len(mesh.points)))
+        every = restrict_to_cells(energy, np.arange(len(cells)), np.ones(len(cells)), np.arange(len(mesh.points)))
         np.testing.assert_array_equal(gradient(every, x), gradient(energy, x))
 
 
@@ -182,10 +192,10 @@ def test_a_part_is_the_weighted_sum_of_its_cells(kind: str) -> None:
     which, weights = np.array([1, 4, 6]), np.array([2.0, 0.5, 3.0])
     nodes = np.unique(mesh.cells[which])
     for energy in energies(mesh).values():
-        split = gradient(apart(energy), x.reshape(-1, 3)[mesh.cells].ravel()).reshape(*mesh.cells.shape, 3)
+        split = gradient(disconnect_cells(energy), x.reshape(-1, 3)[mesh.cells].ravel()).reshape(*mesh.cells.shape, 3)
         total = np.zeros((len(mesh.points), 3))
         np.add.at(total, mesh.cells[which], weights[:, None, None] * split[which])
-        some = part(energy, which, weights, nodes)
+        some = restrict_to_cells(energy, which, weights, nodes)
         found = gradient(some, x.reshape(-1, 3)[nodes].ravel())
         np.testing.assert_allclose(found, total[nodes].ravel(), atol=1e-14)
 
@@ -195,7 +205,7 @@ def test_a_pressure_over_its_own_nodes_is_the_pressure() -> None:
     top = mesh.facets[(mesh.points[mesh.facets][:, :, 2] >= mesh.points[:, 2].max() - 1e-9).all(axis=1)]
     load = FollowerPressure(mesh.points, top, 3.0)
     x = 0.05 * np.random.default_rng(4).standard_normal(mesh.points.size)
-    own, nodes = pressed(load)
+    own, nodes = restrict_to_loaded_nodes(load)
     whole = gradient(load, x).reshape(-1, 3)
     np.testing.assert_allclose(gradient(own, x.reshape(-1, 3)[nodes].ravel()).reshape(-1, 3), whole[nodes], atol=1e-15)
     assert len(nodes) < len(mesh.points)
@@ -210,7 +220,7 @@ def test_a_projected_energy_has_its_gradient_and_its_tangent(name: str) -> None:
     mesh = block()
     energy = energies(mesh)[name]
     V = fields(mesh, energy, 4)
-    reduced = Projected(energy, V)
+    reduced = ProjectedEnergy(energy, V)
     assembly = Assembly(4, NONE, [reduced], [])
     q, h = np.array([0.05, -0.03, 0.02, 0.01]), 1e-5
     steps = h * np.eye(4)
@@ -232,7 +242,7 @@ def test_a_space_of_all_unknowns_is_the_full_problem() -> None:
                                1e-10))  # fmt: skip
     r = len(free(mesh))
     V = fields(mesh, energy, r)
-    assembly = Assembly(r, NONE, [Projected(energy, V)], [DeadForces(load.f @ V)])
+    assembly = Assembly(r, NONE, [ProjectedEnergy(energy, V)], [DeadForces(load.f @ V)])
     found = equilibrium(Statics(assembly, VectorSpace(r), np.zeros(r), NONE, np.zeros(0), 1e-10))
     assert np.abs(full.x).max() > 1e-3
     np.testing.assert_allclose(V @ found.x, full.x, atol=1e-8 * np.abs(full.x).max())
@@ -240,7 +250,7 @@ def test_a_space_of_all_unknowns_is_the_full_problem() -> None:
 
 def test_a_linear_body_is_its_small_matrix() -> None:
     """Energy, force and tangent of q K q / 2 by hand: K = [[2, 1], [1, 3]], q = (1, 2) give 9, (4, 7), K."""
-    energy = Quadratic(np.array([[2.0, 1.0], [1.0, 3.0]]))
+    energy = QuadraticEnergy(np.array([[2.0, 1.0], [1.0, 3.0]]))
     q = np.array([1.0, 2.0])
     assert energy.value(q) == 9.0
     np.testing.assert_array_equal(gradient(energy, q), [4.0, 7.0])
@@ -250,9 +260,9 @@ def test_a_linear_body_is_its_small_matrix() -> None:
 
 def test_small_systems_are_solved_densely_and_singular_ones_refused() -> None:
     K = sparse.csr_matrix(np.array([[2.0, 1.0], [1.0, 3.0]]))
-    np.testing.assert_allclose(Dense().solve(K, np.array([4.0, 7.0]), 0.0), [1.0, 2.0], rtol=1e-15)
+    np.testing.assert_allclose(DenseSolver().solve(K, np.array([4.0, 7.0]), 0.0), [1.0, 2.0], rtol=1e-15)
     with pytest.raises(Singular):
-        Dense().solve(sparse.csr_matrix(np.ones((2, 2))), np.ones(2), 0.0)
+        DenseSolver().solve(sparse.csr_matrix(np.ones((2, 2))), np.ones(2), 0.0)
 
 
 # ------------------------------------------------------------------ sampled cells
@@ -263,7 +273,7 @@ def test_weights_are_not_negative_and_meet_the_tolerance() -> None:
     G = np.random.default_rng(5).uniform(-0.5, 1.0, (40, 300))
     b = G.sum(axis=1)
     for tolerance in (0.05, 1e-6):
-        w, error = nonnegative(G, b, tolerance)
+        w, error = fit_nonnegative(G, b, tolerance)
         assert (w >= 0).all()
         assert np.linalg.norm(G @ w - b) <= tolerance * np.linalg.norm(b)
         assert error == pytest.approx(np.linalg.norm(G @ w - b) / np.linalg.norm(b), rel=1e-6, abs=1e-12)
@@ -272,7 +282,7 @@ def test_weights_are_not_negative_and_meet_the_tolerance() -> None:
 
 def test_what_no_weights_can_give_is_told_by_its_error() -> None:
     """Both columns point away from b: nothing is chosen, and all of b is left."""
-    w, error = nonnegative(np.array([[-1.0, -2.0], [0.0, 1e-3]]), np.array([1.0, 0.0]), 1e-3)
+    w, error = fit_nonnegative(np.array([[-1.0, -2.0], [0.0, 1e-3]]), np.array([1.0, 0.0]), 1e-3)
     assert not w.any()
     assert error == 1.0
 
@@ -285,14 +295,14 @@ def test_sampled_cells_give_the_forces_of_all(kind: str, tolerance: float) -> No
     energy = energies(mesh)["tetrahedra" if kind == "tet4" else "points"]
     V = fields(mesh, energy, 4)
     q = np.array([[0.1, 0.0, 0.02, 0.0], [0.2, 0.1, 0.03, 0.01]])
-    found = sample([energy], V, q @ V.T, mesh.extent, tolerance)
+    found = sample_cells([energy], V, q @ V.T, mesh.extent, tolerance)
     assert (found.weights > 0).all()
     assert len(found.cells) < 0.2 * len(mesh.cells)
     assert found.error <= tolerance
     nodes = np.unique(mesh.cells[found.cells])
     rows = V.reshape(-1, 3, 4)[nodes].reshape(-1, 4)
-    few = Projected(part(energy, found.cells, found.weights, nodes), rows)
-    all_cells = Projected(energy, V)
+    few = ProjectedEnergy(restrict_to_cells(energy, found.cells, found.weights, nodes), rows)
+    all_cells = ProjectedEnergy(energy, V)
     exact, near = (Assembly(4, NONE, [e], []) for e in (all_cells, few))
     for state in q:
         K = exact.tangent(state, 0.0).toarray()
@@ -315,10 +325,14 @@ def test_a_training_state_is_found_again_from_few_cells(name: str, law: Callable
     f = np.zeros_like(mesh.points)
     f[:, 2] = -1e-5
     load, r = DeadForces(f.ravel() @ V), V.shape[1]
-    statics = Statics(Assembly(r, NONE, [Projected(energy, V)], [load]), VectorSpace(r), np.zeros(r), NONE, np.zeros(0))
+    statics = Statics(
+        Assembly(r, NONE, [ProjectedEnergy(energy, V)], [load]), VectorSpace(r), np.zeros(r), NONE, np.zeros(0)
+    )
     exact = equilibrium(statics).x
-    found = sample([energy], V, (V @ exact)[None], mesh.extent, 0.01)
+    found = sample_cells([energy], V, (V @ exact)[None], mesh.extent, 0.01)
     nodes = np.unique(mesh.cells[found.cells])
-    few = Projected(part(energy, found.cells, found.weights, nodes), V.reshape(-1, 3, r)[nodes].reshape(-1, r))
+    few = ProjectedEnergy(
+        restrict_to_cells(energy, found.cells, found.weights, nodes), V.reshape(-1, 3, r)[nodes].reshape(-1, r)
+    )
     near = equilibrium(replace(statics, assembly=Assembly(r, NONE, [few], [load]))).x
     assert np.linalg.norm(near - exact) <= 0.03 * np.linalg.norm(exact)

@@ -22,7 +22,7 @@ from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.plane_regions import Quadrilateral, Slice
-from softmark.solvers.stress_recovery.sampling_point_stress import State
+from softmark.solvers.stress_recovery.sampling_point_stress import DeformedState
 
 DEPTH = 0.1
 SECTION = Slice(Quadrilateral((0.2, 0.0, 0.0), (1.0, 0.1, 0.0), (1.2, 1.0, 0.0), (0.0, 0.9, 0.0)), DEPTH)
@@ -166,7 +166,9 @@ def test_forces_with_pressures_found_again(kind: str, strain: str) -> None:
     assert lacking == pytest.approx(np.linalg.norm(g[points.size :]), rel=0.3)  # of other units: mean cells differ
     if kind == "hex8":
         means, _ = held(kind, strain)
-        alone = MixedBody(points, energy.cells, kind, bent(points).reshape(-1, 3), split, GEL.shear_modulus, None, DEPTH)
+        alone = MixedBody(
+            points, energy.cells, kind, bent(points).reshape(-1, 3), split, GEL.shear_modulus, None, DEPTH
+        )
         assert alone.forces()[0].ravel() == pytest.approx(
             gradient(means, bent(points)), rel=0, abs=1e-12 * np.abs(f).max()
         )
@@ -199,7 +201,9 @@ def test_stress_where_constants_vary_is_of_the_means_over_whole_rings() -> None:
         Elastic(mesh.cells, parts.dNdX, parts.w, law_for(own, "small")), parts.N, mesh.points, DEPTH
     )
     volume: Any = elastic_parts(mesh, ring, own, "small", True)[1].law
-    state = State(mesh, own, "small", e * mesh.points * [1.0, 1.0, 0.0], "selective", revolved=True, at=at_points)
+    state = DeformedState(
+        mesh, own, "small", e * mesh.points * [1.0, 1.0, 0.0], "selective", revolved=True, at=at_points
+    )
     _, sigma, _ = state.sampled(mesh.element.quadrature())
     expected = 2.0 * e * np.asarray(own.shear_modulus) + 3.0 * e * volume.law.lam
     assert sigma[..., :3] == pytest.approx(np.repeat(expected[..., None], 3, axis=2), rel=1e-12)

@@ -20,7 +20,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.integrator import Motion
-from softmark.solvers.dynamics.rotational_inertia import Turning
+from softmark.solvers.dynamics.rotational_inertia import RotationalInertia
 from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import Trajectory
 from softmark.solvers.energies.energy import Energy
@@ -61,7 +61,7 @@ def moving(rest: np.ndarray, stiffness: RodStiffness, mass: np.ndarray, J: np.nd
     M = np.concatenate([np.repeat(mass[:, None], 3, axis=1), J], axis=1).ravel()
     known: dict[str, Any] = {"tolerance": 1e-10, "velocity": np.zeros(6 * nodes), **options}
     return Dynamics(Assembly(6 * nodes, fixed, [rod], loads), M, np.zeros(6 * nodes), fixed=fixed, lagged=False,
-                    linear=ChainSolver(), turning=Turning(chart, where, J), **known)  # fmt: skip
+                    linear=ChainSolver(), turning=RotationalInertia(chart, where, J), **known)  # fmt: skip
 
 
 def gum(nodes: int, **options: Any) -> Dynamics:

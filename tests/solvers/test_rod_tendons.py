@@ -17,7 +17,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.integrator import Motion
-from softmark.solvers.dynamics.rotational_inertia import Turning
+from softmark.solvers.dynamics.rotational_inertia import RotationalInertia
 from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic
 from softmark.solvers.energies.incremental_rotation.moving_rod_loads import MovingGuidedTendon
@@ -138,7 +138,7 @@ def moving(nodes: int, fixed: np.ndarray, tension: float, name: str) -> Dynamics
     where = 6 * np.arange(nodes)[:, None] + np.arange(3, 6)
     return Dynamics(Assembly(6 * nodes, fixed, [rod], [load]), M.ravel(), np.zeros(6 * nodes), np.zeros(6 * nodes),
                     fixed, integrator=INTEGRATORS[name](), lagged=False, linear=ChainSolver(), tolerance=1e-10,
-                    turning=Turning(chart, where, np.ascontiguousarray(M[:, 3:])))  # fmt: skip
+                    turning=RotationalInertia(chart, where, np.ascontiguousarray(M[:, 3:])))  # fmt: skip
 
 
 def chart_of(problem: Dynamics) -> RodChart:

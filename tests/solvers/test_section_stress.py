@@ -8,7 +8,7 @@ import pytest
 from softmark.solvers.mesh.cross_sections import Disc, Rectangle
 from softmark.solvers.mesh.shape import Section
 from softmark.solvers.mesh.tubes import Annulus
-from softmark.solvers.stress_recovery.section_stress import stress_in, stress_in_taper
+from softmark.solvers.stress_recovery.section_stress import section_stress, tapered_section_stress
 
 SECTIONS = {"disc": Disc(2.0), "ring": Annulus(2.0, 1.2), "high": Rectangle(1.0, 3.0), "wide": Rectangle(2.5, 1.0)}
 KINDS = pytest.mark.parametrize("section", SECTIONS.values(), ids=SECTIONS)
@@ -32,7 +32,7 @@ def places(section: Section, n: int = 40) -> tuple[np.ndarray, np.ndarray, np.nd
 def test_it_adds_up_to_what_is_carried(section: Section, poisson: float) -> None:
     """N, V2, V3, T, M2, M3 by quadrature, to what series of 200 terms leave of a rectangle."""
     u, v, w = places(section)
-    s = stress_in(section, poisson, np.tile(CARRIED, (len(u), 1)), u, v)
+    s = section_stress(section, poisson, np.tile(CARRIED, (len(u), 1)), u, v)
     found = [
         s[:, 0] @ w,
         s[:, 1] @ w,
@@ -59,7 +59,7 @@ def test_none_crosses_the_border(section: Section) -> None:
         normal = np.tile(np.stack([np.cos(turn), np.sin(turn)], axis=1), (len(radii), 1))
         u, v = (np.repeat(radii, 31)[:, None] * normal).T
     for k in (1, 2, 3):
-        s = stress_in(section, 0.3, np.tile(np.eye(6)[k], (len(u), 1)), u, v)[:, 1:]
+        s = section_stress(section, 0.3, np.tile(np.eye(6)[k], (len(u), 1)), u, v)[:, 1:]
         assert np.abs((s * normal).sum(axis=1)).max() < 3e-3 * np.abs(s).max()
 
 
@@ -81,7 +81,7 @@ def test_it_is_in_equilibrium_and_its_strains_fit(section: Section, poisson: flo
         u, v = scale * u, scale * v
 
     def of(carried: np.ndarray, du: float = 0.0, dv: float = 0.0) -> np.ndarray:
-        return stress_in(section, poisson, np.tile(carried, (len(u), 1)), u + du, v + dv)
+        return section_stress(section, poisson, np.tile(carried, (len(u), 1)), u + du, v + dv)
 
     along = np.array([0.0, 0.0, 0.0, 0.0, CARRIED[2], -CARRIED[1]])  # what grows with s
     by_s = of(along)[:, 0]
@@ -102,11 +102,11 @@ def test_published_numbers() -> None:
     """
     one = np.ones((1, 1))
     for height, k2 in ((1.0, 0.208), (2.0, 0.246)):
-        s = stress_in(Rectangle(1.0, height), 0.3, one * np.eye(6)[3], np.array([0.5]), np.array([0.0]))
+        s = section_stress(Rectangle(1.0, height), 0.3, one * np.eye(6)[3], np.array([0.5]), np.array([0.0]))
         assert s[0, 2] == pytest.approx(1.0 / (k2 * height), rel=3e-3)
-    s = stress_in(Disc(1.0), 0.3, one * np.eye(6)[1], np.array([0.0]), np.array([0.0]))
+    s = section_stress(Disc(1.0), 0.3, one * np.eye(6)[1], np.array([0.0]), np.array([0.0]))
     assert s[0, 1] * np.pi == pytest.approx(1.38, abs=5e-3)
-    s = stress_in(Rectangle(1.0, 1.0), 0.25, one * np.eye(6)[2], np.array([0.5, 0.0]), np.array([0.0, 0.0]))
+    s = section_stress(Rectangle(1.0, 1.0), 0.25, one * np.eye(6)[2], np.array([0.5, 0.0]), np.array([0.0, 0.0]))
     assert s[0, 2] / 1.5 == pytest.approx(1.126, abs=1e-3)
     assert s[1, 2] / 1.5 == pytest.approx(0.940, abs=1e-3)
 
@@ -116,7 +116,7 @@ def test_stress_follows_sides_that_lean(name: str) -> None:
     """None crosses a border that leans, and resultants are what is carried: to rounding of Gauss's sums."""
     section, rates = SECTIONS[name], (0.02, 0.02) if name == "disc" else (0.02, -0.03)
     x2, x3, dA = places(section)
-    found = stress_in_taper(section, rates, 0.3, np.tile(CARRIED, (len(dA), 1)), x2, x3)
+    found = tapered_section_stress(section, rates, 0.3, np.tile(CARRIED, (len(dA), 1)), x2, x3)
     T = dA @ (found[:, 2] * x2 - found[:, 1] * x3)
     np.testing.assert_allclose([*(dA @ found), T], CARRIED[:4], rtol=1e-3, atol=1e-3)
     if name == "disc":
@@ -126,6 +126,6 @@ def test_stress_follows_sides_that_lean(name: str) -> None:
     else:
         n, X = np.tile([1.0, 0.0], (5, 1)), np.stack([np.full(5, 0.5 * section.extents[0])] * 2, axis=1)
         X[:, 1] = np.linspace(-0.3, 0.3, 5) * section.extents[1]
-    found = stress_in_taper(section, rates, 0.3, np.tile(CARRIED, (len(X), 1)), X[:, 0], X[:, 1])
+    found = tapered_section_stress(section, rates, 0.3, np.tile(CARRIED, (len(X), 1)), X[:, 0], X[:, 1])
     leans = (n * X * rates).sum(axis=1)  # how much the border moves out along the axis
     np.testing.assert_allclose((found[:, 1:] * n).sum(axis=1), found[:, 0] * leans, rtol=1e-6, atol=2e-3)

@@ -18,7 +18,7 @@ from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion
 from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.contact.signed_distance.distance_function import Gap
 from softmark.solvers.dynamics import INTEGRATORS
-from softmark.solvers.dynamics.dynamic_contact import Impact
+from softmark.solvers.dynamics.dynamic_contact import DynamicContacts
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.load_amplitudes import Constant
 from softmark.solvers.dynamics.mass_matrices import consistent_mass, mass_points
@@ -154,7 +154,7 @@ def test_what_a_step_makes_of_friction(law: Maker, elastic: Energies) -> None:
     assert isinstance(contact, RigidFriction)
     assert contact.anchors is None
     last = path.observed[-1]
-    impact = Impact([contact], [Clock()], [])
+    impact = DynamicContacts([contact], [Clock()], [])
     impact.follow(last, np.zeros(3), 1.0)
     assert impact.at(last.time).lost(last.x) <= 1e-12 * path.energies["friction"][-1]
     stiff = impact.contacts[0].stiffer(8.0)

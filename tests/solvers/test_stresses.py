@@ -21,10 +21,10 @@ from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh, jacobians
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
-from softmark.solvers.stress_recovery.multi_material_recovery import Layers
-from softmark.solvers.stress_recovery.sampling_point_stress import State, superconvergent
+from softmark.solvers.stress_recovery.multi_material_recovery import MultiMaterialStresses
+from softmark.solvers.stress_recovery.sampling_point_stress import DeformedState, superconvergent_points
 from softmark.solvers.stress_recovery.stress_field import Stresses
-from softmark.solvers.stress_recovery.stress_measures import Tensors, component_of, full
+from softmark.solvers.stress_recovery.stress_measures import Tensors, extract_component, full_tensors
 from tests.solvers import test_orders_solids as orders
 
 POISSON, YOUNG, MU, LAM = orders.POISSON, orders.YOUNG, orders.MU, orders.LAM
@@ -80,7 +80,7 @@ def solved(kind: str, way: str, law: str, n: int, poisson: float = POISSON) -> t
     x = equilibrium(task).x
     pressures = energy.unit * x[energy.pressures] if isinstance(energy, MixedSolid) else None
     u = x[: mesh.points.size].reshape(-1, 3)
-    return points, Stresses(State(mesh, own, strain, u, way, pressures))
+    return points, Stresses(DeformedState(mesh, own, strain, u, way, pressures))
 
 
 def errors(kind: str, way: str, law: str, n: int) -> np.ndarray:
@@ -136,7 +136,7 @@ STRETCH = np.array([[1.2, 0.1, 0.0], [0.1, 0.9, 0.05], [0.0, 0.05, 1.1]])
 def affine(kind: str, law: str, strain: str, way: str, F: np.ndarray) -> Tensors:
     """A warped cube under one deformation gradient, looked at in some points."""
     mesh = orders.warped(Box((1.0, 1.0, 1.0)).mesh(kind, 0.5))
-    state = State(mesh, material(law), strain, mesh.points @ (F - np.eye(3)).T, way)
+    state = DeformedState(mesh, material(law), strain, mesh.points @ (F - np.eye(3)).T, way)
     return Stresses(state).at(np.array([[0.5, 0.5, 0.5], [0.0, 0.0, 0.0], [0.31, 1.0, 0.77]]))
 
 
@@ -173,7 +173,7 @@ def test_one_layer_of_linear_hexahedra_bends() -> None:
     x, y, z = mesh.points.T
     nu, R = 0.0, 50.0
     u = np.stack([-x * z / R, nu * y * z / R, x**2 / (2 * R)], axis=1)
-    found = Stresses(State(mesh, material(poisson=nu), "small", u))
+    found = Stresses(DeformedState(mesh, material(poisson=nu), "small", u))
     edge = found.at(np.array([[0.5, 0.05, 0.05], [0.5, 0.05, -0.05]])).cauchy[:, 0, 0]
     np.testing.assert_allclose(edge, [-YOUNG * 0.05 / R, YOUNG * 0.05 / R], rtol=1e-9)
 
@@ -183,12 +183,12 @@ def test_one_layer_of_linear_hexahedra_bends() -> None:
 
 def test_numbers_of_a_tensor() -> None:
     """Uniaxial and simple shear: von Mises s and sqrt(3) t; principal s, 0, 0 and t, 0, -t; pressure -s/3."""
-    sigma = full(np.array([[3.0, 0, 0, 0, 0, 0], [0, 0, 0, 2.0, 0, 0]]))
-    np.testing.assert_allclose(component_of(sigma, "von_mises"), [3.0, 2.0 * 3**0.5])
-    np.testing.assert_allclose(component_of(sigma, "principal_1"), [3.0, 2.0])
-    np.testing.assert_allclose(component_of(sigma, "principal_3"), [0.0, -2.0], atol=1e-15)
-    np.testing.assert_allclose(component_of(sigma, "pressure"), [-1.0, 0.0])
-    np.testing.assert_allclose(component_of(sigma, "xy"), [0.0, 2.0])
+    sigma = full_tensors(np.array([[3.0, 0, 0, 0, 0, 0], [0, 0, 0, 2.0, 0, 0]]))
+    np.testing.assert_allclose(extract_component(sigma, "von_mises"), [3.0, 2.0 * 3**0.5])
+    np.testing.assert_allclose(extract_component(sigma, "principal_1"), [3.0, 2.0])
+    np.testing.assert_allclose(extract_component(sigma, "principal_3"), [0.0, -2.0], atol=1e-15)
+    np.testing.assert_allclose(extract_component(sigma, "pressure"), [-1.0, 0.0])
+    np.testing.assert_allclose(extract_component(sigma, "xy"), [0.0, 2.0])
 
 
 def test_strains_and_stretches() -> None:
@@ -214,7 +214,9 @@ def ring(kind: str, n: int) -> tuple[Mesh, np.ndarray]:
 def test_hoop_stress_of_a_thick_cylinder(kind: str, rtol: float) -> None:
     """REFERENCES 3.3: s_tt(1) = 5/3 and s_rr(1) = -1, from the nodal values of the exact displacements."""
     mesh, u = ring(kind, 8)
-    found = Stresses(State(mesh, material(), "small", u)).at(np.array([[1.0, 0.0, 0.1], [0.0, 1.0, 0.1]])).cauchy
+    found = (
+        Stresses(DeformedState(mesh, material(), "small", u)).at(np.array([[1.0, 0.0, 0.1], [0.0, 1.0, 0.1]])).cauchy
+    )
     np.testing.assert_allclose([found[0, 1, 1], found[1, 0, 0]], 5 / 3, rtol=rtol)
     np.testing.assert_allclose([found[0, 0, 0], found[1, 1, 1]], -1.0, atol=rtol * 5 / 3)
 
@@ -233,7 +235,7 @@ def test_stress_of_another_code() -> None:
     x = np.zeros(theirs.N)
     x[theirs.nodal_dofs] = u.T
     sigma = linear_stress(LAM, MU)(sym_grad(theirs.interpolate(x)))  # (3, 3, m, q)
-    _, own, _ = State(mesh, material(), "small", u).sampled(superconvergent(mesh.element))
+    _, own, _ = DeformedState(mesh, material(), "small", u).sampled(superconvergent_points(mesh.element))
     expected = six(np.moveaxis(np.asarray(sigma)[..., 0], -1, 0))
     np.testing.assert_allclose(own[:, 0], expected, atol=1e-10 * np.abs(expected).max())
 
@@ -270,7 +272,7 @@ def body_force(X: np.ndarray, side: int) -> np.ndarray:
     return found
 
 
-def layered(kind: str, n: int) -> tuple[Mesh, np.ndarray, Layers]:
+def layered(kind: str, n: int) -> tuple[Mesh, np.ndarray, MultiMaterialStresses]:
     """A cube of two materials that meet at x = 1/2, solved with their displacements on its surface."""
     mesh = Box((1.0, 1.0, 1.0)).mesh(kind, 1.0 / n)
     owners = (mesh.points[mesh.cells].mean(axis=1)[:, 0] > 0.5).astype(np.int64)
@@ -292,7 +294,7 @@ def layered(kind: str, n: int) -> tuple[Mesh, np.ndarray, Layers]:
     assembly = Assembly(dofs, fixed, energies, [DeadForces(nodal.ravel())])
     task = Statics(assembly, VectorSpace(dofs), np.zeros(dofs), fixed, u.ravel()[fixed], convex=True)
     x = equilibrium(task).x.reshape(-1, 3)
-    return mesh, owners, Layers.of(State(mesh, materials[0], "small", x), materials, owners)
+    return mesh, owners, MultiMaterialStresses.of(DeformedState(mesh, materials[0], "small", x), materials, owners)
 
 
 @pytest.mark.slow
@@ -321,7 +323,9 @@ def test_each_side_of_a_border_has_its_own_stress() -> None:
     mesh = Box((1.0, 1.0, 1.0)).mesh("hex8", 0.25)
     owners = (mesh.points[mesh.cells].mean(axis=1)[:, 1] > 0.5).astype(np.int64)
     materials = tuple(MATERIALS["linear_elastic"](E, 0.0, 1.0) for E in (2.0, 10.0))
-    found = Layers.of(State(mesh, materials[0], "small", mesh.points * [0.1, 0.0, 0.0]), materials, owners)
+    found = MultiMaterialStresses.of(
+        DeformedState(mesh, materials[0], "small", mesh.points * [0.1, 0.0, 0.0]), materials, owners
+    )
     X = np.array([[0.3, 0.5 - 1e-6, 0.4], [0.3, 0.5 + 1e-6, 0.4], [0.3, 0.5, 0.4]])
     np.testing.assert_allclose(found.at(X).cauchy[:, 0, 0], [0.2, 1.0, 1.0], rtol=1e-12)  # on it that of the stiffer
     assert found.shared(X) == 1
@@ -338,7 +342,9 @@ def test_cells_whose_nodes_are_all_on_borders_have_a_stress_of_their_own() -> No
     lines = np.unique(np.round(mesh.points[:, 1], 9))
     owners = ((middle > lines[1]) & (middle < lines[2])).astype(np.int64)
     materials = tuple(MATERIALS["linear_elastic"](E, 0.0, 1.0) for E in (2.0, 10.0))
-    found = Layers.of(State(mesh, materials[0], "small", mesh.points * [0.1, 0.0, 0.0]), materials, owners)
+    found = MultiMaterialStresses.of(
+        DeformedState(mesh, materials[0], "small", mesh.points * [0.1, 0.0, 0.0]), materials, owners
+    )
     y = np.array([0.5 * lines[1], lines[1], 0.5 * (lines[1] + lines[2]), lines[2], 0.99])
     X = np.stack([np.full(5, 0.3), y, np.full(5, 0.4)])
     np.testing.assert_allclose(found.at(X.T.copy()).cauchy[:, 0, 0], [0.2, 1.0, 1.0, 1.0, 0.2], rtol=1e-12)
@@ -351,7 +357,9 @@ def test_all_nodes_after_those_of_one_material_have_a_stress() -> None:
     cells = np.array([[0, 4, 6, 2, 1, 5, 7, 3], [4, 8, 10, 6, 5, 9, 11, 7]])
     mesh = Mesh(points, cells, "hex8")
     materials = tuple(MATERIALS["linear_elastic"](E, 0.0, 1.0) for E in (2.0, 10.0))
-    found = Layers.of(State(mesh, materials[0], "small", points * [0.1, 0.0, 0.0]), materials, np.array([0, 1]))
+    found = MultiMaterialStresses.of(
+        DeformedState(mesh, materials[0], "small", points * [0.1, 0.0, 0.0]), materials, np.array([0, 1])
+    )
     found.at(np.array([[1.5, 0.5, 0.5]]))
     nodes = found.at_nodes().cauchy[:, 0, 0]
     np.testing.assert_allclose(nodes, np.where(points[:, 0] < 0.5, 0.2, 1.0), rtol=1e-12)
@@ -375,7 +383,9 @@ def test_points_of_several_probes_are_found_once(monkeypatch: pytest.MonkeyPatch
     mesh = Box((1.0, 1.0, 1.0)).mesh("hex8", 0.25)
     owners = (mesh.points[mesh.cells].mean(axis=1)[:, 1] > 0.5).astype(np.int64)
     materials = tuple(MATERIALS["linear_elastic"](E, 0.0, 1.0) for E in (2.0, 10.0))
-    found = Layers.of(State(mesh, materials[0], "small", mesh.points * [0.1, 0.0, 0.0]), materials, owners)
+    found = MultiMaterialStresses.of(
+        DeformedState(mesh, materials[0], "small", mesh.points * [0.1, 0.0, 0.0]), materials, owners
+    )
     rng = np.random.default_rng(5)
     sets = [rng.uniform(0.01, 0.49, (k + 1, 3)) for k in range(9)]
     for k in (1, 3, 5, 7):
@@ -410,9 +420,12 @@ def test_a_step_moves_a_state_once() -> None:
     """All metrics ask for the same state next to it, whose recovery is shared."""
     mesh = Box((1.0, 1.0, 1.0)).mesh("hex8", 0.5)
     material = MATERIALS["linear_elastic"](2.0, 0.0, 1.0)
-    state = State(mesh, material, "small", mesh.points * [0.1, 0.0, 0.0])
+    state = DeformedState(mesh, material, "small", mesh.points * [0.1, 0.0, 0.0])
     steps = [mesh.points * [0.2, 0.0, 0.0], mesh.points * [0.3, 0.0, 0.0]]
-    for found in (Stresses(state), Layers.of(state, (material,), np.zeros(len(mesh.cells), dtype=np.int64))):
+    for found in (
+        Stresses(state),
+        MultiMaterialStresses.of(state, (material,), np.zeros(len(mesh.cells), dtype=np.int64)),
+    ):
         assert found.moved(steps[0]) is found.moved(steps[0])
         for step, stress in zip(steps, (0.6, 0.8), strict=True):
             np.testing.assert_allclose(found.moved(step).at(mesh.points[:3]).cauchy[:, 0, 0], stress, rtol=1e-12)

@@ -19,9 +19,9 @@ from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.load_amplitudes import Constant
 from softmark.solvers.dynamics.time_integration import march
-from softmark.solvers.dynamics.time_step_error import step_error
+from softmark.solvers.dynamics.time_step_error import estimate_step_error
 from softmark.solvers.energies.external_loads import DeadForces
-from softmark.solvers.model_reduction.projected_energy import Dense, Quadratic
+from softmark.solvers.model_reduction.projected_energy import DenseSolver, QuadraticEnergy
 
 CASES, QUICK = 400, 80  # a case takes some 50 ms
 
@@ -97,9 +97,9 @@ def case(seed: int) -> tuple[Dynamics, np.ndarray, float, float, np.ndarray, np.
     alpha = float(rng.choice([0.0, 0.1 * w[0]]))
     beta = float(rng.choice([0.0, 0.02 / w[0]])) if not integrator.explicit else 0.0
     problem = Dynamics(
-        Assembly(3 * count, fixed, [Quadratic(K, 0.0)], forces),
+        Assembly(3 * count, fixed, [QuadraticEnergy(K, 0.0)], forces),
         mass, np.zeros(3 * count), velocity, fixed, np.zeros(3), courses=(*courses,), damping=Rayleigh(alpha, beta),
-        integrator=integrator, linear=Dense(), lagged=False,
+        integrator=integrator, linear=DenseSolver(), lagged=False,
     )  # fmt: skip
     points = np.column_stack([np.arange(count), np.zeros((count, 2))]).astype(float)
     return problem, points, duration, step, K, mass
@@ -130,7 +130,7 @@ def test_the_estimated_error_of_a_step_is_its_error(seed: int) -> None:
     """
     problem, points, duration, step, K, mass = case(seed)
     track = march(problem, duration, step)
-    found = step_error(problem, points, duration, step)
+    found = estimate_step_error(problem, points, duration, step)
     assert found is not None
     np.testing.assert_allclose(track.times, found.times, rtol=1e-9, atol=1e-12)
     u, right = np.array([m.x for m in track.observed]), exact(problem, K, mass, found.times)

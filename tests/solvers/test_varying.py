@@ -12,11 +12,11 @@ from softmark.solvers.assembly.elastic_energy_factory import elastic_energy, ela
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.mixed_displacement_pressure import MeanDilatation
 from softmark.solvers.materials import MATERIALS, drags_for, law_for, mixed_for, parts_for
-from softmark.solvers.materials.heterogeneous import averaged, with_constants
-from softmark.solvers.materials.plane_stress import Thin
+from softmark.solvers.materials.heterogeneous import average_moduli, with_constants
+from softmark.solvers.materials.plane_stress import Plate
 from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.model_reduction.cell_energies import part
+from softmark.solvers.model_reduction.cell_energies import restrict_to_cells
 
 Floats = NDArray[np.float64]
 
@@ -66,8 +66,8 @@ def test_a_plate_opens_by_the_constants_of_each_point(call: str) -> None:
     plane = F.copy()
     plane[:, 2, :2] = plane[:, :2, 2] = 0.0
     solid = MATERIALS["neo_hookean"](E, NU, 1.0)  # type: ignore[arg-type]
-    found = getattr(law_for(Thin.made(solid), "finite"), call)(plane)
-    each = [getattr(law_for(Thin.made(MATERIALS["neo_hookean"](e, nu, 1.0)), "finite"), call)(plane[i : i + 1])
+    found = getattr(law_for(Plate.made(solid), "finite"), call)(plane)
+    each = [getattr(law_for(Plate.made(MATERIALS["neo_hookean"](e, nu, 1.0)), "finite"), call)(plane[i : i + 1])
             for i, (e, nu) in enumerate(zip(E.ravel(), NU.ravel(), strict=True))]  # fmt: skip
     alike(found, np.concatenate(each))
 
@@ -85,7 +85,7 @@ def test_a_cell_of_one_point_has_the_means_of_the_two_moduli() -> None:
     """What a law that is linear in them integrates to."""
     w = RNG.uniform(0.5, 1.0, E.shape)
     material = MATERIALS["neo_hookean"](E, NU, 1.0)  # type: ignore[arg-type]
-    mean = averaged(material, w)
+    mean = average_moduli(material, w)
     for name in ("shear_modulus", "lame_lambda"):
         expected = (w * getattr(material, name)).sum(axis=1) / w.sum(axis=1)
         np.testing.assert_allclose(np.ravel(getattr(mean, name)), expected, rtol=1e-12)
@@ -153,6 +153,6 @@ def test_cells_that_are_taken_out_keep_their_constants() -> None:
     total = 0.0
     for cell in range(len(mesh.cells)):
         nodes = np.unique(mesh.cells[cell])
-        fewer = part(energy, np.array([cell]), np.ones(1), nodes)
+        fewer = restrict_to_cells(energy, np.array([cell]), np.ones(1), nodes)
         total += fewer.value(x.reshape(-1, 3)[nodes].ravel())
     assert total == pytest.approx(energy.value(x), rel=1e-12)

@@ -13,24 +13,30 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.dynamic_problem import Dynamics
 from softmark.solvers.dynamics.time_integration import march
-from softmark.solvers.dynamics.viscoelastic_step import Remembering
+from softmark.solvers.dynamics.viscoelastic_step import ViscoelasticStep
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.energies.viscoelastic_memory import BodyHistory, ViscoelasticHistory, decay_factors
 from softmark.solvers.independent_forces.hereditary_integral import DisplacementHistory, remaining_fractions
 from softmark.solvers.materials.corotational import Corotational
-from softmark.solvers.materials.maxwell_branch_energy import of_first
+from softmark.solvers.materials.maxwell_branch_energy import first_invariant_branch
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
 from softmark.solvers.materials.small_strain import SmallStrain
-from softmark.solvers.materials.strain_measures import Green, Measure, Shape, Small, Turned
-from softmark.solvers.materials.viscoelastic_increment import Relaxing, Series
+from softmark.solvers.materials.strain_measures import (
+    BiotStrain,
+    GreenStrain,
+    IsochoricStrain,
+    SmallStrainMeasure,
+    StrainMeasure,
+)
+from softmark.solvers.materials.viscoelastic_increment import PronySeries, ViscoelasticStepLaw
 from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 
 G, TAU = np.array([0.3, 0.2]), np.array([1.0, 10.0])
 LEFT = 1.0 - G.sum()
-SMALL = Small()
+SMALL = SmallStrainMeasure()
 BAR = SmallStrain(0.5, 0.0)  # E = 1 without lateral contraction
 
 
@@ -45,7 +51,7 @@ def cell(law=BAR):
 
 
 def series(law=BAR, mu=0.5, measure=SMALL, g=G, tau=TAU, bulk=1.0 / 3.0, springs=None):
-    return Series(law, g, tau, mu, bulk, measure, springs)
+    return PronySeries(law, g, tau, mu, bulk, measure, springs)
 
 
 def pull(memory: ViscoelasticHistory) -> float:
@@ -190,7 +196,7 @@ def test_fungs_exponential_law_by_a_law_of_one_number() -> None:
 
     def found(steps: int):
         times = np.concatenate([np.linspace(0.0, 1.0, steps + 1)[1:], [2.0, 5.0, 20.0]])
-        _, forces = followed(lambda t: np.sqrt(1.0 + 0.2 * min(t, 1.0)) - 1.0, times, Fung(), measure=Green())
+        _, forces = followed(lambda t: np.sqrt(1.0 + 0.2 * min(t, 1.0)) - 1.0, times, Fung(), measure=GreenStrain())
         stretch = np.sqrt(1.0 + 0.2 * np.minimum(times, 1.0))
         return (forces / stretch)[[steps // 2 - 1, *range(steps - 1, steps + 3)]] - known
 
@@ -199,13 +205,15 @@ def test_fungs_exponential_law_by_a_law_of_one_number() -> None:
     assert np.abs(found(200)).max() < 1e-5
 
 
-@pytest.mark.parametrize("measure", [SMALL, Green(), Shape(), Turned()], ids=lambda m: type(m).__name__)
-def test_the_law_of_a_step_has_the_derivatives_that_it_says(measure: Measure) -> None:
+@pytest.mark.parametrize(
+    "measure", [SMALL, GreenStrain(), IsochoricStrain(), BiotStrain()], ids=lambda m: type(m).__name__
+)
+def test_the_law_of_a_step_has_the_derivatives_that_it_says(measure: StrainMeasure) -> None:
     rng = np.random.default_rng(1)
     law = BAR if measure is SMALL else NeoHookean(1.0, 0.3, 1.0)
     part = BAR if measure is SMALL else NeoHookeanIsochoric(1.0, 0.3, 1.0).isochoric()
     held = rng.normal(0.0, 0.3, (2, 3, 3, 3))
-    step = Relaxing(law, part, 0.3, held + held.swapaxes(2, 3), measure)
+    step = ViscoelasticStepLaw(law, part, 0.3, held + held.swapaxes(2, 3), measure)
     F = np.eye(3) + rng.normal(0.0, 0.1, (6, 3, 3))
     d, eps = rng.normal(0.0, 1.0, (6, 3, 3)), 1e-6
     slope = (step.psi(F + eps * d) - step.psi(F - eps * d)) / (2.0 * eps)
@@ -219,7 +227,7 @@ def test_a_turn_of_the_body_turns_its_stress_and_leaves_its_memory() -> None:
     """Objectivity: the same history, followed by a rotation at once."""
     law = NeoHookean(1.0, 0.3, 1.0)
     energy, along, mesh = cell(law)
-    memory = ViscoelasticHistory.at_rest(energy, series(law, measure=Green())).accepted(0.5 * along, 0.7)
+    memory = ViscoelasticHistory.at_rest(energy, series(law, measure=GreenStrain())).accepted(0.5 * along, 0.7)
     a = 0.9
     R = np.array([[np.cos(a), -np.sin(a), 0.0], [np.sin(a), np.cos(a), 0.0], [0.0, 0.0, 1.0]])
     x = mesh.points + (0.5 * along).reshape(-1, 3)
@@ -235,7 +243,9 @@ def test_what_is_strained_at_once_stores_its_energy_and_loses_it_while_it_is_hel
     law = NeoHookeanIsochoric(1.0, 0.3, 1.0)
     energy, along, _ = cell(law)
     shape = law.isochoric()
-    known = series(shape, mu=law.shear_modulus, measure=Shape(), bulk=np.inf, springs=of_first(law))
+    known = series(
+        shape, mu=law.shear_modulus, measure=IsochoricStrain(), bulk=np.inf, springs=first_invariant_branch(law)
+    )
     memory = ViscoelasticHistory.at_rest(energy, known)
     memory = memory.accepted(along, 0.0)  # twice as long
     assert memory.stored == pytest.approx(0.0, abs=1e-14)
@@ -254,8 +264,12 @@ def test_the_integral_over_the_past_weighs_short_steps_as_exactly_as_long_ones()
         assert found[-1] == pytest.approx(0.5 * (1.0 - z / 2.0 + z * z / 6.0), rel=1e-14)
 
 
-@pytest.mark.parametrize(("measure", "word"), [(Green(), "green"), (Shape(), "shape"), (Turned(), "turned")])
-def test_the_integral_over_the_past_finds_the_same_stress_without_a_recursion(measure: Measure, word: str) -> None:
+@pytest.mark.parametrize(
+    ("measure", "word"), [(GreenStrain(), "green"), (IsochoricStrain(), "shape"), (BiotStrain(), "turned")]
+)
+def test_the_integral_over_the_past_finds_the_same_stress_without_a_recursion(
+    measure: StrainMeasure, word: str
+) -> None:
     law = Corotational(0.4, 0.6) if word == "turned" else NeoHookean(1.0, 0.3, 1.0)
     energy, along, mesh = cell(law)
     rng = np.random.default_rng(5)
@@ -291,7 +305,7 @@ def swing(integrator: str, h: float) -> tuple[float, dict]:
     problem = Dynamics(
         Assembly(24, fixed, [energy], [DeadForces(force.ravel())]), mass, np.zeros(24), np.zeros(24), fixed,
         np.zeros(len(fixed)), integrator=INTEGRATORS[integrator](), tolerance=1e-10,
-        remembering=Remembering(BodyHistory((ViscoelasticHistory.at_rest(energy, zener),)), integrator == "midpoint"), lagged=False,
+        remembering=ViscoelasticStep(BodyHistory((ViscoelasticHistory.at_rest(energy, zener),)), integrator == "midpoint"), lagged=False,
     )  # fmt: skip
     track = march(problem, 0.25, h)
     return float(track.observed[-1].x[3 * np.flatnonzero(far)[0]]), track.energies
@@ -323,8 +337,8 @@ def test_a_mass_on_zeners_spring_in_every_integrator(integrator: str) -> None:
 def test_what_is_moved_at_once_in_a_motion_has_been_stretched_in_no_time() -> None:
     """The first step relaxes what the start has brought, and is no ramp to it."""
     energy, along, _ = cell()
-    memory = Remembering(BodyHistory((ViscoelasticHistory.at_rest(energy, series()),)))
-    acting = type("Acting", (), {"internal": (), "now": None})()
+    memory = ViscoelasticStep(BodyHistory((ViscoelasticHistory.at_rest(energy, series()),)))
+    acting = type("StepForces", (), {"internal": (), "now": None})()
     memory.reset(acting, 0.01 * along)
     memory.begin(acting, 5.0)
     memory.tried(acting, 0.01 * along, 5.0)

@@ -50,7 +50,9 @@ def test_a_point_is_in_a_box_or_not(place: tuple[float, float, float], inside: b
 
 def test_what_is_in_a_hollow_is_not_in_the_matter_around_it() -> None:
     points, triangles = SphericalShell(1.0, 0.5).surface(0.2)
-    found = [point_in_deformed_body.is_inside_volume(np.array([r, 0.03, 0.02]), points[triangles]) for r in (0.1, 0.7, 1.2)]
+    found = [
+        point_in_deformed_body.is_inside_volume(np.array([r, 0.03, 0.02]), points[triangles]) for r in (0.1, 0.7, 1.2)
+    ]
     assert found == [False, True, False]
 
 
@@ -76,7 +78,11 @@ def test_a_point_is_in_a_section_or_not(place: tuple[float, float], inside: bool
 
 def test_what_is_between_the_parts_of_a_section_is_not_in_it() -> None:
     two = np.concatenate([SQUARE, SQUARE + np.array([3.0, 0.0])])
-    assert [point_in_deformed_body.is_inside_region(np.array([x, 1.0]), two) for x in (1.0, 2.5, 4.0)] == [True, False, True]
+    assert [point_in_deformed_body.is_inside_region(np.array([x, 1.0]), two) for x in (1.0, 2.5, 4.0)] == [
+        True,
+        False,
+        True,
+    ]
 
 
 @pytest.mark.parametrize("plane", [False, True])

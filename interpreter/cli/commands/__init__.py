@@ -1,4 +1,4 @@
-"""The commands of `dsl`, a file each: `arguments(parser)` declares its options, `run(parsed)` gives the exit status.
+"""Commands of `dsl`, one file each: `arguments(parser)` declares the options, `run(parsed)` returns the exit status.
 
-To add a command: one file here, one line in COMMANDS of `main.py`.
+To add a command: one file here, and one line in COMMANDS of `main.py`.
 """

@@ -1,4 +1,4 @@
-"""`dsl board`: every model on every case of a suite, by the protocol of `dsl compare`, as a site."""
+"""Command `dsl board`: a leaderboard site of every model on every case of a suite, by the protocol of `dsl compare`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import all_visible, visible
 from softmark.interpreter.cli.commands.common_options import folder as folder_name
-from softmark.interpreter.cli.commands.compare import request_of, work_options
+from softmark.interpreter.cli.commands.compare import comparison_request, work_options
 from softmark.interpreter.cli.commands.study_options import carried_out, shelved
 
 if TYPE_CHECKING:
@@ -39,39 +39,39 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Make a board; the exit status is 3 where a case or a model has no answer."""
+    """Make a leaderboard and return the exit status: 3 if a case or a model has no result."""
     from softmark.interpreter.cli.commands.progress_line import Progress
     from softmark.interpreter.study.leaderboard import leaderboard_changes
 
     try:
-        old = None if parsed.against is None else leaderboard_changes.read(parsed.against)
-    except leaderboard_changes.Foreign as foreign:
+        old = None if parsed.against is None else leaderboard_changes.read_board(parsed.against)
+    except leaderboard_changes.NotALeaderboard as foreign:
         print(visible(f"error: {foreign}"), file=sys.stderr)
         return 2
-    if unknown := _unknown(parsed.also):
+    if unknown := _check_programs(parsed.also):
         print(visible(unknown), file=sys.stderr)
         return 2
     if parsed.also and "-" in parsed.files:
         print("error: --also adds lines to a scene in a file, and standard input is read once: give it a file",
               file=sys.stderr)  # fmt: skip
         return 2
-    read = _read(parsed.files or [STANDARD], parsed.also)
+    read = _read_cases(parsed.files or [STANDARD], parsed.also)
     if read is None:
         return 2
     title, cases = read
     if parsed.check:
-        print(_listed(title, cases))
+        print(_case_list(title, cases))
         return 0
     progress = Progress(sys.stderr)
     progress.say("start", f"{len(cases)} case{'s' if len(cases) != 1 else ''}")
     try:
-        return _made(title, cases, old, parsed, progress)
+        return _make_board(title, cases, old, parsed, progress)
     finally:
         progress.clear()
 
 
-def _unknown(programs: list[str]) -> str:
-    """What is wrong with the programs of `--also`, or nothing."""
+def _check_programs(programs: list[str]) -> str:
+    """Return an error message if a program of `--also` is unknown, else an empty text."""
     from softmark.grammar.name_suggestions import nearest
     from softmark.interpreter.models.external.adapters import PROGRAMS
 
@@ -83,12 +83,12 @@ def _unknown(programs: list[str]) -> str:
     return ""
 
 
-def _read(names: list[str], also: list[str]) -> tuple[str, list[BoardCase]] | None:
-    """The cases under a title; None, and what is wrong is shown, where a suite is in error or a scene is not there."""
+def _read_cases(names: list[str], also: list[str]) -> tuple[str, list[BoardCase]] | None:
+    """Return title and cases; show the errors and return None if the suite has errors or a scene is missing."""
     from softmark.interpreter.cli.commands.other_programs_option import with_others
     from softmark.interpreter.cli.commands.scene_arguments import Unread, read_scene, show
     from softmark.interpreter.study.leaderboard.suite_cases import cases_of_scene, cases_of_suite
-    from softmark.interpreter.study.leaderboard.suite_file import is_suite, read, standard_suites
+    from softmark.interpreter.study.leaderboard.suite_file import is_suite, read_suite, standard_suites
 
     def load(name: str) -> tuple[Scene | None, list[Diagnostic]]:
         return with_others(name, also)
@@ -101,7 +101,7 @@ def _read(names: list[str], also: list[str]) -> tuple[str, list[BoardCase]] | No
             show([unread.diagnostic])
             return None
         if is_suite(source.text):
-            suite, found = read(source, folder)
+            suite, found = read_suite(source, folder)
             cases, faults = ([], found) if suite is None else cases_of_suite(suite, load)
             show(faults)
             return None if suite is None or faults else (suite.title, cases)
@@ -115,29 +115,29 @@ def _read(names: list[str], also: list[str]) -> tuple[str, list[BoardCase]] | No
     return f"{len(scenes)} scenes" if len(scenes) > 1 else scenes[0].title, scenes
 
 
-def _listed(title: str, cases: list[BoardCase]) -> str:
-    """What is asked, of whom."""
+def _case_list(title: str, cases: list[BoardCase]) -> str:
+    """Return the list of cases and their models."""
     lines = [f"{c.case.name:<12}{c.kind or '-':<13}{len(c.entrants):>2}  {c.case.asks}" for c in cases]
     return str(all_visible("\n".join([title, *lines])))
 
 
-def _made(
+def _make_board(
     title: str, cases: list[BoardCase], old: Board | None, parsed: argparse.Namespace, progress: Progress
 ) -> int:  # fmt: skip
     from softmark.interpreter.study.comparison_study import compare
     from softmark.interpreter.study.leaderboard.suite_cases import subjects_of
 
     subjects, folder = subjects_of(cases), Path(parsed.out or "board")
-    request = request_of(parsed, folder, progress, not parsed.fresh, plain=True)
+    request = comparison_request(parsed, folder, progress, not parsed.fresh, plain=True)
     scenes = [s.scene for s in subjects]
     found = carried_out(lambda: compare(subjects, request), folder, parsed, progress, "board", scenes, "index.html")
-    return found if isinstance(found, int) else _shelve(title, cases, found, old, folder, parsed)
+    return found if isinstance(found, int) else _write_site(title, cases, found, old, folder, parsed)
 
 
-def _shelve(
+def _write_site(
     title: str, cases: list[BoardCase], found: Comparison, old: Board | None, folder: Path, parsed: argparse.Namespace
 ) -> int:
-    """Write the site and say what it shows; the exit status."""
+    """Write the site, print a summary and return the exit status."""
     from softmark.interpreter.report.leaderboard.leaderboard_comment import comment
     from softmark.interpreter.report.leaderboard.leaderboard_page import page
     from softmark.interpreter.study.leaderboard.leaderboard_cells import board_of
@@ -150,13 +150,13 @@ def _shelve(
         files["against.md"] = lambda: changes
     sound = shelved(files, text, folder, parsed)
     if parsed.json != "-":
-        print(all_visible(changes if changes is not None else _told(board, folder)))
+        print(all_visible(changes if changes is not None else _case_summaries(board, folder)))
     whole = sound and found.exit_status == 0 and not any(case.reason for case in cases)
     return 0 if whole else 3
 
 
-def _told(board: Board, folder: Path) -> str:
-    """A line for each case: how many answered, and who did best."""
+def _case_summaries(board: Board, folder: Path) -> str:
+    """Return a line for each case: how many models have a result, and the best one."""
     lines = [board.title]
     for name, card in board.cases.items():
         cells = board.of(name)

@@ -1,4 +1,4 @@
-"""`dsl check`."""
+"""Command `dsl check`: reports errors and warnings of scenes without solving anything."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import argparse
 
 from softmark.interpreter.cli.commands.common_options import diagnostics_option, override_option, plugin_option
 from softmark.interpreter.cli.commands.scene_arguments import has_errors, load, show
-from softmark.interpreter.help.diagnostic_formats import FORMATS, Told, rendered
+from softmark.interpreter.help.diagnostic_formats import FORMATS, LocatedDiagnostic, format_diagnostics
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,7 +20,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """0 if no scene has an error, else 2."""
+    """Check scenes and return 0 if none has an error, else 2."""
     from softmark.grammar.diagnostic import visible
 
     status, told = 0, []
@@ -29,18 +29,18 @@ def run(parsed: argparse.Namespace) -> int:
         if parsed.diagnostics == "text":
             show(found)
         else:
-            told += [Told(name, diagnostic) for diagnostic in found]
+            told += [LocatedDiagnostic(name, diagnostic) for diagnostic in found]
         if scene is None or has_errors(found):
             status = 2
         elif parsed.diagnostics == "text":
             print(visible(f"{name}: {_contents(scene)}"))
     if parsed.diagnostics != "text":
-        print(rendered(parsed.diagnostics, told), end="")
+        print(format_diagnostics(parsed.diagnostics, told), end="")
     return status
 
 
 def _contents(scene: object) -> str:
-    """`4 models, 3 references, 5 metrics, 9 expectations`."""
+    """Return `4 models, 3 references, 5 metrics, 9 expectations`."""
     from softmark.interpreter.language.compiled_scene import Scene
 
     if not isinstance(scene, Scene):

@@ -1,4 +1,4 @@
-"""Options that several commands share."""
+"""Command-line options that several commands share."""
 
 from __future__ import annotations
 
@@ -22,14 +22,15 @@ def plugin_option(parser: argparse.ArgumentParser) -> None:
 
 
 def folder(text: str) -> str:
-    """The name of a folder, of the command line; an empty one would be the working folder without a word."""
+    """Return a folder name from the command line; an empty one is an error, because it would mean the working folder.
+    """
     if not text.strip():
         raise argparse.ArgumentTypeError("the name of the folder is empty; `.` is the one that you are in")
     return text
 
 
 def file_name(text: str) -> str:
-    """The name of a file, of the command line; an empty one would be the working folder."""
+    """Return a file name from the command line; an empty one is an error, because it would mean the working folder."""
     if not text.strip():
         raise argparse.ArgumentTypeError("the name of the file is empty")
     return text

@@ -1,4 +1,4 @@
-"""`dsl compare`."""
+"""Command `dsl compare`: errors and times of all models over the studies of scenes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from softmark.interpreter.cli.commands.study_options import (
 
 if TYPE_CHECKING:
     from softmark.interpreter.cli.commands.progress_line import Progress
-    from softmark.interpreter.study.analysis.comparison_record import Compared
+    from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
     from softmark.interpreter.study.comparison_study import Comparison, ComparisonRequest
     from softmark.interpreter.study.configurations.configuration_expansion import SceneSubject
 
@@ -48,7 +48,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def work_options(parser: argparse.ArgumentParser) -> None:
-    """Who does the work, for how long at most, and how often it is timed."""
+    """Add options for workers, time limits and repeated timing."""
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--jobs", type=count, default=1, metavar="N", help="compute errors in N processes at a time")
     where.add_argument("--cluster", metavar="ADDRESS", help="compute errors on a dask cluster, such as tcp://host:8786")
@@ -65,7 +65,7 @@ def _count_or_none(text: str) -> int:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Compare scenes, or two results; the exit status is that of the comparison."""
+    """Compare scenes, or two results, and return the exit status."""
     results = [name for name in parsed.files if name.endswith(".json")]
     if results:
         if len(results) == len(parsed.files) == 2:
@@ -86,7 +86,7 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 def _changes(parsed: argparse.Namespace) -> int:
-    """What has changed from one result to another."""
+    """Print the changes between two results."""
     import json
 
     from softmark.interpreter.cli.commands.output_collisions import collision
@@ -101,9 +101,9 @@ def _changes(parsed: argparse.Namespace) -> int:
         print(problem, file=sys.stderr)
         return 2
     try:
-        old, new = (result_changes.read(name) for name in parsed.files)
-        found = result_changes.changes(old, new, (parsed.files[0], parsed.files[1]))
-    except result_changes.Foreign as foreign:
+        old, new = (result_changes.read_result(name) for name in parsed.files)
+        found = result_changes.find_changes(old, new, (parsed.files[0], parsed.files[1]))
+    except result_changes.NotComparable as foreign:
         print(visible(f"error: {foreign}"), file=sys.stderr)
         return 2
     texts = {
@@ -124,30 +124,30 @@ def _compare(parsed: argparse.Namespace, progress: Progress) -> int:
     if subjects is None:
         return 2
     folder = Path(parsed.out if parsed.out is not None else _default(subjects))
-    work, scenes = lambda: _compared(subjects, folder, parsed, progress), [s.scene for s in subjects]
+    work, scenes = lambda: _run_comparison(subjects, folder, parsed, progress), [s.scene for s in subjects]
     found = carried_out(work, folder, parsed, progress, "compare", scenes)
-    return found if isinstance(found, int) else _shelve(found, folder, parsed)
+    return found if isinstance(found, int) else _write_result(found, folder, parsed)
 
 
-def _compared(
+def _run_comparison(
     subjects: list[SceneSubject], folder: Path, parsed: argparse.Namespace, progress: Progress
 ) -> Comparison:  # fmt: skip
     from softmark.interpreter.study.comparison_study import compare
 
-    def accurate(found: Compared) -> None:
-        """Errors are known long before times: who sits in front of it sees them."""
+    def accurate(found: ComparisonRecord) -> None:
+        """Print the errors as soon as they are known, long before the times."""
         from softmark.interpreter.report.comparison.comparison_terminal import errors
 
         progress.clear()
         print(errors(found, colour=True), end="\n\n", file=sys.stderr, flush=True)
 
-    request = request_of(parsed, folder, progress, parsed.resume, vary=tuple(parsed.vary), models=tuple(parsed.model),
+    request = comparison_request(parsed, folder, progress, parsed.resume, vary=tuple(parsed.vary), models=tuple(parsed.model),
                          study=parsed.study, accurate=accurate if progress.live else None)  # fmt: skip
     return compare(subjects, request)
 
 
 def _subjects(parsed: argparse.Namespace, progress: Progress) -> list[SceneSubject] | None:
-    """The scenes, each with a short name of its own; None, and what is wrong is shown, where one is in error."""
+    """Return the scenes with unique short names; show the errors and return None if one has errors."""
     from softmark.interpreter.cli.commands.scene_arguments import load, show
     from softmark.interpreter.study.configurations.configuration_expansion import subject_of
     from softmark.interpreter.validation.requested_names import without_unrequested_warnings
@@ -170,10 +170,10 @@ def _default(subjects: list[SceneSubject]) -> str:
     return f"{subjects[0].name}-comparison" if len(subjects) == 1 else "comparison"
 
 
-def request_of(
+def comparison_request(
     parsed: argparse.Namespace, folder: Path, progress: Progress, resume: bool, **asked: Any
 ) -> ComparisonRequest:
-    """What `work_options` say, and what else is asked."""
+    """Return the request of a comparison from `work_options` and further arguments."""
     from softmark.interpreter.cli import exit_signals
     from softmark.interpreter.study.comparison_study import ComparisonRequest
 
@@ -184,8 +184,8 @@ def request_of(
     )  # fmt: skip
 
 
-def _shelve(comparison: Comparison, folder: Path, parsed: argparse.Namespace) -> int:
-    """Write the result and show it; the exit status."""
+def _write_result(comparison: Comparison, folder: Path, parsed: argparse.Namespace) -> int:
+    """Write the result, print it and return the exit status."""
     from softmark.interpreter.report.comparison.comparison_page import page
     from softmark.interpreter.report.comparison.comparison_terminal import table
 

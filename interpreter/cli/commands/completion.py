@@ -1,4 +1,4 @@
-"""`dsl completion`: the script that completes command lines in a shell, and what it asks while one is typed."""
+"""Command `dsl completion`: prints the completion script of a shell, and answers it while a line is typed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Print the script of a shell; or what could stand next on a line, whose words standard input holds with NULs."""
+    """Print the script of a shell, or the candidates for a line whose words are on standard input, separated by NULs.
+    """
     from softmark.interpreter.cli import completion
 
     if parsed.shell in SHELLS:

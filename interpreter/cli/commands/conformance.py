@@ -1,4 +1,4 @@
-"""`dsl conformance`."""
+"""Command `dsl conformance`: tests the words of a plugin against their contracts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """0 if all of a plugin keeps the contracts of its words, 1 if something does not, 2 if there is no such plugin."""
+    """Return 0 if a plugin keeps all contracts of its words, 1 if it breaks one, 2 if there is no such plugin."""
     from softmark.interpreter.cli.conformance.plugin_contracts import conformance
 
     found = conformance(parsed.file)

@@ -1,4 +1,4 @@
-"""`dsl docs`."""
+"""Command `dsl docs`: builds the documentation and opens it in a browser."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Build the pages where they are not there yet, print where the page is, and open it in a browser."""
+    """Build the pages if needed, print the address of a page, and open it in a browser."""
     from softmark.interpreter.documentation.site_builder import Unavailable, build, site, sources
     from softmark.interpreter.documentation.site_inventory import places
     from softmark.interpreter.results.atomic_files import refuse_link
@@ -44,7 +44,7 @@ def run(parsed: argparse.Namespace) -> int:
         return 2
     known = places(folder)
     if (place := known.get(parsed.page) or known.get(parsed.page.upper())) is None:
-        print(visible(f"error: {_unknown(parsed.page, list(known))}"), file=sys.stderr)
+        print(visible(f"error: {_unknown_page_error(parsed.page, list(known))}"), file=sys.stderr)
         return 2
     file, _, part = place.partition("#")
     address = (folder / file).resolve().as_uri() + (f"#{part}" if part else "")
@@ -56,7 +56,7 @@ def run(parsed: argparse.Namespace) -> int:
     return 0
 
 
-def _unknown(name: str, known: list[str]) -> str:
+def _unknown_page_error(name: str, known: list[str]) -> str:
     from softmark.grammar.name_suggestions import nearest
 
     close = nearest(name, known)

@@ -1,4 +1,4 @@
-"""`dsl editor`: files that teach an editor scenes, made of the vocabulary as it is."""
+"""Command `dsl editor`: writes editor support files for scenes, generated from the current vocabulary."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Write the files of an editor and say how they are installed, or say what there is."""
+    """Write the files of an editor and print how to install them, or list the editors."""
     if parsed.editor is None:
         width = max(map(len, EDITORS))
         print("\n".join(f"dsl editor {name:{width}}  {_of(name).TITLE}" for name in EDITORS))

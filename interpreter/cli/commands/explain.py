@@ -1,4 +1,4 @@
-"""`dsl explain`."""
+"""Command `dsl explain`: prints the page of a word, unit or diagnostic code."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`dsl export`."""
+"""Command `dsl export`: writes models as input files of other programs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Write models as files for another program, with an exam sheet; nothing is solved but references."""
+    """Write models as files for another program, with a sheet of expected results; only references are solved."""
     scene, found = load(parsed.file, parsed.overrides, parsed.model, parsed.plugins)
     show(errors(found))
     if scene is None or errors(found):
@@ -32,7 +32,7 @@ def run(parsed: argparse.Namespace) -> int:
     if problems := unknown_models(scene, tuple(parsed.model)):
         show(problems)
         return 2
-    from softmark.interpreter.pipeline.run_options import Options
+    from softmark.interpreter.pipeline.run_options import RunOptions
     from softmark.interpreter.report.exam_export.exam_folder import export
     from softmark.interpreter.results.atomic_files import refuse_link
 
@@ -41,7 +41,7 @@ def run(parsed: argparse.Namespace) -> int:
     try:
         if not parsed.out:
             refuse_link(target)
-        done = export(scene, parsed.to, parsed.model, target, Options(draw=False))
+        done = export(scene, parsed.to, parsed.model, target, RunOptions(draw=False))
     except SceneError as error:
         show(error.diagnostics)
         return 2

@@ -1,4 +1,4 @@
-"""`dsl fmt`."""
+"""Command `dsl fmt`: formats scene files."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """0 done, 1 with --check where a file would change, 2 where a file cannot be formatted."""
+    """Return 0 if done, 1 with --check if a file would change, 2 if a file cannot be formatted."""
     return max(_one(name, parsed.check) for name in parsed.files)
 
 
@@ -68,7 +68,7 @@ def _deliver(source: Source, text: str, path: Path | None, check: bool) -> int:
 
 
 def _replace(path: Path, text: str) -> int:
-    """Write beside the file and rename, so that an interruption leaves one of the two whole."""
+    """Write a temporary file and rename it, so that an interruption never leaves a partial file."""
     from softmark.interpreter.results.atomic_files import replacing
 
     try:

@@ -1,4 +1,4 @@
-"""`dsl import`."""
+"""Command `dsl import`: converts an input file of another program to a scene."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from softmark.interpreter.cli.commands.common_options import file_name
 from softmark.interpreter.cli.commands.scene_arguments import errors, load, show
 
 if TYPE_CHECKING:
-    from softmark.interpreter.importers.imported_deck import Left
-    from softmark.interpreter.importers.scene_writer import Written
+    from softmark.interpreter.importers.imported_deck import NotImported
+    from softmark.interpreter.importers.scene_writer import WrittenScene
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +36,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Write a scene, and say what it does not have."""
+    """Write a scene and report what could not be converted."""
     from softmark.interpreter.results.atomic_files import replace
     from softmark.safe_files import read_regular
 
@@ -74,34 +74,39 @@ class _Refused(Exception):
         self.diagnostic = Diagnostic(code, visible(reason), None, None, help=visible(remedy))
 
 
-def _written(parsed: argparse.Namespace, path: Path, mesh: str) -> Written:
-    """Raises _Refused."""
+def _written(parsed: argparse.Namespace, path: Path, mesh: str) -> WrittenScene:
+    """Convert the file. Raises _Refused."""
     from softmark.interpreter.importers import deck_units, import_formats, scene_writer
-    from softmark.interpreter.importers.imported_deck import Foreign
+    from softmark.interpreter.importers.imported_deck import NotImportable
     from softmark.references.measured_data import Unreadable
 
     try:
         given = any(text is not None for text in (parsed.units, parsed.unit, parsed.stress, parsed.time))
-        told = deck_units.told(parsed.units, parsed.unit, parsed.stress, parsed.time) if given else None
-        density = deck_units.one("--density", parsed.density, deck_units.DENSITY).text if parsed.density else None
+        told = deck_units.read_unit_options(parsed.units, parsed.unit, parsed.stress, parsed.time) if given else None
+        density = (
+            deck_units.parse_file_unit("--density", parsed.density, deck_units.DENSITY).text if parsed.density else None
+        )
         deck = import_formats.read(path, parsed.at)
-        return scene_writer.written(
-            deck, deck_units.agreed(told, deck.units), scene_writer.Filled(parsed.material, density), mesh
+        return scene_writer.write_scene(
+            deck,
+            deck_units.agree_on_units(told, deck.units),
+            scene_writer.SuppliedValues(parsed.material, density),
+            mesh,
         )
     except Unreadable as error:
         raise _Refused("E750", f"{error.name}: {error.reason}", error.remedy) from None
-    except deck_units.Unasked as error:
+    except deck_units.MissingUnit as error:
         raise _Refused("E751", error.reason, error.remedy) from None
-    except deck_units.Contradicted as error:
+    except deck_units.ContradictoryUnits as error:
         raise _Refused("E757", f"{path.name}: {error.reason}", error.remedy) from None
-    except scene_writer.Wanting as error:
+    except scene_writer.MissingValue as error:
         raise _Refused("E752", error.reason, error.remedy) from None
-    except Foreign as error:
+    except NotImportable as error:
         raise _Refused(error.code, error.reason, error.remedy) from None
 
 
-def _ended(path: Path, found: Written) -> list[Diagnostic]:
-    """Loads that are zero at the moment that was carried over, and were not before."""
+def _ended(path: Path, found: WrittenScene) -> list[Diagnostic]:
+    """Return warnings about loads that are zero at the imported time but not before."""
     return [
         Diagnostic("W757", visible(f"{path.name}: {own.described}"), None, None,
                    help=f"it is 0 in the scene; `--at {own.when:g}` imports the moment at which it is greatest")
@@ -109,7 +114,7 @@ def _ended(path: Path, found: Written) -> list[Diagnostic]:
     ]  # fmt: skip
 
 
-def _turned(path: Path, found: Written) -> list[Diagnostic]:
+def _turned(path: Path, found: WrittenScene) -> list[Diagnostic]:
     if found.turned is None:
         return []
     remedy = "a scene turns them, which changes no shape; other programs may refuse such cells: number their nodes anew"
@@ -121,6 +126,6 @@ def _taken(path: Path, how: str) -> Diagnostic:
     return Diagnostic("W752", visible(f"taken so ({path.name}): {how}"), None, None, help=remedy)
 
 
-def _left(path: Path, left: Left) -> Diagnostic:
+def _left(path: Path, left: NotImported) -> Diagnostic:
     place = path.name if left.line is None else f"{path.name}:{left.line}"
     return Diagnostic("W750", visible(f"not carried over: {left.what} ({place})"), None, None, help=visible(left.why))

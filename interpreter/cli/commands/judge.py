@@ -1,4 +1,4 @@
-"""`dsl judge`: somebody else's results as models of a scene that does not mention them."""
+"""Command `dsl judge`: evaluates external result files as models of a scene that does not mention them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from softmark.interpreter.cli.commands.scene_arguments import Unread, read_scene
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Source
-    from softmark.interpreter.pipeline.run_options import Text
+    from softmark.interpreter.pipeline.run_options import SceneText
 
 FIELDS = {  # of `results(...)`, by option: what is written there, and whether in quotes
     "unit": ("one unit of the files' lengths, such as 1mm (default: 1 m)", False),
@@ -49,7 +49,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Judge them; the exit status is that of the report."""
+    """Evaluate the results and return the exit status of the report."""
     names = list(parsed.names)
     if len(names) > len(parsed.results):
         print(f"dsl judge: error: `--as {names[-1]}` has no result: {len(parsed.results)} given", file=sys.stderr)
@@ -75,7 +75,7 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 def _read(file: str) -> tuple[Source, Path, Path | None] | Unread:
-    """The scene, once, for standard input has it once; why not is said where it is needed."""
+    """Return the scene, or the error for later: standard input can be read only once."""
     try:
         return read_scene(file)
     except Unread as unread:
@@ -83,7 +83,7 @@ def _read(file: str) -> tuple[Source, Path, Path | None] | Unread:
 
 
 def _declared(source: Source) -> list[str]:
-    """Names that a scene gives, as far as it can be read; what is wrong with it is said when it is."""
+    """Return the names that a scene declares, as far as it can be parsed; its errors are reported later."""
     from softmark.grammar import tree
     from softmark.grammar.parser import parse
 
@@ -91,7 +91,7 @@ def _declared(source: Source) -> list[str]:
 
 
 def _compared(source: Source) -> list[str]:
-    """Models of the scene that a metric names, such as by `against`: without them it would have no value."""
+    """Return models of the scene that metrics refer to, such as by `against`, and that are therefore needed."""
     from softmark.grammar import tree
     from softmark.grammar.parser import parse
 
@@ -106,21 +106,21 @@ def _compared(source: Source) -> list[str]:
 
 
 def _free(name: str, taken: list[str]) -> str:
-    """`name_2`, or the next number that is free."""
+    """Return `name_2`, or the next unused number."""
     return next(own for n in range(2, len(taken) + 3) if (own := f"{name}_{n}") not in taken)
 
 
 def _named(path: str, taken: list[str]) -> str:
-    """A name of the language for a file."""
+    """Return a valid, unused name for a file."""
     found = re.sub(r"\W+", "_", Path(path).stem, flags=re.ASCII).strip("_").lower() or "theirs"
     found = found if found[0].isalpha() else f"result_{found}"
     return found if found not in taken else _free(found, taken)
 
 
-def _with(scene: tuple[Source, Path, Path | None] | Unread, parsed: argparse.Namespace, names: list[str]) -> Text:
-    """The scene with a model for each result, as if they stood in its last lines. Raises Unread."""
+def _with(scene: tuple[Source, Path, Path | None] | Unread, parsed: argparse.Namespace, names: list[str]) -> SceneText:
+    """Return the scene with a model for each result appended. Raises Unread."""
     from softmark.grammar.diagnostic import Source
-    from softmark.interpreter.pipeline.run_options import Text
+    from softmark.interpreter.pipeline.run_options import SceneText
 
     if isinstance(scene, Unread):
         raise scene
@@ -132,11 +132,11 @@ def _with(scene: tuple[Source, Path, Path | None] | Unread, parsed: argparse.Nam
         for name, path in zip(names, parsed.results, strict=True)
     ]
     text = source.text.rstrip() + "\n\n# judged\n" + "\n".join(lines) + "\n"
-    return Text(Source(source.name, text), place, file, tuple(parsed.overrides), tuple(parsed.plugins))
+    return SceneText(Source(source.name, text), place, file, tuple(parsed.overrides), tuple(parsed.plugins))
 
 
 def _found(field: str, value: str) -> str:
-    """Files of the command line are relative to where it is given."""
+    """Return a file of the command line as a path relative to the working folder."""
     return str(Path(value).resolve()) if field == "rest" else value
 
 

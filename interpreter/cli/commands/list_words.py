@@ -1,4 +1,4 @@
-"""`dsl list`."""
+"""Command `dsl list`: lists words, scenes, units, codes and plugins."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Names with one line each."""
+    """Print names with one line each."""
     from softmark.interpreter.cli.commands.scene_arguments import errors, show
     from softmark.interpreter.validation.constructor_registry import vocabulary_with
 
@@ -68,7 +68,7 @@ def _topics(words: Vocabulary) -> dict[str, Callable[[], Rows]]:
 
 
 def _name(kind: str) -> str:
-    """What the list of a kind is called: `materials`, `bodies`, `published`."""
+    """Return the plural of a kind: `materials`, `bodies`, `published`."""
     from softmark.interpreter.language.field_schema import plural
 
     return plural(kind).split()[0]
@@ -80,13 +80,13 @@ def _constructors(words: Vocabulary, kind: str) -> Rows:
 
 
 def _whose(words: Vocabulary, c: Constructor) -> str:
-    """Of a word of somebody else whose it is."""
+    """Return the name of the plugin that a word comes from, empty for our own words."""
     owner = words.owner(c.kind, c.name)
     return f" [plugin {owner.name}]" if owner else ""
 
 
 def _plugins(words: Vocabulary) -> Rows:
-    """Those that were named, with what they have; and those that are installed, which are not loaded."""
+    """Return the given plugins with their words, and the installed ones, which are not loaded."""
     from softmark.interpreter.validation.plugin_loader import installed
 
     rows = []
@@ -101,7 +101,7 @@ def _plugins(words: Vocabulary) -> Rows:
 
 
 def _kind(c: Constructor) -> str:
-    """Of a reference what kind of truth it is: `theory: `."""
+    """Return the kind of a reference: `theory: `; empty for other words."""
     return f"{c.cls.usually()}: " if c.kind == "reference" else ""
 
 

@@ -1,4 +1,4 @@
-"""`dsl lsp`."""
+"""Command `dsl lsp`: the language server for editors."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Serve one editor; the exit status is that of the protocol, 2 without its packages or without an editor."""
+    """Serve one editor; return the exit status of the protocol, or 2 if packages or the editor are missing."""
     if find_spec("pygls") is None or find_spec("lsprotocol") is None:
         print('error: `dsl lsp` needs pygls: pip install "softmark[lsp]"', file=sys.stderr)
         return 2
@@ -33,5 +33,5 @@ def run(parsed: argparse.Namespace) -> int:
     from softmark import pausing
     from softmark.interpreter.language_server.server import serve
 
-    pausing.end()
+    pausing.resume_collection()
     return serve(incoming, outgoing, parsed.plugins)

@@ -1,4 +1,4 @@
-"""`dsl new`."""
+"""Command `dsl new`: prints or writes commented template scenes."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ FOLDER = ROOT / "templates"
 
 @dataclass(frozen=True)
 class Template:
-    """A commented scene, and the files that it reads, which lie beside it under its name."""
+    """A commented scene and the files that it reads, which are next to it under its name."""
 
     scene: Path
 
     @property
     def beside(self) -> list[Path]:
-        """The files that it reads."""
+        """Files that the template reads."""
         return sorted(f for f in FOLDER.glob(f"{self.scene.stem}.*") if f != self.scene)
 
     @property
     def title(self) -> str:
-        """What it says of itself behind the word `scene`."""
+        """Title after the word `scene`."""
         return next(line.partition('"')[2].rstrip('"') for line in self._lines() if line.startswith("scene "))
 
     @property
     def about(self) -> list[str]:
-        """The comment below its title: what it shows, and what to put in its place."""
+        """Comment below the title: what the scene shows, and what to replace."""
         below = dropwhile(lambda line: not line.startswith("#"), self._lines())
         return [line.removeprefix("# ") for line in takewhile(lambda line: line.startswith("#"), below)]
 
@@ -43,7 +43,7 @@ class Template:
 
 
 def templates() -> dict[str, Template]:
-    """Those that come along, by name."""
+    """Return the shipped templates by name."""
     return {file.stem: Template(file) for file in sorted(FOLDER.glob("*.scene"))}
 
 
@@ -80,13 +80,13 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 def _told(name: str, template: Template) -> str:
-    """What a template shows, and what it writes."""
+    """Return what a template shows, and which files it writes."""
     files = ", ".join(f.name for f in (template.scene, *template.beside))
     return "\n".join([f"{name}: {template.title}", *(f"  {line}" for line in template.about), f"  writes {files}"])
 
 
 def _written(files: list[Path], folder: Path) -> int:
-    """Copies of files in a folder; none replaces another file."""
+    """Copy files to a folder without overwriting any file, and return the exit status."""
     from softmark.interpreter.results.atomic_files import replace
 
     taken = [folder / f.name for f in files if os.path.lexists(folder / f.name)]

@@ -1,8 +1,9 @@
-"""`--also PROGRAM`: other programs beside the finite elements of a scene, as if they stood in its last lines.
+"""Option `--also PROGRAM`: adds models of other programs that match the finite element models of a scene.
 
-For every `fem(...)` of a scene with plain displacements there is an `outside(PROGRAM, ...)` of the same element, size,
-body and mesh; corotational strain, which others do not have, becomes finite. Of models that come to the same, one is
-added. A line that the scene refuses is left out; what a program cannot do is `unsupported`, with its reason.
+For every `fem(...)` of a scene with a plain displacement formulation an `outside(PROGRAM, ...)` of the same element,
+size, body and mesh is added; corotational strain, which other programs do not have, becomes finite strain. Of identical
+models only one is added. A model that the scene refuses is omitted; what a program cannot do is `unsupported`, with its
+reason.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ OF_OTHERS = ("mass", "linear", "cap", "start", "factorisation", "precision")  # 
 
 
 def with_others(name: str, programs: Sequence[str]) -> tuple[Scene | None, list[Diagnostic]]:
-    """A scene as `load` gives it, with models of other programs. Names are not checked here."""
+    """Return a scene as `load` does, with models of other programs added. Names of programs are not checked here."""
     from softmark.interpreter.cli.commands.scene_arguments import Unread, load, read_scene
     from softmark.interpreter.validation.scene_loader import load_scene
 
@@ -49,7 +50,7 @@ def with_others(name: str, programs: Sequence[str]) -> tuple[Scene | None, list[
 
 
 def added(source: Source, scene: Scene, programs: Sequence[str]) -> list[str]:
-    """The declarations, one for each program and each mesh of finite elements."""
+    """Return the declarations to add, one for each program and each mesh of finite elements."""
     from softmark.grammar.parser import parse
 
     own = [n for n in parse(source)[0].declarations if isinstance(n, tree.Declare) and n.kind == "model"]
@@ -64,7 +65,7 @@ def added(source: Source, scene: Scene, programs: Sequence[str]) -> list[str]:
 
 
 def _plain(source: Source, node: tree.Declare) -> str | None:
-    """The arguments of the same mesh and strain for others; None where ours is more than plain displacements."""
+    """Return the arguments of the same mesh and strain for other programs; None if our formulation is not plain."""
     call = node.value
     if not isinstance(call, tree.Call) or call.function.text != "fem":
         return None

@@ -1,4 +1,4 @@
-"""What a command writes never takes the place of what it reads, nor of another thing that it writes."""
+"""Checks that output files of a command overwrite neither its input files nor each other."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Place = tuple[str, Path]  # (in words: the option that leads there or what it is
 
 
 def collision(outputs: Sequence[Place], inputs: Iterable[Place] = ()) -> str:
-    """Which two of some places are one file, as an error message; nothing where all are apart."""
+    """Return an error message if two of the paths are the same file, else an empty text."""
     taken = {key: (what, path) for what, path in inputs if (key := _key(path)) is not None}
     for option, path in outputs:
         key = _key(path)
@@ -36,7 +36,7 @@ def _message(option: str, path: Path, what: str, other: Path) -> str:
 
 
 def _key(path: Path) -> object:
-    """What tells one file from another, whatever it is called; None for devices and pipes, which keep nothing."""
+    """Return the identity of a file under any name; None for devices and pipes, which store nothing."""
     try:
         if path.exists() and not path.is_file():
             return None
@@ -49,7 +49,7 @@ def _key(path: Path) -> object:
 
 
 def read_by(scene: Scene) -> list[Place]:
-    """The files that a scene was read from, and those that it names."""
+    """Return the files that a scene was read from, and those that it names."""
     from softmark.interpreter.study.configurations.source_digests import files_of
 
     modules = scene.table.modules if scene.table is not None else []
@@ -60,5 +60,5 @@ def read_by(scene: Scene) -> list[Place]:
 
 
 def folded(option: str, folder: Path | None, names: Sequence[str]) -> list[Place]:
-    """The files that are written into a folder."""
+    """Return the files that are written into a folder."""
     return [] if folder is None else [(option, folder / name) for name in names]

@@ -1,4 +1,4 @@
-"""`dsl plan`."""
+"""Command `dsl plan`: prints the task graph of a scene."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Print the task graph; nothing is built."""
+    """Print the task graph; nothing is solved."""
     scene, found = load(parsed.file, parsed.overrides, parsed.model, parsed.plugins)
     show(errors(found))
     if scene is None:

@@ -1,4 +1,4 @@
-"""One line about what is being done, on a terminal only; elsewhere only what takes long is said once."""
+"""Progress line on a terminal; elsewhere only long tasks are printed, once each."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TextIO
 
 
 class Progress:
-    """Writes to `stream`; redraws one line at most ten times a second."""
+    """Progress writer to `stream`; it redraws one line at most ten times a second."""
 
     def __init__(self, stream: TextIO) -> None:
         self.stream = stream
@@ -18,7 +18,7 @@ class Progress:
         self._drawn = False
 
     def say(self, what: str, detail: str) -> None:
-        """Show what is being done: `solve`, `rod: iteration 3`."""
+        """Show the current task: `solve`, `rod: iteration 3`."""
         detail = detail if detail.isprintable() else "".join(c if c.isprintable() else "?" for c in detail)
         if what == "journal" and not detail:
             return
@@ -38,7 +38,7 @@ class Progress:
         self._drawn = True
 
     def clear(self) -> None:
-        """Take the line away."""
+        """Remove the line."""
         if self._drawn:
             self.stream.write("\r\x1b[K")
             self.stream.flush()

@@ -1,7 +1,7 @@
-"""Where a run's report goes: tried before anything is computed, and kept while models are computed.
+"""Writer of a run's report: checks the output folder before anything is computed, and saves while models run.
 
-What a person reads is made once, at the end or where a run breaks off; until then the numbers are on disk, written
-again when that takes little of the time since, so that many small models are not spent on keeping them.
+The page for people is written once, at the end or when a run is interrupted. Until then only the numbers are saved, and
+only as often as saving takes a small part of the time, so that many small models are not slowed down.
 """
 
 from __future__ import annotations
@@ -26,11 +26,13 @@ SPARE = 10.0  # times as long as keeping took last time must have passed until i
 
 
 class Unusable(Exception):
-    """The report cannot be written where it is asked for; the text says why."""
+    """The report cannot be written to the requested place; the text says why."""
 
 
 class Shelf:
-    """The folder of `--out` and the files of `--json` and `--junit`; nothing is lost when a later model fails."""
+    """Writer for the folder of `--out` and the files of `--json` and `--junit`; finished results survive a later
+    failure.
+    """
 
     def __init__(self, parsed: argparse.Namespace) -> None:
         self.folder = None if parsed.out is None else Path(parsed.out)
@@ -45,7 +47,7 @@ class Shelf:
         self._again = 0.0
 
     def begin(self, scene: Scene) -> None:
-        """Find the places of a scene's report; from now on, what is finished is kept. Raises Unusable."""
+        """Find the output places of a scene's report; finished results are saved from now on. Raises Unusable."""
         from softmark.interpreter.cli import exit_signals
 
         if not self.named:
@@ -56,7 +58,7 @@ class Shelf:
         self.begun = True
 
     def _unusable(self, scene: Scene) -> str:
-        """Why the report could not be written where it is asked for, or nothing."""
+        """Return why the report cannot be written to the requested place, or an empty text."""
         written = folded("--out", self.folder, ("report.json", "report.html"))
         read, outputs = read_by(scene), [*written, *((o, Path(f)) for o, f in self.files.items())]
         if self.vtu and self.folder is not None:
@@ -67,7 +69,7 @@ class Shelf:
 
     @property
     def kept(self) -> str:
-        """What an interrupted run leaves."""
+        """Return a sentence about what an interrupted run has saved."""
         places = (
             [str(self.folder / "report.json")] if self.folder else [f for o, f in self.files.items() if o == "--json"]
         )
@@ -76,7 +78,7 @@ class Shelf:
         return f"{self.count} finished model{'s' if self.count != 1 else ''} in {places[0]}"
 
     def keep(self, report: Report) -> None:
-        """Write an unfinished report, unless it was kept a moment ago."""
+        """Save an unfinished report, unless one was saved a moment ago."""
         self.pending = report
         begin = time.perf_counter()
         if begin < self._again:
@@ -86,7 +88,7 @@ class Shelf:
         self._again = end + SPARE * (end - begin)
 
     def rescue(self) -> str:
-        """Write what was finished where a run breaks off, its page too; the value is what there is then."""
+        """Write what is finished, with its page, when a run is interrupted; return a sentence about it."""
         report, self.pending = self.pending, None
         if report is not None:
             try:
@@ -96,7 +98,7 @@ class Shelf:
         return self.kept
 
     def finish(self, report: Report) -> str:
-        """Write the finished report; the value is where a person finds it."""
+        """Write the finished report and return its location."""
         self.pending = None
         self._write(report)
         if self.vtu and self.folder is not None:
@@ -135,14 +137,14 @@ class Shelf:
 
 
 def led_elsewhere(folder: Path | None) -> str:
-    """Return the error of an output folder that is a symbolic link, which could lead anywhere; else ''."""
+    """Return an error message if the output folder is a symbolic link, else an empty text."""
     if folder is None or not folder.is_symlink():
         return ""
     return message(str(folder), OSError(None, "it is a symbolic link"), "--out")
 
 
 def unusable(places: Iterable[tuple[str, str]], written: Iterable[Path] = ()) -> str:
-    """Why one of some places, each given by an option, or of the files `written` into `--out`, cannot be written to."""
+    """Return an error message if a place of an option, or a file `written` into `--out`, cannot be written."""
     for option, place in places:
         if "\0" in place:
             return message(place, OSError(None, "a name has no NUL in it"), option)
@@ -157,7 +159,7 @@ def unusable(places: Iterable[tuple[str, str]], written: Iterable[Path] = ()) ->
 
 
 def _parent(place: str) -> Path:
-    """The folder of a file that can be written. Raises OSError."""
+    """Return the folder of a file that can be written. Raises OSError."""
     if not place:
         raise OSError(None, "the name is empty")
     if Path(place).is_dir():
@@ -170,13 +172,13 @@ def _parent(place: str) -> Path:
 
 
 def _try_folder(folder: Path) -> None:
-    """Write to the folder, or to the nearest one above it that exists. Raises OSError."""
+    """Write to the folder, or to its nearest existing parent, as a test. Raises OSError."""
     while not folder.exists() and folder != folder.parent:
         folder = folder.parent
     tempfile.TemporaryFile(dir=folder).close()
 
 
 def message(place: str, error: OSError, option: str) -> str:
-    """What to say of a place that cannot be written to."""
+    """Return the error message for a place that cannot be written."""
     reason = error.strerror or str(error)
     return visible(f"error[E404]: cannot write {place or 'the report'}: {reason}; choose another place with {option}")

@@ -1,4 +1,4 @@
-"""`dsl stress`."""
+"""Command `dsl stress`: robustness studies of the models of a scene."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from softmark.interpreter.cli.commands.study_options import (
 if TYPE_CHECKING:
     from softmark.interpreter.cli.commands.progress_line import Progress
     from softmark.interpreter.study.configurations.configuration_expansion import SceneSubject
-    from softmark.interpreter.study.robustness.robustness_record import Stress
-    from softmark.interpreter.study.robustness.robustness_study import StabilityRequest
+    from softmark.interpreter.study.robustness.robustness_record import RobustnessRecord
+    from softmark.interpreter.study.robustness.robustness_study import RobustnessRequest
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,7 +48,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Stress the models of a scene; 1 where a point is silent."""
+    """Run the robustness studies of a scene; return 1 if a point is silently wrong."""
     from softmark.interpreter.cli.commands.progress_line import Progress
 
     progress = Progress(sys.stderr)
@@ -80,24 +80,24 @@ def _stress(parsed: argparse.Namespace, progress: Progress) -> int:
     return found if isinstance(found, int) else _shelve(found, folder, parsed)
 
 
-def _stressed(subject: SceneSubject, request: StabilityRequest) -> Stress:
-    from softmark.interpreter.study.robustness.robustness_study import stress
+def _stressed(subject: SceneSubject, request: RobustnessRequest) -> RobustnessRecord:
+    from softmark.interpreter.study.robustness.robustness_study import run_robustness_studies
 
-    return stress(subject, request)
+    return run_robustness_studies(subject, request)
 
 
-def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> StabilityRequest:
-    from softmark.interpreter.study.robustness.robustness_study import StabilityRequest
+def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> RobustnessRequest:
+    from softmark.interpreter.study.robustness.robustness_study import RobustnessRequest
 
-    return StabilityRequest(
+    return RobustnessRequest(
         folder=folder, models=tuple(parsed.model), study=parsed.study, jobs=parsed.jobs, timeout=parsed.timeout,
         memory=parsed.memory, resume=parsed.resume, fresh=parsed.fresh, command=shlex.join(["dsl", *sys.argv[1:]]),
         say=progress.say,
     )  # fmt: skip
 
 
-def _shelve(found: Stress, folder: Path, parsed: argparse.Namespace) -> int:
-    """Write the result and show it; the exit status."""
+def _shelve(found: RobustnessRecord, folder: Path, parsed: argparse.Namespace) -> int:
+    """Write the result, print it and return the exit status."""
     from softmark.interpreter.cli.commands.scene_arguments import coloured
     from softmark.interpreter.report.robustness.robustness_page import page
     from softmark.interpreter.report.robustness.robustness_terminal import table

@@ -1,4 +1,4 @@
-"""`dsl run`."""
+"""Command `dsl run`: solves the models of a scene and writes the report."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.cli.commands.progress_line import Progress
     from softmark.interpreter.cli.commands.report_folder import Shelf
-    from softmark.interpreter.pipeline.cached_results import Keeper
-    from softmark.interpreter.pipeline.run_options import Options, Text
+    from softmark.interpreter.pipeline.cached_results import RunCache
+    from softmark.interpreter.pipeline.run_options import RunOptions, SceneText
     from softmark.interpreter.results.run_report import Report
 
 
@@ -44,8 +44,8 @@ def _count(text: str) -> int:
     return int(text)
 
 
-def run(parsed: argparse.Namespace, reading: Callable[[], Text] | None = None) -> int:
-    """Run the scene, or what `reading` gives; the exit status is that of its report. `reading` may raise Unread."""
+def run(parsed: argparse.Namespace, reading: Callable[[], SceneText] | None = None) -> int:
+    """Run the scene, or the one that `reading` returns, and return the exit status. `reading` may raise Unread."""
     from softmark.interpreter.cli.commands.progress_line import Progress
 
     if reading is None and parsed.watch:
@@ -60,29 +60,33 @@ def run(parsed: argparse.Namespace, reading: Callable[[], Text] | None = None) -
         progress.clear()
 
 
-def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], Text] | None) -> int:
+def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], SceneText] | None) -> int:
     from softmark.interpreter.cli.commands.report_folder import Shelf, Unusable
     from softmark.interpreter.cli.commands.scene_arguments import Unread, read_scene, show
-    from softmark.interpreter.help.diagnostic_formats import Told, rendered
+    from softmark.interpreter.help.diagnostic_formats import LocatedDiagnostic, format_diagnostics
     from softmark.interpreter.language.compiled_scene import SceneError
-    from softmark.interpreter.pipeline.run_options import Options, Text
-    from softmark.interpreter.pipeline.run_pipeline import report_of
+    from softmark.interpreter.pipeline.run_options import RunOptions, SceneText
+    from softmark.interpreter.pipeline.run_pipeline import run_to_report
 
     def warn(found: Sequence[Diagnostic]) -> None:
         progress.clear()
         if parsed.diagnostics == "text":
             show(found)
         else:
-            _annotate(rendered("github", [Told(parsed.file, d) for d in found]), parsed)
+            _annotate(format_diagnostics("github", [LocatedDiagnostic(parsed.file, d) for d in found]), parsed)
 
     shelf = Shelf(parsed)
     stated = () if parsed.stated else None
-    options = Options(tuple(parsed.model), parsed.repeat, progress.say, shelf.begin, shelf.keep, warn, stated=stated,
+    options = RunOptions(tuple(parsed.model), parsed.repeat, progress.say, shelf.begin, shelf.keep, warn, stated=stated,
                       free=True, beside=True)  # fmt: skip
     try:
-        text = reading() if reading else Text(*read_scene(parsed.file), tuple(parsed.overrides), tuple(parsed.plugins))
+        text = (
+            reading()
+            if reading
+            else SceneText(*read_scene(parsed.file), tuple(parsed.overrides), tuple(parsed.plugins))
+        )
         keeper = None if reading else _keeper(parsed, shelf, progress)
-        report = report_of(text, options) if keeper is None else _kept(text, options, keeper)
+        report = run_to_report(text, options) if keeper is None else _kept(text, options, keeper)
     except Unread as unread:
         warn([unread.diagnostic])
         return 2
@@ -106,31 +110,31 @@ def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], T
     return _shown(report, parsed, shelf)
 
 
-def _kept(text: Text, options: Options, keeper: Keeper) -> Report:
-    """The report, with what the keeper knows where that goes with the rest."""
-    from softmark.interpreter.pipeline.cached_results import Outdated
-    from softmark.interpreter.pipeline.run_pipeline import report_of
+def _kept(text: SceneText, options: RunOptions, keeper: RunCache) -> Report:
+    """Return the report, and store it in the run cache as well."""
+    from softmark.interpreter.pipeline.cached_results import OutdatedResults
+    from softmark.interpreter.pipeline.run_pipeline import run_to_report
 
     try:
-        return report_of(text, options, keeper)
-    except Outdated:
-        return report_of(text, options, keeper.anew())
+        return run_to_report(text, options, keeper)
+    except OutdatedResults:
+        return run_to_report(text, options, keeper.anew())
 
 
-def _keeper(parsed: argparse.Namespace, shelf: Shelf, progress: Progress) -> Keeper:
-    """What knows the results of earlier runs; meshes, which `--vtu` writes, are not among them."""
+def _keeper(parsed: argparse.Namespace, shelf: Shelf, progress: Progress) -> RunCache:
+    """Return the cache of earlier results; it does not hold the meshes that `--vtu` writes."""
     from softmark.grammar.diagnostic import visible
-    from softmark.interpreter.study.run_cache.result_keeper import Keeper
+    from softmark.interpreter.study.run_cache.result_keeper import FolderRunCache
 
     def remark(text: str) -> None:
         progress.clear()
         print(visible(text), file=sys.stderr)
 
-    return Keeper(lambda: shelf.folder, parsed.fresh or parsed.vtu, remark)
+    return RunCache(lambda: shelf.folder, parsed.fresh or parsed.vtu, remark)
 
 
 def _shown(report: Report, parsed: argparse.Namespace, shelf: Shelf) -> int:
-    """The finished report written and printed; the exit status."""
+    """Write and print the finished report, and return the exit status."""
     from softmark.grammar.diagnostic import visible
     from softmark.interpreter.report.run import report_terminal
 
@@ -140,12 +144,12 @@ def _shown(report: Report, parsed: argparse.Namespace, shelf: Shelf) -> int:
         if written:
             print(f"\nreport: {visible(written)}")
     if parsed.diagnostics == "github":
-        from softmark.interpreter.help.diagnostic_formats.github import of_report
+        from softmark.interpreter.help.diagnostic_formats.github import annotate_report
 
-        _annotate(of_report(report), parsed)
+        _annotate(annotate_report(report), parsed)
     return 3 if shelf.failed else report.exit_status
 
 
 def _annotate(commands: str, parsed: argparse.Namespace) -> None:
-    """Commands of a workflow, which may stand in either stream: not among JSON."""
+    """Print GitHub workflow commands to the output stream that does not carry JSON."""
     print(commands, end="", file=sys.stderr if parsed.json == "-" else sys.stdout)

@@ -1,4 +1,4 @@
-"""What commands share: reading a scene that is named on the command line, and showing diagnostics."""
+"""Reading of scenes named on the command line, and printing of diagnostics, shared by commands."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Unread(Exception):
-    """A scene that cannot be read; the diagnostics say why."""
+    """A scene that cannot be read; `diagnostic` says why."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         super().__init__(diagnostic.message)
@@ -24,7 +24,7 @@ class Unread(Exception):
 
 
 def read_scene(name: str) -> tuple[Source, Path, Path | None]:
-    """Text, folder and file of a scene: a path, a standard scene, or `-` for standard input. Raises Unread."""
+    """Return text, folder and file of a scene: a path, a standard scene, or `-` for standard input. Raises Unread."""
     from softmark.interpreter.language.scene_sources import UnreadableScene, locate_scene, read_limited, read_scene_file
 
     try:
@@ -40,7 +40,7 @@ def read_scene(name: str) -> tuple[Source, Path, Path | None]:
 def load(
     name: str, overrides: Sequence[str] = (), only: Sequence[str] = (), plugins: Sequence[str] = ()
 ) -> tuple[Scene | None, list[Diagnostic]]:
-    """The checked scene, None if it has errors, and all diagnostics; `only` are the models that are asked for."""
+    """Return the checked scene, None if it has errors, and all diagnostics; `only` lists the requested models."""
     from softmark.interpreter.validation.scene_loader import load_scene
 
     try:
@@ -51,24 +51,24 @@ def load(
 
 
 def coloured() -> bool:
-    """Whether standard error takes colours."""
+    """Return whether standard error supports colours."""
     return sys.stderr.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
 def show(diagnostics: Sequence[Diagnostic]) -> None:
-    """Diagnostics on standard error, with their count."""
+    """Print diagnostics to standard error, with their count."""
     if diagnostics := _once(diagnostics):
         print(render(_grouped(diagnostics), colour=coloured()), file=sys.stderr)
         print(f"\n{summary(diagnostics)}; more: dsl explain {diagnostics[0].code}", file=sys.stderr)
 
 
 def _once(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
-    """Without what several models say of the same place in the same words."""
+    """Return diagnostics without duplicates from several models about the same place."""
     return list({(d.code, d.message, d.source, d.span): d for d in reversed(diagnostics)}.values())[::-1]
 
 
 def _grouped(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
-    """Warnings that say the same of several places are shown once, with the other lines in a note."""
+    """Merge equal warnings about several places into one, with the other lines in a note."""
     first: dict[tuple[object, ...], list[Diagnostic]] = {}
     for d in diagnostics:
         alone = d.span if d.severity == "error" else None
@@ -85,10 +85,10 @@ def _with_others(group: list[Diagnostic]) -> Diagnostic:
 
 
 def errors(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
-    """Those that are errors."""
+    """Return the errors among diagnostics."""
     return [d for d in diagnostics if d.severity == "error"]
 
 
 def has_errors(diagnostics: Sequence[Diagnostic]) -> bool:
-    """Whether one of them is an error."""
+    """Return whether one of the diagnostics is an error."""
     return bool(errors(diagnostics))

@@ -1,7 +1,7 @@
-"""`dsl serve-report`: the page of a run in a browser of this machine, loaded again whenever it is written again.
+"""Command `dsl serve-report`: shows a report in a local browser and reloads it when it is written again.
 
-Only the page and its numbers are served, by their names, to who asks this machine by the name of this machine: no path
-leads anywhere else, and no page of another site, by whatever name it calls this one, gets an answer.
+Only the page and its numbers are served, by fixed names, and only to requests addressed to this machine by its own
+name. No path leads to other files, and pages of other sites get no answer, whatever name they use for this machine.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def _port(text: str) -> int:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Serve until a signal ends it."""
+    """Serve the report until a signal ends it."""
     try:
         folder = folder_of(parsed.place)
         server = Server(folder, parsed.port)
@@ -75,7 +75,7 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 def folder_of(place: str) -> Path:
-    """The folder of a report: itself, or that of a scene, or the only one here. Raises LookupError."""
+    """Return the folder of a report: the given folder, that of a scene, or the only one here. Raises LookupError."""
     path = Path(place)
     if path.is_dir():
         if (path / PAGE).is_file() or path.name.endswith("-report"):
@@ -94,7 +94,7 @@ def folder_of(place: str) -> Path:
 
 
 class Server(ThreadingHTTPServer):
-    """Answers on the loopback address. Raises OSError where the port cannot be had."""
+    """HTTP server on the loopback address. Raises OSError if the port is not available."""
 
     daemon_threads = True
     allow_reuse_address = sys.platform != "win32"  # there it would share the port with whoever has it
@@ -104,24 +104,24 @@ class Server(ThreadingHTTPServer):
         super().__init__((HOST, port), Answer)
 
     def server_bind(self) -> None:
-        """Without asking the network what this machine is called."""
+        """Bind without a network query for the host name."""
         TCPServer.server_bind(self)
         self.server_name, self.server_port = HOST, int(self.server_address[1])
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """A browser that has gone is no error; of others a line, for the server goes on."""
+        """Ignore disconnected browsers; print one line for other errors and keep serving."""
         error = sys.exc_info()[1]
         if not isinstance(error, OSError):
             print(visible(f"a request was not answered: {type(error).__name__}: {error}"), file=sys.stderr)
 
     def file(self, name: str) -> Path | None:
-        """A file of the folder, where it is one and lies in it."""
+        """Return a file of the folder, None if it does not exist or lies outside."""
         path = self.folder / name
         return path if path.is_file() and path.resolve().parent == self.folder.resolve() else None
 
     @property
     def state(self) -> str:
-        """What changes when the page is written again; nothing where there is none."""
+        """Return a text that changes when the page is written again; empty if there is no page."""
         try:
             found = (self.folder / PAGE).stat()
         except OSError:
@@ -130,18 +130,18 @@ class Server(ThreadingHTTPServer):
 
 
 class Answer(BaseHTTPRequestHandler):
-    """One request: three names are known, and nothing is written."""
+    """Handler of one request; it knows three names and never writes."""
 
     server: Server
     server_version, sys_version = "softmark", ""
     timeout = 30  # s for a request to come
 
     def do_GET(self) -> None:
-        """The page, its numbers, or which state it is in."""
+        """Send the page, its numbers, or the current state."""
         self._answer(body=True)
 
     def do_HEAD(self) -> None:
-        """The same without what it holds."""
+        """Send the headers of the response to GET."""
         self._answer(body=False)
 
     def _answer(self, body: bool) -> None:
@@ -175,17 +175,17 @@ class Answer(BaseHTTPRequestHandler):
         return HTTPStatus.OK, TYPES[name], data
 
     def _asked_here(self) -> bool:
-        """Whether the name that it was asked by is this machine's: another site's name may lead here as well."""
+        """Return whether the request names this machine itself; a host name of another site may also resolve to it."""
         port = self.server.server_port
         known = {f"{name}{end}" for name in (HOST, "localhost") for end in (f":{port}", *([""] if port == 80 else []))}
         return self.headers.get_all("Host", []) in [[name] for name in known]
 
     def log_message(self, format: str, *args: object) -> None:
-        """Nothing: the terminal is for what concerns the report."""
+        """Log nothing; the terminal is for messages about the report."""
 
 
 def alive(page: bytes, state: str) -> bytes:
-    """A page that asks whether it is still the latest, and may ask that of nobody else."""
+    """Return the page with a script that polls for a newer version, and may connect nowhere else."""
     from softmark.interpreter.report.page.html_document import POLICY
     from softmark.interpreter.report.page.html_markup import text
 

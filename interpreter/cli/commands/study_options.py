@@ -1,4 +1,4 @@
-"""What the commands share that compute many configurations: their options, how they end, and what they leave."""
+"""Options, error handling and output shared by the commands that solve many configurations."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ Found = TypeVar("Found")
 
 
 def count(text: str) -> int:
-    """A whole number from 1 to 1000, of the command line."""
+    """Return a whole number from 1 to 1000 from the command line."""
     if not text.isdigit() or not 1 <= int(text) <= 1000:
         raise argparse.ArgumentTypeError(f"`{text}` is not a number from 1 to 1000")
     return int(text)
 
 
 def positive(text: str) -> float:
-    """A positive finite number, of the command line."""
+    """Return a positive finite number from the command line."""
     try:
         value = float(text)
     except ValueError:
@@ -35,14 +35,14 @@ def positive(text: str) -> float:
 
 
 def again_options(parser: argparse.ArgumentParser) -> None:
-    """`--resume` or `--fresh`."""
+    """Add the options `--resume` and `--fresh`."""
     again = parser.add_mutually_exclusive_group()
     again.add_argument("--resume", action="store_true", help="go on with what an earlier run finished there")
     again.add_argument("--fresh", action="store_true", help="forget what an earlier run finished there")
 
 
 def warn(warnings: Sequence[Diagnostic]) -> None:
-    """A line for each code: who studies a scene again and again has read them, and the page has all."""
+    """Print one line for each warning code; the page lists all warnings."""
     from softmark.grammar.diagnostic import visible
 
     first: dict[str, list[Diagnostic]] = {}
@@ -63,15 +63,15 @@ def carried_out(
     scenes: Sequence[Scene],
     page: str | None = None,
 ) -> Found | int:
-    """What `work` finds, or the exit status where it cannot, after the reason is told.
+    """Return the result of `work`, or the exit status after printing why it failed.
 
-    `name` is that of its files, `page` of what a person reads where that is called otherwise.
+    `name` is the base name of its files, `page` that of the page for people if it differs.
     """
     from softmark.interpreter.cli.commands.output_collisions import collision, folded, read_by
     from softmark.interpreter.cli.commands.report_folder import led_elsewhere, message, unusable
     from softmark.interpreter.cli.commands.scene_arguments import show
     from softmark.interpreter.language.compiled_scene import SceneError
-    from softmark.interpreter.study.configurations.configuration_expansion import TooMany
+    from softmark.interpreter.study.configurations.configuration_expansion import TooManyConfigurations
     from softmark.interpreter.study.workers import task_journal, worker_pool
 
     places = [("--out", str(folder))] + ([("--json", parsed.json)] if parsed.json not in (None, "-") else [])
@@ -87,7 +87,7 @@ def carried_out(
         progress.clear()
         show(error.diagnostics)
         return 2
-    except (task_journal.JournalRefused, worker_pool.NoWorkers, TooMany) as refused:
+    except (task_journal.JournalRefused, worker_pool.NoWorkers, TooManyConfigurations) as refused:
         return _refused(progress, f"error: {refused}")
     except OSError as error:
         return _refused(progress, message(str(folder), error, "--out"), 3)
@@ -106,7 +106,7 @@ def _refused(progress: Progress, words: str, status: int = 2) -> int:
 
 
 def shelved(files: Mapping[str, Callable[[], str]], text: str, folder: Path, parsed: argparse.Namespace) -> bool:
-    """Write files into the folder, and the JSON result where `--json` says; whether all went well."""
+    """Write files into the folder, and the JSON result to the place of `--json`; return whether all succeeded."""
     from softmark.interpreter.cli.commands.report_folder import message
     from softmark.interpreter.results.atomic_files import replace
 
@@ -121,7 +121,7 @@ def shelved(files: Mapping[str, Callable[[], str]], text: str, folder: Path, par
 
 
 def written(place: str, text: str, option: str = "--json") -> bool:
-    """Write a result where an option says; whether that went well."""
+    """Write a result to the place of an option; return whether that succeeded."""
     from softmark.interpreter.cli.commands.report_folder import message
     from softmark.interpreter.results.atomic_files import write_named
 

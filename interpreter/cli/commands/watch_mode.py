@@ -1,8 +1,8 @@
-"""`dsl run --watch`: the scene is run again whenever it, or a file that it names, is saved.
+"""Option `dsl run --watch`: runs the scene again whenever it, or a file that it names, is saved.
 
-Each run is a process of its own, so that it ends and begins as any other does: with what is on disk, with plugins as
-they are now, and without what an earlier one left. A save during a run has its turn when that run has ended. What is
-watched are the texts and every file that they name in quotes, whether or not they are sound.
+Each run is a separate process, so it always uses the current files and plugins and keeps no state of earlier runs. A
+save during a run starts the next run when the current one has ended. The scene files and all files that they name in
+quotes are watched, even if the scenes have errors.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ State = Mapping[Path, str]
 
 
 def watch(parsed: argparse.Namespace) -> int:
-    """Run until a signal ends it; the status is that of a command line in error, for nothing else returns."""
+    """Watch and run until a signal ends it; returns only for command-line errors, with their exit status."""
     from softmark.interpreter.language.scene_sources import UnreadableScene, locate_scene
 
     if parsed.file == "-":
@@ -68,7 +68,7 @@ def _again_and_again(watched: Watched, command: list[str], child: list[subproces
 
 
 def words(parsed: argparse.Namespace) -> list[str]:
-    """The arguments of `dsl run` that were given, but for `--watch`."""
+    """Return the given arguments of `dsl run` without `--watch`."""
     found = [parsed.file]
     for option, several in (("-p", parsed.overrides), ("--plugin", parsed.plugins), ("--model", parsed.model)):
         found += [word for value in several for word in (option, value)]
@@ -80,7 +80,7 @@ def words(parsed: argparse.Namespace) -> list[str]:
 
 
 def _end(child: list[subprocess.Popen[bytes]]) -> str:
-    """Have a run that is under way end in order; there is nothing to say of it that it does not say itself."""
+    """Stop the current run in order; returns an empty text, because the run prints its own message."""
     for process in child:
         deadline = time.monotonic() + ENDING
         with suppress(OSError):  # it has ended. No method of `process`: this may be called while one of them waits
@@ -94,14 +94,14 @@ def _end(child: list[subprocess.Popen[bytes]]) -> str:
 
 @dataclass
 class Watched:
-    """A scene with all that it names."""
+    """A scene with all files that it names."""
 
     scene: Path
     plugins: tuple[Path, ...] = ()
     _digests: dict[Path, tuple[Stamp, str]] = field(default_factory=dict)
 
     def state(self) -> State:
-        """A digest of every file, "" of one that is not there."""
+        """Return a digest of every file, "" for a missing one."""
         found = dict.fromkeys((self.scene, *self.plugins), "")
         pending = [self.scene]
         while pending:
@@ -113,7 +113,7 @@ class Watched:
         return {path: self._digest(path) for path in found}
 
     def changed(self, before: State) -> tuple[State, str]:
-        """Wait until a file has another content than before and all are calm: what they are now, and who it was."""
+        """Wait until a file has changed and all are stable; return the new state and the name of the changed file."""
         while (now := self.state()) == before:
             time.sleep(POLL)
         begin = time.monotonic()
@@ -130,7 +130,7 @@ class Watched:
         return now, ", ".join(str(p) for p in other[:3]) + (f" and {len(other) - 3} more" if len(other) > 3 else "")
 
     def _digest(self, path: Path) -> str:
-        """SHA-256 of what it holds, read again only where it looks as if it had been saved."""
+        """Return the SHA-256 of a file, read again only if its time stamp has changed."""
         try:
             if path.is_dir():
                 return repr([(p.name, _stamp(p)) for p in sorted(path.iterdir())[:MOST]]) if self._apart(path) else ""
@@ -145,7 +145,8 @@ class Watched:
             return ""
 
     def _apart(self, folder: Path) -> bool:
-        """Whether a folder is data: what we write into, or are in, changes by what we do."""
+        """Return whether a folder counts as data; output and working folders do not, because our own files change them.
+        """
         here = (self.scene.resolve(), Path.cwd())
         return not any(p.is_relative_to(folder.resolve()) for p in here) and not (folder / "report.json").exists()
 
@@ -156,7 +157,7 @@ def _stamp(path: Path) -> Stamp:
 
 
 def _named(text: Path) -> Iterator[Path]:
-    """Files that a text names in quotes, where they are or could be."""
+    """Yield the files that a text names in quotes, whether or not they exist."""
     from softmark.interpreter.language.scene_sources import find_quoted_paths
 
     with suppress(OSError):

@@ -1,1 +1,2 @@
-"""What could stand next on a command line: `answers` says it, and the scripts beside it ask it for each shell."""
+"""Shell completion: `candidates.py` lists the possible next words, and scripts in this folder query it from each shell.
+"""

@@ -1,8 +1,8 @@
-"""What could stand at the end of a command line of `dsl`, as its commands say themselves what they take.
+"""Candidates for the last word of a `dsl` command line, from the argument parsers of the commands.
 
-To complete what an option or an operand of a new command takes: a line in WAYS, by its name in argparse (`model`) or by
-the command and that name (`import file`). Choices of argparse are known without one, and `FILE` and `DIR` are files and
-folders; what has no way is not completed.
+To complete an option or operand of a new command: a line in WAYS, by its name in argparse (`model`) or by command and
+name (`import file`). argparse choices need none; `FILE` and `DIR` are completed as files and folders. Other arguments
+are not completed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Answers = dict[str, str]  # what could stand there, and what it means
 
 @dataclass(frozen=True)
 class Asked:
-    """A command line up to the word that is completed."""
+    """A command line up to the word to complete."""
 
     command: str
     current: str  # the word that is completed, as far as it is there
@@ -74,7 +74,7 @@ WAYS: dict[str, Way] = {
 
 
 def answers(words: Sequence[str]) -> Answers:
-    """What could stand in place of the last word, behind those before it (without `dsl` itself)."""
+    """Return candidates for the last word, given the words before it (without `dsl` itself)."""
     from softmark.interpreter.cli.main import COMMANDS
 
     *before, current = _apart(words) or [""]
@@ -89,7 +89,7 @@ def answers(words: Sequence[str]) -> Answers:
 
 
 def _apart(words: Sequence[str]) -> list[str]:
-    """Words with `--model=rod` as bash has it, which takes `=` for a word of its own; and no more than that of it."""
+    """Return the words with `--model=rod` split as in bash, which treats `=` as a separate word."""
     found: list[str] = []
     for word in words:
         option, sign, value = word.partition("=")
@@ -106,7 +106,7 @@ def _parser(module: str) -> argparse.ArgumentParser:
 
 
 def _of(parser: argparse.ArgumentParser, command: str, before: list[str], current: str) -> Answers:
-    """Of one command."""
+    """Return candidates for the arguments of one command."""
     known = {option: action for action in parser._actions for option in action.option_strings}
     operands, options, pending = _read(before, known)
     if pending is None and current.startswith("-") and current != "-":
@@ -118,7 +118,7 @@ def _of(parser: argparse.ArgumentParser, command: str, before: list[str], curren
 def _read(
     before: list[str], known: dict[str, argparse.Action]
 ) -> tuple[list[str], dict[str, list[str]], argparse.Action | None]:
-    """Operands and values of options in some words, and the option whose value is due behind them."""
+    """Return operands, values of options, and the option that still needs a value."""
     operands: list[str] = []
     options: dict[str, list[str]] = {}
     pending: argparse.Action | None = None
@@ -134,7 +134,7 @@ def _read(
 
 
 def _operand(parser: argparse.ArgumentParser, place: int) -> argparse.Action | None:
-    """The operand that stands at a place: the last one, if it takes several, at all others."""
+    """Return the operand at a position; the last one also covers all later positions if it takes several values."""
     own = [action for action in parser._actions if not action.option_strings]
     if place < len(own):
         return own[place]

@@ -1,4 +1,4 @@
-"""Files, folders and plugins that a word could name."""
+"""Completion candidates for files, folders and plugins."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 
 
 def files(current: str, *endings: str) -> dict[str, str]:
-    """Files with one of some endings that begin as a word does, and folders, which end with a `/`."""
+    """Return files with one of the endings that start with the word, and folders, which end with `/`."""
     folder, name = os.path.split(current)
     found = {}
     try:
@@ -25,12 +25,12 @@ def files(current: str, *endings: str) -> dict[str, str]:
 
 
 def folders(current: str) -> dict[str, str]:
-    """Folders alone."""
+    """Return only folders."""
     return {name: "" for name in files(current) if name.endswith("/")}
 
 
 def plugins(current: str) -> dict[str, str]:
-    """Plugins that are installed, by their names, and files that could be one."""
+    """Return installed plugins by name, and files that may be plugins."""
     from importlib.metadata import entry_points
 
     installed = {point.name: point.module for point in entry_points(group="softmark.plugins")}

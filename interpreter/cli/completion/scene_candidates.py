@@ -1,4 +1,4 @@
-"""What scenes there are, and what one that is named on the command line declares; it is read and not checked."""
+"""Completion candidates from scenes: shipped scenes, and names declared in a scene, which is parsed but not checked."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ SUFFIX = ".scene"
 
 
 def standard() -> dict[str, str]:
-    """Scenes of the standard library."""
+    """Return the scenes of the standard library."""
     from softmark.interpreter.language.scene_sources import standard_scenes
 
     return dict.fromkeys(standard_scenes(), "")
 
 
 def suites() -> dict[str, str]:
-    """Suites of the board that come along."""
+    """Return the shipped leaderboard suites."""
     from softmark.scenes import ROOT
 
     return {file.stem: "a suite" for file in sorted((ROOT / "suites").glob("*.suite"))}
 
 
 def templates() -> dict[str, str]:
-    """Templates of `dsl new`, with their titles."""
+    """Return the templates of `dsl new` with their titles."""
     from softmark.interpreter.cli.commands.new import templates
 
     return {name: template.title for name, template in templates().items()}
 
 
 def declared(files: Sequence[str], kind: str, taken: Sequence[str] = ()) -> dict[str, str]:
-    """Names of a kind that scenes declare, and by what they are made, without those that are taken."""
+    """Return names of a kind that scenes declare, with their constructors, except those in `taken`."""
     from softmark.grammar.tree import Call, Declare
 
     found = {}
@@ -45,7 +45,7 @@ def declared(files: Sequence[str], kind: str, taken: Sequence[str] = ()) -> dict
 
 
 def numbers(files: Sequence[str], current: str) -> dict[str, str]:
-    """What a value may be given for: parameters, `L=`; and behind a name with a point its fields, `rod.segments=`."""
+    """Return what can be given a value: parameters, `L=`, and after a name and a dot its fields, `rod.segments=`."""
     from softmark.grammar.source_layout import flat
     from softmark.grammar.tree import Param
 
@@ -65,7 +65,7 @@ def _fields(files: Sequence[str], name: str) -> dict[str, str]:
 
 
 def _declarations(files: Sequence[str]) -> list[Declaration]:
-    """Of all scenes among some words; what cannot be read has none."""
+    """Return the declarations of all readable scenes among the words."""
     from softmark.grammar.parser import parse
     from softmark.interpreter.language.scene_sources import UnreadableScene, locate_scene, read_scene_file
 

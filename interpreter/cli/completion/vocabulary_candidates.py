@@ -1,10 +1,10 @@
-"""Words of the language, and other names that softmark itself knows."""
+"""Completion candidates from the vocabulary and other names built into softmark."""
 
 from __future__ import annotations
 
 
 def words(current: str) -> dict[str, str]:
-    """What `dsl explain` has pages of: words with what they are, and codes where one is begun."""
+    """Return names with a page in `dsl explain`: words with their descriptions, and codes once one is begun."""
     from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
     if current[:1] in ("E", "W") and current[1:].isdigit():
@@ -19,7 +19,7 @@ def words(current: str) -> dict[str, str]:
 
 
 def topics() -> dict[str, str]:
-    """What `dsl list` lists."""
+    """Return the topics of `dsl list`."""
     from softmark.interpreter.cli.commands.list_words import _topics
     from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
@@ -27,28 +27,28 @@ def topics() -> dict[str, str]:
 
 
 def programs() -> dict[str, str]:
-    """Programs of `outside(...)`."""
+    """Return the programs of `outside(...)`."""
     from softmark.interpreter.models.external.adapters import PROGRAMS
 
     return dict.fromkeys(PROGRAMS, "")
 
 
 def systems() -> dict[str, str]:
-    """Systems of units of `dsl import`."""
+    """Return the unit systems of `dsl import`."""
     from softmark.interpreter.importers.deck_units import SYSTEMS
 
     return dict.fromkeys(SYSTEMS, "")
 
 
 def decks() -> list[str]:
-    """Endings of what `dsl import` reads."""
+    """Return the file endings that `dsl import` reads."""
     from softmark.interpreter.importers.import_formats import READERS
 
     return list(READERS)
 
 
 def results() -> list[str]:
-    """Endings of what `dsl judge` reads."""
+    """Return the file endings that `dsl judge` reads."""
     from softmark.interpreter.models.imported_results.readers import READERS
 
     return list(READERS)

@@ -1,13 +1,13 @@
-"""What a class of somebody else, or of ours, must keep to be a word: contracts, each of which says what breaks it.
+"""Contracts that the class of every word must keep, in plugins and in our own tables; used by `dsl conformance`.
 
-    words       documented, frozen, fields with ranges and meanings, a text that is the same in every process
-    metrics     finite or a reason, an error of nothing is nothing, the same twice, JSON's types
-    laws        stress and stiffness are the derivatives of the energy, nothing at rest, turns change nothing
-    trials      a scene for each word, which is refused in words or computed: never an exception, never no number
-    plugin      all of a file: `dsl conformance`
+    word_contracts.py    documented, frozen, fields with ranges and meanings, a text that is the same in every process
+    metric_contracts.py  finite or a reason, zero error of equal results, repeatable, JSON types
+    law_contracts.py     stress and stiffness are derivatives of the energy, zero at rest, invariant under rotation
+    trial_scenes.py      a scene for each word is refused or solved, never with an exception or without a number
+    plugin_contracts.py  all words of a plugin file
 
-A contract is a generator of breaches: what is wrong and what to do. tests/contracts holds our own tables to them.
-To add one: a generator here, a line in `plugin_contracts.py`.
+A contract is a generator of breaches: what is wrong and how to fix it. tests/contracts applies them to our own tables.
+To add one: a generator here, and a line in `plugin_contracts.py`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Breach:
-    """What a class does not keep, and what to do; `untried` where it could not be found out."""
+    """A broken contract and its remedy; `untried` if it could not be tested."""
 
     what: str
     remedy: str

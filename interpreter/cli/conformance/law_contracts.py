@@ -1,4 +1,4 @@
-"""What the law of every material keeps to: at unit scale, where a wrong digit shows."""
+"""Contracts of constitutive laws, tested at unit scale, where wrong digits show."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ROUNDS = 4  # random states, each near rest
 
 
 def of_law(law: Any, mu: float, lam: float) -> Iterator[Breach]:
-    """Of a law psi, P, dPdF over F (n, 3, 3), with constants near 1 Pa; `mu` and `lam` are its moduli at rest."""
+    """Yield breaches of a law with psi, P, dPdF at F (n, 3, 3) and constants near 1 Pa; mu, lam: its moduli at rest."""
     with np.errstate(all="ignore"):
         rest = np.eye(3)[None]
         turn = _turn(0.7)
@@ -61,6 +61,6 @@ def _moduli(A: Any, mu: float, lam: float) -> Iterator[Breach]:
 
 
 def _turn(angle: float) -> Any:
-    """A rotation about (1, 1, 1)."""
+    """Return a rotation about (1, 1, 1)."""
     k = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]]) / 3.0**0.5
     return np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * (k @ k)

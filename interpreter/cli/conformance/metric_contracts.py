@@ -1,4 +1,4 @@
-"""What every metric keeps to."""
+"""Contracts of metrics."""
 
 from __future__ import annotations
 
@@ -16,22 +16,24 @@ from softmark.interpreter.metrics.measurement import Measurement, MetricInput, M
 from softmark.interpreter.metrics.metric_evaluation import measure_metric
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.results.reaction_results import AtRest, Reaction
+from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.references.published_values import KnownValue
 
 NOTHING, SOMETHING = 1e-12, 1e-6  # an error of what agrees is at most, of what does not at least
 
 
-def at_rest(share: float) -> AtRest:
-    """A state of rest with one support, by either name, and one load, all forces times a share."""
+def at_rest(share: float) -> EquilibriumForces:
+    """Return a static state with one support, under either name, and one load, all forces scaled by `share`."""
     f, m = (1.0 * share, 2.0 * share, 3.0 * share), (0.1 * share, 0.2 * share, 0.3 * share)
-    return AtRest(dict.fromkeys(("hold", "wall"), Reaction(f, m, (0.0, 0.0, 0.0), m)), {"push": share}, share)
+    return EquilibriumForces(
+        dict.fromkeys(("hold", "wall"), Reaction(f, m, (0.0, 0.0, 0.0), m)), {"push": share}, share
+    )
 
 
 def of_metric(cls: type[Any], metric: Any, case: Case) -> Iterator[Breach]:
-    """A finite number with a unit or a reason; an error is zero of what agrees, more of what does not, in JSON's types.
+    """Yield breaches of a metric: a finite number with unit or a reason; zero error only for equal results; JSON types.
 
-    `metric` is one of the class, `case` any case of a body.
+    `metric` is an instance of the class, `case` any case of a body.
     """
     try:
         units.parse_unit(metric.unit)
@@ -55,7 +57,7 @@ def of_metric(cls: type[Any], metric: Any, case: Case) -> Iterator[Breach]:
 
 
 def _seen(case: Case, against: bool) -> Iterator[MetricInput]:
-    """A line that bends, beside nothing; or beside itself and beside one that bends half as much again."""
+    """Yield a bending line without reference, compared with itself, and with one that bends 1.5 times as much."""
     X = np.array([[x, 0.0, 0.0] for x in np.linspace(0.0, 0.04, 6)])
     u = np.outer(np.linspace(0.0, 1e-3, 6), [0.0, 0.0, -1.0])
     truths = [_truth(X, u, share) for share in (1.0, 1.5)] if against else [None]
@@ -65,7 +67,7 @@ def _seen(case: Case, against: bool) -> Iterator[MetricInput]:
 
 
 def _truth(X: Any, u: Any, share: float) -> ReferenceData:
-    """What is known of a line, all of it times a share."""
+    """Return the reference of a line, scaled by `share`."""
     v = share * u
 
     def displacement(Y: Any) -> Any:
@@ -76,7 +78,7 @@ def _truth(X: Any, u: Any, share: float) -> ReferenceData:
 
 
 def _measured(metric: Any, seen: MetricInput) -> Any:
-    """What it makes of what it sees; what it raises is a value, too."""
+    """Return the metric's value; an exception it raises is returned as a value too."""
     try:
         return measure_metric(metric, seen)
     except Undefined as why:

@@ -1,4 +1,4 @@
-"""All of a plugin: every class of its tables, and what of it is broken already."""
+"""Conformance test of a whole plugin: every class of its tables, and the errors found when it was loaded."""
 
 from __future__ import annotations
 
@@ -20,19 +20,20 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Conformance:
-    """What came of it: `diagnostics` say what breaks a contract, each at its place, `words` what was tried."""
+    """Result of a conformance test: `diagnostics` for broken contracts, each with its place, `words` that were tested.
+    """
 
     diagnostics: tuple[Diagnostic, ...]
     words: tuple[str, ...]
 
     @property
     def sound(self) -> bool:
-        """Whether nothing breaks a contract; what could not be tried does not."""
+        """True if no contract is broken; untested contracts do not count."""
         return not any(d.code != "W732" for d in self.diagnostics)
 
 
 def conformance(file: str) -> Conformance:
-    """A plugin by its file or name through the contracts of its words; nothing that it does is raised."""
+    """Test a plugin, given by file or name, against the contracts of its words; its exceptions become breaches."""
     vocabulary, found = vocabulary_with((file,))
     if not vocabulary.plugins:
         return Conformance(tuple(found), ())
@@ -46,7 +47,7 @@ def conformance(file: str) -> Conformance:
 
 
 def _tried(plugin: Plugin, vocabulary: Vocabulary) -> Iterator[tuple[str, list[Breach]]]:
-    """Every word, as `metric sway`, and what breaks its contract."""
+    """Yield every word, such as `metric sway`, with its breaches."""
     from softmark.interpreter.cli.conformance import trial_scenes
     from softmark.interpreter.models.external.adapters import PLUGGED
 
@@ -71,7 +72,7 @@ def _of(word: Constructor, plugin: Plugin, folder: Path) -> list[Breach]:
 
 
 def _kept(made: Any) -> list[Breach]:
-    """What breaks a contract; what it raises is a breach, too, and what it prints goes to standard error."""
+    """Return the breaches; an exception is a breach too, and printed text goes to standard error."""
     try:
         with redirect_stdout(stderr):
             return list(made())
@@ -84,7 +85,7 @@ def _source(plugin: Plugin) -> Source:
 
 
 def _said(source: Source, plugin: Plugin, one: str, breach: Breach) -> Diagnostic:
-    """At the class, or else at the top of the file."""
+    """Return the diagnostic of a breach at the class, or else at the top of the file."""
     from softmark.interpreter.validation.plugin_loader import PluginSource
 
     kind, _, name = one.partition(" ")

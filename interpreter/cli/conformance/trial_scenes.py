@@ -1,4 +1,4 @@
-"""A scene for each word: it is refused in words or computed, and never an exception or no number."""
+"""Trial scenes for each word: a scene is refused or solved, and never gives an exception or no number."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ BEAMS = ((GEL, WEIGHT), (GEL.replace("0.3", "0"), "gravity(1 m/s^2, direction = 
 
 @dataclass(frozen=True)
 class Trial:
-    """A word with a call of it, and the plugin that has it: scenes are made of these."""
+    """A word with an example call and its plugin, from which trial scenes are made."""
 
     word: Constructor
     call: str
@@ -60,7 +60,7 @@ class Trial:
     plugins: tuple[str, ...] = ()
 
     def scene(self, **other: str) -> tuple[Scene | None, list[Diagnostic]]:
-        """The contract's scene, with some of its lines otherwise; None where it is in error, and the errors."""
+        """Return the contract's scene with some lines replaced, None if it has errors, and the errors."""
         lines = {"gel": GEL, "box": BOX, "push": WEIGHT, "model": CELLS, "more": "", "motion": ""} | other
         return self._checked(
             f"material gel = {lines['gel']}\nbody bar = solid({lines['box']}, gel)\n"
@@ -69,7 +69,7 @@ class Trial:
         )
 
     def body(self) -> tuple[Scene | None, list[Diagnostic]]:
-        """A body of its shape, of which nothing is asked; None where it is in error, and the errors."""
+        """Return a scene with only a body of its shape, None if it has errors, and the errors."""
         return self._checked(f"material gel = {GEL}\nbody bar = solid({self.call}, gel)\n")
 
     def _checked(self, lines: str) -> tuple[Scene | None, list[Diagnostic]]:
@@ -79,13 +79,13 @@ class Trial:
 
 
 def call_of(word: Constructor, given: Mapping[str, str]) -> str:
-    """A call of a word for the contract's scene: as its plugin gives one, or made of samples of its fields."""
+    """Return a call of a word for the contract's scene: the plugin's example, or samples of its fields."""
     call = given.get(word.name) or example(word)
     return re.sub("|".join(sorted(NAMES, key=len, reverse=True)), lambda m: NAMES[m[0]], call)
 
 
 def of_trial(trial: Trial) -> Iterator[Breach]:
-    """What goes wrong in scenes with a word of its kind."""
+    """Yield breaches found in scenes with a word of its kind."""
     found: list[Breach] = []
     try:
         found += _KINDS[trial.word.kind](trial)
@@ -101,10 +101,10 @@ def _refused(errors: Sequence[Diagnostic], trial: Trial) -> Breach:
 
 
 def _computed(trial: Trial, scene: Scene) -> Iterator[Breach]:
-    """Run twice: an answer or a reason, finite, the same."""
-    from softmark.interpreter.pipeline.run_pipeline import Options, run
+    """Run a scene twice and yield breaches: results must be a number or a reason, finite, and equal."""
+    from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
 
-    first, again = (run(scene, (), Options(draw=False, only=("cells",))) for _ in range(2))
+    first, again = (run_scene(scene, (), Options(draw=False, only=("cells",))) for _ in range(2))
     model, other = first.models["cells"], again.models["cells"]
     if model.status not in ANSWERED:
         untried = model.status in LEFT_OUT
@@ -151,26 +151,26 @@ def _material(trial: Trial) -> Iterator[Breach]:
 
 @dataclass(frozen=True)
 class _Scaled:
-    """A law in units of its shear modulus."""
+    """Constitutive law in units of its shear modulus."""
 
     law: Any
     mu: float
 
     def psi(self, F: Any) -> Any:
-        """1."""
+        """Energy density, dimensionless."""
         return self.law.psi(F) / self.mu
 
     def P(self, F: Any) -> Any:
-        """1."""
+        """First Piola-Kirchhoff stress, dimensionless."""
         return self.law.P(F) / self.mu
 
     def dPdF(self, F: Any) -> Any:
-        """1."""
+        """Elasticity dP/dF, dimensionless."""
         return self.law.dPdF(F) / self.mu
 
 
 def _read(trial: Trial, name: str, **lines: str) -> Generator[Breach, None, Scene | None]:
-    """The scene with these lines, if it takes the word, which it has by a name; its text is tried."""
+    """Yield breaches and return the scene with these lines, if it accepts the word; its text is tested as well."""
     scene, errors = trial.scene(**lines)
     if scene is None:
         yield _refused(errors, trial)
@@ -314,7 +314,7 @@ _KINDS: Mapping[str, Callable[[Trial], Iterator[Breach]]] = {
 
 
 def of_adapter(word: str, program: Any, module: Any, folder: Path, plugins: tuple[str, ...]) -> Iterator[Breach]:
-    """Of a program: it is installed or says how to, and its answer of a small problem is an equilibrium of ours."""
+    """Yield breaches of an external program: it is installed or says how to, and its result is our equilibrium."""
     from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
     if not isinstance(module.install, str) or len(module.install) < 4:

@@ -1,4 +1,4 @@
-"""What every word keeps to, whatever its kind."""
+"""Contracts of words of every kind."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ LONGEST = 120  # characters of the first line of a docstring, which `dsl list` s
 
 
 def of_word(cls: type[Any], kind: str, name: str) -> Iterator[Breach]:
-    """Documented, frozen, annotated, explained."""
+    """Yield breaches of a word: it must be documented, frozen, annotated and explained."""
     first = (cls.__doc__ or "").strip().split("\n")[0]
     if not 10 <= len(first) <= LONGEST or not first[0].isupper() or not first.endswith("."):
         yield Breach(f"the first line of its docstring is {first!r}", f"a sentence of 10 to {LONGEST} characters says "
@@ -52,7 +52,7 @@ def _of_field(field: Field) -> Iterator[Breach]:
 
 
 def of_text(thing: Any) -> Iterator[Breach]:
-    """Its text is that of its values, the same in every process: results are known by it."""
+    """Yield breaches of a word's repr, which must depend only on its values, because results are cached by it."""
     if " at 0x" in repr(thing):
         yield Breach(f"its text has an address in memory: {repr(thing)[:80]}", "fields hold values that print as such")
     conditions = any(isinstance(getattr(thing, f.name), Condition) for f in dataclasses.fields(thing))

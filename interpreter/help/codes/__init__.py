@@ -1,7 +1,7 @@
-"""Diagnostic codes: a page each, `E204.md`, with a wrong and a right example that the tests execute.
+"""Explanation pages of diagnostic codes, `E204.md`, each with a wrong and a right example that the tests execute.
 
-To add a code: one page. Its first line is `# E204: title`; it holds one ```wrong and one ```right block, each
-a whole scene. An example that needs more than a check starts with its command: `# $ dsl run FILE -p L=120mm`.
+To add a code: one page. Its first line is `# E204: title`. It has one ```wrong and one ```right block, each with a
+complete scene. An example that needs more than `dsl check` starts with its command: `# $ dsl run FILE -p L=120mm`.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ FENCE = re.compile(r"^```(wrong|right)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOT
 
 @dataclass(frozen=True)
 class Page:
-    """The explanation of a code."""
+    """Explanation of one diagnostic code."""
 
     code: str
     title: str
     text: str
 
     def example(self, which: str) -> str:
-        """The scene text of the `wrong` or the `right` example."""
+        """Return the scene text of the `wrong` or the `right` example."""
         return next(str(body) for kind, body in FENCE.findall(self.text) if kind == which)
 
 
 @lru_cache(maxsize=1)
 def pages() -> dict[str, Page]:
-    """All pages by code."""
+    """Return all pages by code."""
     found = {}
     for file in sorted(Path(__file__).parent.glob("[EW]*.md")):
         text = file.read_text(encoding="utf-8")

@@ -1,6 +1,6 @@
-"""Diagnostics as other programs read them: `dsl check --diagnostics NAME`.
+"""Output formats of diagnostics for other programs: `dsl check --diagnostics NAME`.
 
-To add a format: one module with `render(told)`, a text of all diagnostics, and its line in FORMATS.
+To add a format: one module with `render(told)`, which returns the text of all diagnostics, and a line in FORMATS.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ FORMATS = {  # name: what it is for
 
 
 @dataclass(frozen=True)
-class Told:
-    """A diagnostic, and the file of the command line that it was found for."""
+class LocatedDiagnostic:
+    """A diagnostic together with the command-line file for which it was found."""
 
     file: str
     diagnostic: Diagnostic
 
 
-def rendered(name: str, told: Sequence[Told]) -> str:
-    """All diagnostics in the format of that name, with a line feed at the end of each line."""
+def format_diagnostics(name: str, told: Sequence[LocatedDiagnostic]) -> str:
+    """Return all diagnostics in the named format, with a line feed at the end of each line."""
     text: str = import_module(f"softmark.interpreter.help.diagnostic_formats.{name}").render(told)
     return text

@@ -1,7 +1,7 @@
-"""Diagnostics as commands of a workflow of GitHub, which shows them beside the lines of a pull request.
+"""Diagnostics as GitHub workflow commands, which GitHub shows next to the lines of a pull request.
 
-`::error file=F,line=L,endLine=M,col=C,endColumn=D,title=E204::message`: GitHub takes columns within one line alone.
-It shows ten errors and ten warnings of a step; the others stand in its log, each with its place.
+`::error file=F,line=L,endLine=M,col=C,endColumn=D,title=E204::message`. GitHub accepts columns only if the range is
+within one line. It shows ten errors and ten warnings of a step; the rest appear in the log, each with its location.
 """
 
 from __future__ import annotations
@@ -11,21 +11,26 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import all_visible, encodable
-from softmark.interpreter.help.diagnostic_formats import Told
-from softmark.interpreter.help.diagnostic_formats.repository_locations import located, path_of, unique, words
+from softmark.interpreter.help.diagnostic_formats import LocatedDiagnostic
+from softmark.interpreter.help.diagnostic_formats.repository_locations import (
+    full_message,
+    repository_location,
+    repository_path,
+    without_duplicates,
+)
 from softmark.interpreter.language.number_formatting import format_quantity
 
 if TYPE_CHECKING:
     from softmark.interpreter.results.run_report import Report
 
 
-def render(told: Sequence[Told]) -> str:
-    """A line for each."""
-    return "".join(_of(t) for t in unique(told))
+def render(told: Sequence[LocatedDiagnostic]) -> str:
+    """Return one line for each diagnostic."""
+    return "".join(_annotation(t) for t in without_duplicates(told))
 
 
-def _of(told: Told) -> str:
-    place, d = located(told), told.diagnostic
+def _annotation(told: LocatedDiagnostic) -> str:
+    place, d = repository_location(told), told.diagnostic
     properties: dict[str, str | int] = {"file": place.path} if os.path.isfile(told.file) or place.span else {}
     where = place.path
     if place.span:
@@ -34,13 +39,13 @@ def _of(told: Told) -> str:
         if span.line == span.end_line:
             properties |= {"col": span.column, "endColumn": span.end_column}
         where += f":{span.line}:{span.column}"
-    return command(d.severity, properties | {"title": d.code}, f"{words(d)}\n{where}")
+    return command(d.severity, properties | {"title": d.code}, f"{full_message(d)}\n{where}")
 
 
-def of_report(report: Report) -> str:
-    """A line for each model and reference that has no answer, and for each expectation that is not met."""
+def annotate_report(report: Report) -> str:
+    """Return a line for each model or reference without a result and for each expectation that is not met."""
     file = str(report.scene["file"])
-    place: dict[str, str | int] = {"file": path_of(file)} if os.path.isfile(file) else {}
+    place: dict[str, str | int] = {"file": repository_path(file)} if os.path.isfile(file) else {}
     lines = [
         command("error", place | {"title": f"{o.name}: {o.status.replace('_', ' ')}"}, o.message or o.status)
         for o in report.failures
@@ -56,7 +61,7 @@ def of_report(report: Report) -> str:
 
 
 def command(name: str, properties: Mapping[str, str | int], message: str) -> str:
-    """A line with what would end it, or a property, escaped; what steers a terminal is seen and does not."""
+    """Return a workflow command, with special characters escaped and control characters made visible."""
     message = encodable(str(all_visible(message)))
     told = ",".join(f"{key}={_property(str(value))}" for key, value in properties.items())
     return f"::{name} {told}::{_data(message)}\n"

@@ -1,6 +1,6 @@
-"""Diagnostics as SARIF 2.1.0 (OASIS, errata 01), which code scanning reads: a rule for each code that occurs.
+"""Diagnostics as SARIF 2.1.0 (OASIS, errata 01) for code scanning, with a rule for each code that occurs.
 
-Columns count code points, as ours do; files are named from the root of the sources, `%SRCROOT%`.
+Columns count code points, as in our diagnostics. Files are named relative to the source root, `%SRCROOT%`.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from softmark import __version__
 from softmark.grammar.diagnostic import Diagnostic, Second, encodable
 from softmark.grammar.tree import Span
 from softmark.interpreter.help.codes import pages
-from softmark.interpreter.help.diagnostic_formats import Told
+from softmark.interpreter.help.diagnostic_formats import LocatedDiagnostic
 from softmark.interpreter.help.diagnostic_formats.repository_locations import (
-    Located,
+    RepositoryLocation,
+    full_message,
     is_file,
-    located,
-    path_of,
-    unique,
-    words,
+    repository_location,
+    repository_path,
+    without_duplicates,
 )
 from softmark.interpreter.help.suggested_fixes import replacement
 
@@ -29,9 +29,9 @@ SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sar
 ROOT = "%SRCROOT%"
 
 
-def render(told: Sequence[Told]) -> str:
-    """One document, with one run."""
-    found = unique(told)
+def render(told: Sequence[LocatedDiagnostic]) -> str:
+    """Return one document with one run."""
+    found = without_duplicates(told)
     codes = sorted({t.diagnostic.code for t in found})
     run = {
         "tool": {"driver": {"name": "softmark", "version": __version__, "rules": [_rule(code) for code in codes]}},
@@ -43,7 +43,7 @@ def render(told: Sequence[Told]) -> str:
 
 
 def _rule(code: str) -> dict[str, Any]:
-    """The page of a code."""
+    """Return the SARIF rule of a code, from its explanation page."""
     page = pages()[code]
     level = "error" if code.startswith("E") else "warning"
     return {
@@ -55,14 +55,14 @@ def _rule(code: str) -> dict[str, Any]:
     }
 
 
-def _result(told: Told, rule: int) -> dict[str, Any]:
+def _result(told: LocatedDiagnostic, rule: int) -> dict[str, Any]:
     d = told.diagnostic
     own: dict[str, Any] = {
         "ruleId": d.code,
         "ruleIndex": rule,
         "level": d.severity,
-        "message": {"text": words(d)},
-        "locations": [{"physicalLocation": _place(located(told))}],
+        "message": {"text": full_message(d)},
+        "locations": [{"physicalLocation": _location(repository_location(told))}],
     }
     if related := [_related(i, s) for i, s in enumerate(d.also, 1) if is_file(s.source)]:
         own["relatedLocations"] = related
@@ -71,7 +71,7 @@ def _result(told: Told, rule: int) -> dict[str, Any]:
     return own
 
 
-def _place(place: Located) -> dict[str, Any]:
+def _location(place: RepositoryLocation) -> dict[str, Any]:
     own: dict[str, Any] = {"artifactLocation": _artifact(place.path)}
     return own | {"region": _region(place.span) if place.span else {"startLine": 1}}
 
@@ -93,18 +93,18 @@ def _region(span: Span) -> dict[str, int]:
 
 
 def _related(i: int, second: Second) -> dict[str, Any]:
-    place = _place(Located(path_of(second.source.name), second.span))
+    place = _location(RepositoryLocation(repository_path(second.source.name), second.span))
     return {"id": i, "physicalLocation": place, "message": {"text": encodable(second.label)}}
 
 
 def _fix(d: Diagnostic) -> dict[str, Any] | None:
-    """What its help names, where that is a text in place of another."""
+    """Return the suggested replacement of a diagnostic as a SARIF fix, None if it has none."""
     found = replacement(d)
     if found is None or d.source is None or not is_file(d.source):
         return None
     span, text = found
     change = {"deletedRegion": _region(span), "insertedContent": {"text": text}}
-    file = _artifact(path_of(d.source.name))
+    file = _artifact(repository_path(d.source.name))
     return {
         "description": {"text": encodable(d.help)},
         "artifactChanges": [{"artifactLocation": file, "replacements": [change]}],

@@ -17,7 +17,7 @@ class Words:
     reserved: list[str]
     kinds: list[str]
     constructors: list[str]
-    functions: list[str]  # of numbers
+    functions: list[str]  # functions of numbers
     constants: list[str]  # elements, choices of fields, coordinates, `yes`, `no` and `pi`
 
 
@@ -36,6 +36,6 @@ def words() -> Words:
     return Words(sorted(reserved()), sorted(CATALOGUE), sorted(names), sorted(CALLS), sorted(constants))
 
 
-def either(names: list[str]) -> str:
+def any_of(names: list[str]) -> str:
     """Return a regular expression that matches one of several words, the longest first."""
     return "|".join(sorted(names, key=lambda name: (-len(name), name)))

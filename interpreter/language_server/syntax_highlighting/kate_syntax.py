@@ -10,7 +10,7 @@ from softmark.interpreter.language_server.syntax_highlighting.highlighted_words 
 
 TITLE = "colours and the language server, for Kate"
 SYNTAX, SERVER = "softmark.xml", "lspclient-settings.json"
-STYLES = {  # what a style is called, and the default style that it looks as
+STYLES = {  # name of a style, and its default style
     "Reserved": "dsKeyword", "Kind": "dsDataType", "Name": "dsVariable", "Constructor": "dsFunction",
     "Function": "dsBuiltIn", "Constant": "dsConstant", "Field": "dsAttribute", "Number": "dsFloat",
     "Unit": "dsAnnotation", "Text": "dsString", "Comment": "dsComment", "Normal": "dsNormal",

@@ -24,7 +24,7 @@ TOKENS = {
     "comment": Comment.Single, "reserved": Keyword, "kind": Keyword.Declaration, "declared": Name.Variable,
     "constructor": Name.Class, "function": Name.Function, "field": Name.Attribute, "constant": Name.Constant,
     "name": Name, "number": Number, "unit": Keyword.Type, "string": String, "operator": Operator,
-    "bracket": Punctuation, "error": Generic.Error,  # not Error, at which Sphinx gives up: pages show wrong scenes too
+    "bracket": Punctuation, "error": Generic.Error,  # not Error, which Sphinx refuses: pages also show invalid scenes
 }  # fmt: skip
 
 

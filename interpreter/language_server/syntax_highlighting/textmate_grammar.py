@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from softmark.interpreter.language_server.syntax_highlighting.highlighted_words import NAME, NUMBER, either, words
+from softmark.interpreter.language_server.syntax_highlighting.highlighted_words import NAME, NUMBER, any_of, words
 
 TITLE = "a TextMate grammar, for Sublime Text, JetBrains and others"
 FILE = "scene.tmLanguage.json"
@@ -30,11 +30,11 @@ def grammar() -> dict[str, Any]:
     own = words()
     factor = r"(?:%|°?[[:alpha:]µμ]\w*)(?:\^[+-]?\d+(?:\.\d+)?)?"
     more = r"[*/·](?:\([\w*/^·-]+\)|[[:alpha:]µμ]\w*(?:\^[+-]?\d+(?:\.\d+)?)?)(?![\w(])"
-    unit = rf"[ \t]*(?!(?:{either(own.reserved)})\b)({factor}(?:{more})*)"
+    unit = rf"[ \t]*(?!(?:{any_of(own.reserved)})\b)({factor}(?:{more})*)"
     repository: dict[str, dict[str, Any]] = {
         "comment": {"name": "comment.line.number-sign.softmark", "match": "#.*$"},
         "declaration": {
-            "match": rf"^\s*({either(own.kinds)})\s+({NAME})\s*(?==)",
+            "match": rf"^\s*({any_of(own.kinds)})\s+({NAME})\s*(?==)",
             "captures": {"1": {"name": "storage.type.softmark"}, "2": {"name": "entity.name.type.softmark"}},
         },
         "named": {
@@ -52,12 +52,12 @@ def grammar() -> dict[str, Any]:
             "captures": {"1": {"name": "constant.numeric.softmark"}, "2": {"name": "keyword.other.unit.softmark"}},
         },
         "vector": {"match": rf"(?<=[)\]]){unit}", "captures": {"1": {"name": "keyword.other.unit.softmark"}}},
-        "reserved": {"name": "keyword.control.softmark", "match": rf"\b(?:{either(own.reserved)})\b"},
-        "constructor": {"name": "support.class.softmark", "match": rf"\b(?:{either(own.constructors)})(?=\()"},
-        "function": {"name": "support.function.softmark", "match": rf"\b(?:{either(own.functions)})(?=\()"},
+        "reserved": {"name": "keyword.control.softmark", "match": rf"\b(?:{any_of(own.reserved)})\b"},
+        "constructor": {"name": "support.class.softmark", "match": rf"\b(?:{any_of(own.constructors)})(?=\()"},
+        "function": {"name": "support.function.softmark", "match": rf"\b(?:{any_of(own.functions)})(?=\()"},
         "call": {"name": "entity.name.function.softmark", "match": rf"\b{NAME}(?:\.{NAME})*(?=\()"},
         "field": {"name": "variable.parameter.softmark", "match": rf"\b{NAME}(?=\s*=(?!=))"},
-        "constant": {"name": "support.constant.softmark", "match": rf"(?<![\w.])(?:{either(own.constants)})\b(?!\.\w)"},
+        "constant": {"name": "support.constant.softmark", "match": rf"(?<![\w.])(?:{any_of(own.constants)})\b(?!\.\w)"},
         "name": {"name": "variable.other.softmark", "match": rf"\b{NAME}(?:\.{NAME})*"},
         "operator": {"name": "keyword.operator.softmark", "match": r"\.\.|[<>=!]=|[-+*/^<>=]"},
     }

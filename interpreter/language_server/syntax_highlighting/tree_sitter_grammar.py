@@ -90,7 +90,13 @@ def listed(member: Node) -> Node:
     return maybe(seq(member, many(seq(text(","), member)), maybe(text(","))))
 
 
-LEVELS = {1: ("or",), 2: ("and",), 4: ("<", "<=", ">", ">=", "==", "!="), 5: ("+", "-"), 6: ("*", "/")}  # how close
+LEVELS = {
+    1: ("or",),
+    2: ("and",),
+    4: ("<", "<=", ">", ">=", "==", "!="),
+    5: ("+", "-"),
+    6: ("*", "/"),
+}  # precedence
 UNARY = {"not": 3, "+": 7, "-": 7}
 
 

@@ -40,7 +40,7 @@ def syntax() -> str:
     factor = r"(\%|°?[[:alpha:]µμ]\w*)(\^[+-]?\d+(\.\d+)?)?"
     quantity = r"(<\d+(\.\.@!\d*)?|\.@1<!\.\d+)([eE][+-]?\d+)?"
     unit = rf"(<({reserved})>)@!{factor}([*/·](\([^)]*\)|{factor})\w@!\(@!)*"
-    unit = re.sub(r"(?<!\\)\(", "%(", unit)  # Vim remembers nine groups at most, and needs none of them
+    unit = re.sub(r"(?<!\\)\(", "%(", unit)  # Vim allows at most nine capturing groups, and none is needed
     lines = [
         "if exists('b:current_syntax') | finish | endif",
         f"syn keyword sceneReserved {' '.join(own.reserved)}",

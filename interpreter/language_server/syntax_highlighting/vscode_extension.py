@@ -17,7 +17,7 @@ FILE = f"softmark-{__version__}.vsix"
 LANGUAGE = "softmark-scene"  # as in client.js
 COMMANDS = ("run", "compare", "stress")  # as in client.js
 CLIENT = Path(__file__).with_name("client.js")
-EPOCH = (1980, 1, 1, 0, 0, 0)  # so that the same sources give the same file
+EPOCH = (1980, 1, 1, 0, 0, 0)  # fixed date, for reproducible files
 
 
 def files() -> dict[str, bytes]:

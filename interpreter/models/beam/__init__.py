@@ -1,1 +1,3 @@
-"""The beam with six degrees of freedom a node: `words` for scenes, `build` for arrays, flat sections, rigid parts."""
+"""Beam models with six degrees of freedom per node: declaration, builder, dynamics, relaxation, stress, supports,
+tendons.
+"""

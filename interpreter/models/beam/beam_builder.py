@@ -1,4 +1,4 @@
-"""Building and solving a beam model: everything here is arrays."""
+"""Construction and solution of beam models."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PreparedBeam(Meshless):
-    """A rod at rest and its static problem."""
+    """Beam model: the undeformed rod and its static problem."""
 
     declared: Declared
     case: Case
@@ -62,26 +62,26 @@ class PreparedBeam(Meshless):
 
     @property
     def points(self) -> Floats:
-        """Nodes of the axis (n, 3), undeformed, m."""
+        """Undeformed nodes of the axis (n, 3), m."""
         return self.rest.reshape(-1, 7)[:, :3]
 
     @property
     def along(self) -> Callable[[Floats], Floats] | None:
-        """On a curved axis, what says the stations (k,) of points (k, 3), m."""
+        """Function that returns the stations (k,) of points (k, 3), m, on a curved axis; None if the axis is straight."""
         shape = self.case.prism
         return None if isinstance(shape, Prism) else shape.stations
 
     def forces(self) -> list[tuple[Declared, Floats]]:
-        """Of every load by itself at these nodes, at rest: forces and moments in space (n, 6), N and N m."""
+        """Return forces and moments in space (n, 6), N and N m, of every load separately, on the undeformed beam."""
         return in_space(self.applied, self.rest, rotation(self.rest.reshape(-1, 7)[:, 3:]))
 
     def warm(self) -> None:
-        """Nothing to compile, beams are numpy; but libraries and classes are made at their first use."""
+        """Solve one segment once, so that libraries are loaded before timing; beams use numpy and compile nothing."""
         factorisations.warm(len(self.problem.assembly.tangent(self.rest, 1.0, projected=True).data))
         _solve_one_segment()
 
     def solve(self, watch: Watch) -> Solution:
-        """Static equilibrium from rest."""
+        """Find the static equilibrium from rest."""
         problem, last = replace(self.problem, watch=watch), [self.problem.assembly]
         remedy = "try more segments or a smaller load"
         return static_result.solution(
@@ -89,9 +89,9 @@ class PreparedBeam(Meshless):
         )
 
     def _equilibrium(self, problem: Statics, solved: list[Assembly]) -> Equilibrium:
-        """The equilibrium; modes that are switched off lose their last strain in a second solution from the first.
+        """Find the equilibrium; a second solution removes the remaining strain of modes that are switched off.
 
-        The assembly of that joins those that were `solved`.
+        The assembly of each solution is appended to `solved`.
         """
         put = self.disturbance
         found = equilibrium(problem) if put is None else of_rod(put, problem, self.rest)
@@ -106,6 +106,7 @@ class PreparedBeam(Meshless):
         return replace(again, history=history, facts=known, critical=found.critical or again.critical)
 
     def _finish(self, found: Equilibrium, assembly: Assembly) -> Solution:
+        """Return the solution of an equilibrium."""
         solution = static_result.found(found, lambda X: displacement_at(found.x, self.rest, X, self.along))
         modes = about(self.problem.assembly, found.x, self.mass, self.problem.linear)
         if self.along is not None:
@@ -117,7 +118,7 @@ class PreparedBeam(Meshless):
         return replace(seen, carried=carried, stress=cache(lambda: self._stress(solved, found.x)))
 
     def _stress(self, solved: Statics, x: Floats) -> Any:
-        """Of its sections in a state x (nodes * 7,)."""
+        """Return the stress of its sections in a state x (nodes * 7,)."""
         from softmark.interpreter.models.beam.beam_stress import Piece, SectionStresses, lines_on
 
         shape, stations = self.case.prism, self.stations
@@ -127,7 +128,7 @@ class PreparedBeam(Meshless):
         return SectionStresses([piece], self.case, lambda X: np.zeros(len(X), dtype=np.int64))
 
     def _pressed(self, x: Floats) -> tuple[Diagnostic, ...]:
-        """Warnings where tendons pull their guides together."""
+        """Return warnings where tendons pull their guides together."""
         if not any(isinstance(load.thing.action, TendonLoad) for load, _ in self.applied):
             return ()
         from softmark.interpreter.models.beam.beam_tendons import pressed
@@ -135,13 +136,13 @@ class PreparedBeam(Meshless):
         return pressed(self.declared, self.applied, x)
 
     def mass(self) -> Floats:
-        """Of the nodes and of the sections that turn with them (6 n,), kg and kg m^2."""
+        """Masses of nodes and inertia of their sections (6 n,), kg and kg m^2."""
         return _inertia(self.case, self.rest, self.stations)[:, [0, 0, 0, 1, 2, 3]].ravel()
 
 
 @cache
 def _solve_one_segment() -> None:
-    """One of a metre, held at its root, under a force that hardly bends it: once in a process."""
+    """Solve one clamped segment of one metre under a small force, once per process."""
     rest, fixed = rod_at_rest(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])), np.arange(6)
     elastic = RodElastic(rest, chain_elements(2), RodSection(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0).stiffness)
     assembly = Assembly(12, fixed, [elastic], [RodForces(rest, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1e-3]]))])
@@ -150,11 +151,11 @@ def _solve_one_segment() -> None:
 
 
 def load(model: Beam6Dof) -> None:
-    """All that building needs is imported with this module."""
+    """Do nothing: this module imports all that building needs."""
 
 
 def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-    """Everything that solving needs, at rest or in motion. Raises Fault."""
+    """Build the static or dynamic beam model. Raises Fault."""
     static = at_rest(model, declared, case)
     if not isinstance(case.analysis, Dynamic):
         return static
@@ -165,7 +166,7 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop)
 
 
 def at_rest(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
-    """A beam and its static problem. Raises Fault."""
+    """Build a beam and its static problem. Raises Fault."""
     shape = case.prism
     stations = np.array(model.stations(case))
     rest, nodes = beam_supports.at_rest(case, stations), len(stations)
@@ -196,9 +197,9 @@ def at_rest(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
 
 
 def _inertia(case: Case, rest: Floats, stations: Floats) -> Floats:
-    """Masses and moments of inertia about e1, e2 and e3 of the nodes (n, 4), kg and kg m^2.
+    """Return masses and moments of inertia about e1, e2 and e3 of the nodes (n, 4), kg and kg m^2.
 
-    A half of each segment's at both its ends; of one that tapers each by its linear shape function.
+    Half of each segment is added at both its ends; a tapered segment is distributed by its linear shape functions.
     """
     shape, rho = case.prism, case.material.density
     if shape.tapered:
@@ -211,7 +212,7 @@ def _inertia(case: Case, rest: Floats, stations: Floats) -> Floats:
 
 
 def _stiffness(model: Beam6Dof, case: Case, stations: Floats) -> RodStiffness | VaryingStiffness:
-    """Stiffnesses of the section, or of each element; e2 and e3 lie along the transverse axes of the shape."""
+    """Return the stiffnesses of the section, or of each element; e2 and e3 are the transverse axes of the shape."""
     shape, flexible = case.prism, {"shear": model.shear, "axial": model.axial}
     if shape.tapered:
         return VaryingStiffness(stiffnesses(shape, stations, case.material)).without(shape.length, **flexible)
@@ -219,12 +220,12 @@ def _stiffness(model: Beam6Dof, case: Case, stations: Floats) -> RodStiffness | 
 
 
 def _loads(case: Case, rest: Floats, stations: Floats) -> tuple[tuple[Declared, Energy], ...]:
-    """Every load with what it does to the nodes."""
+    """Return every load with its energy."""
     return tuple((load, _load(case, load, rest, stations)) for load in case.loads)
 
 
 def _together(applied: Sequence[tuple[Declared, Energy]], rest: Floats) -> list[Energy]:
-    """All of them, forces at nodes in one, and tendons in another."""
+    """Return the energies of all loads, with nodal forces merged into one and tendons into another."""
     found = [energy for _, energy in applied]
     forces = sum((e.forces for e in found if isinstance(e, RodForces)), np.zeros((rest.size // 7, 3)))
     others = [e for e in found if not isinstance(e, RodForces)]
@@ -238,7 +239,7 @@ def _together(applied: Sequence[tuple[Declared, Energy]], rest: Floats) -> list[
 
 
 def _load(case: Case, load: Declared, rest: Floats, stations: Floats) -> Energy:
-    """One load: forces at nodes, what turns the section of one, or a tendon."""
+    """Return the energy of one load: nodal forces, a moment on one section, or a tendon."""
     match load.thing.action:
         case TendonLoad() as action:
             from softmark.interpreter.models.beam.beam_tendons import tendon
@@ -260,7 +261,7 @@ def _load(case: Case, load: Declared, rest: Floats, stations: Floats) -> Energy:
 
 
 def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Floats:
-    """Of one load, at the nodes (n, 3), N."""
+    """Return the nodal forces of one load (n, 3), N."""
     shape, forces = case.prism, np.zeros((len(stations), 3))
     match load.thing.action:
         case BodyForce(acceleration=g):

@@ -1,4 +1,4 @@
-"""The geometrically exact beam."""
+"""Declaration of the geometrically exact beam."""
 
 from __future__ import annotations
 
@@ -10,7 +10,13 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.beam import curved_beam_limits, flat_strips
 from softmark.interpreter.models.shared.model_declaration import Model
-from softmark.interpreter.problem.axial_selection import borders, coverages, end_of, inside, whole
+from softmark.interpreter.problem.axial_selection import (
+    borders,
+    coverages,
+    end_of,
+    inner_stations,
+    selects_whole_sections,
+)
 from softmark.interpreter.problem.body_case import Fault
 from softmark.interpreter.results.run_report import ModelKind
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
@@ -40,23 +46,29 @@ MOST_WOUND = 0.5 * math.pi * (1.0 + 1e-9)  # rad, of a tendon along a segment; f
 class Beam6Dof(Model):
     """Geometrically exact beam with six degrees of freedom per node, for bodies along an axis.
 
-    Simo-Reissner theory: cross-sections stay plane and move rigidly, strains of the axis are small, rotations
-    are not limited. Two-node elements with one integration point, second order, independent of the path.
-    Shear and axial flexibility are on unless they are switched off. Needs a cylinder, a tube, a box, an arc, a cone
-    without a tip or an extruded trapezoid that is slender: of these two, which taper, what elements give way by is
-    integrated. Supports must take whole cross-sections. A torque on an end face is the moment on that section, of
-    fixed direction; a force at a point beside the axis acts on an arm that turns with its section, where a node is put;
-    supports may turn. An `arc(...)` is free of stress as it is declared; of curved beams no motion, frequencies and
-    line loads are known.
+    Simo-Reissner theory: cross-sections stay plane and move rigidly, strains of the axis are small, and rotations are
+    unlimited. Elements have two nodes and one integration point; they are of second order and path independent. Shear
+    and
+    axial flexibility can be switched off. The body must be slender: a cylinder, a tube, a box, an arc, a cone without a
+    tip, or an extruded trapezoid. For the last two, which taper, the compliance of elements is integrated. Supports
+    must
+    select whole cross-sections. A torque on an end face is a moment of fixed direction on that section. A force at a
+    point
+    off the axis acts on an arm that rotates with its section, where a node is placed. Supports may rotate. An
+    `arc(...)` is
+    free of stress as declared; dynamics, frequencies and line loads are not available for curved beams.
 
-    Stress at rest is that of sections that warp as they like (Navier, Saint-Venant): of stretch, bending, torsion and
-    transverse shear in circles, rings and rectangles; where a beam tapers it follows the sides, to the first power of
-    their slope. Within a width of what holds, loads or joins a beam sections do not, and the theory is crude, which is
-    said (W356).
+    Static stress is that of sections that warp freely (Navier, Saint-Venant): of stretch, bending, torsion and
+    transverse
+    shear in circles, rings and rectangles. In a tapered beam it follows the sides, to first order in their slope.
+    Within
+    one width of a support, load or joint sections are not free and the theory is inaccurate; a warning reports this
+    (W356).
 
-    In motion, by every integrator: half the mass of a segment is at either end, with the rotary inertia of its
-    sections. Rotations are found as vectors from where a step began and never summed, so that a beam may turn without
-    limit. `midpoint` keeps linear and angular momentum. A step of 20 segments takes less than a millisecond.
+    In dynamics, with every integrator, half the mass of a segment is at either end, with the rotary inertia of its
+    sections. Rotations are vectors relative to the start of each step and are never summed, so that a beam may rotate
+    without limit. `midpoint` conserves linear and angular momentum. A step of 20 segments takes less than a
+    millisecond.
     Source: Simo (1985); Simo and Vu-Quoc (1986, 1988); Crisfield and Jelenic (1999); Brüls and Cardona (2010).
     """
 
@@ -80,7 +92,7 @@ class Beam6Dof(Model):
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """What speaks against a beam model of this case."""
+        """Return errors and warnings about a beam model in a case."""
         if case.shape.swept is None:
             return [_no_axis(declared, case)]
         if beyond := curved_beam_limits.refusals(declared, case):
@@ -92,6 +104,7 @@ class Beam6Dof(Model):
         return found if flat is None else [*found, flat]
 
     def _loads(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """Return errors for loads that a beam cannot represent."""
         found = []
         for load in case.loads:
             reason = _unfit(load, case) or self._between(load, case)
@@ -108,7 +121,7 @@ class Beam6Dof(Model):
         return found
 
     def _between(self, load: Declared, case: Case) -> str:
-        """Why what turns a section cannot do that here, or nothing."""
+        """Return why a load that rotates a section has no node there; empty if it is possible."""
         action = load.thing.action
         if isinstance(action, TendonLoad) and action.guides is None:
             return self._wound(case, action)
@@ -123,7 +136,7 @@ class Beam6Dof(Model):
         return "" if near else f"{what} where no node can be put: use more segments"
 
     def _wound(self, case: Case, action: TendonLoad) -> str:
-        """Why segments do not see how a tendon winds, each of which looks where its middle is; or nothing."""
+        """Return a message if a tendon winds too much within a segment, which evaluates it at its middle; else empty."""
         ends, nodes = guides(case, action), self.stations(case)
         longest = max(b - a for a, b in pairwise(nodes))
         turn = abs(action.winding) * min(longest / abs(ends[1] - ends[0]), 1.0)
@@ -132,12 +145,13 @@ class Beam6Dof(Model):
         return f"winds by {math.degrees(turn):.3g} deg along a segment, and 90 deg are the most: use more segments"
 
     def _supports(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """Return errors for supports that a beam cannot represent."""
         found = []
         for support in case.supports:
             if not isinstance(support.thing, self.supports):
                 continue
             where = support.thing.where
-            between = {cover for _, cover in inside(where, case.prism)}
+            between = {cover for _, cover in inner_stations(where, case.prism)}
             cover = coverages(where, case.prism, self.stations(case))
             straight = isinstance(case.prism, Prism)
             oblique = len(support.thing.components) < 3 and not (straight and _aligned(case.prism.axis))
@@ -167,7 +181,7 @@ class Beam6Dof(Model):
         return found
 
     def _held(self, case: Case) -> list[Diagnostic]:
-        """Supports that contradict each other, or leave the beam free: clamps of different sections do neither."""
+        """Return errors for supports that conflict or leave the beam free; clamps of different sections need no check."""
         if not case.supports or self._apart(case):
             return []  # none is said of the body
         from softmark.interpreter.models.beam.beam_supports import fixed
@@ -179,18 +193,21 @@ class Beam6Dof(Model):
         return []
 
     def _apart(self, case: Case) -> bool:
-        """Whether all supports are clamps, no two of them take one section, and some section is free."""
+        """Return whether all supports are clamps of different sections and some section is free."""
         if any(len(support.thing.components) < 3 for support in case.supports):
             return False
         if len(case.supports) == 1:
             return True
         stations = tuple(self.stations(case))
-        taken = [whole(support.thing.where, case.prism, stations) for support in case.supports]
+        taken = [selects_whole_sections(support.thing.where, case.prism, stations) for support in case.supports]
         counts = [sum(at) for at in zip(*taken, strict=True)]
         return bool(min(counts) == 0 and max(counts) == 1)
 
     def _rings(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """What is switched off is held by stiff springs: at rest they are made exact, in motion they would ring."""
+        """Return an error for `shear = no` or `axial = no` in dynamics.
+
+        They are enforced by stiff springs, which statics makes exact but which would oscillate in dynamics.
+        """
         off = next((name for name in ("shear", "axial") if not getattr(self, name)), None)
         if off is None or not isinstance(case.analysis, Dynamic):
             return []
@@ -205,6 +222,7 @@ class Beam6Dof(Model):
         ]
 
     def _thick(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """Return a warning for a beam that is not slender."""
         section = case.prism.section
         depth = 2 * max(max(abs(u), abs(v)) for u, v in section.samples())
         if case.prism.length >= 3 * depth:
@@ -221,7 +239,10 @@ class Beam6Dof(Model):
         ]
 
     def stations(self, case: Case) -> list[float]:
-        """Nodes along the axis, m from the root: equally spaced, the nearest moved to ends of supports and to arms."""
+        """Return the stations of nodes, m from the root.
+
+        They are equally spaced; the nearest are moved to the ends of supports and to eccentric loads.
+        """
         found = [case.prism.length * i / self.segments for i in range(self.segments + 1)]
         inner = set(range(1, self.segments))  # that may move
         places = {b for support in case.supports for b in borders(support.thing.where, case.prism)}
@@ -234,29 +255,30 @@ class Beam6Dof(Model):
 
     @property
     def stress_law(self) -> tuple[str, str] | str:
-        """That of sections, by the theory of Saint-Venant."""
+        """Message that stress is that of sections, by the theory of Saint-Venant."""
         return OF_SECTIONS
 
     def outline(self, case: Case) -> str:
-        """One line for the plan."""
+        """Return a one-line description for the plan."""
         return f"{self.segments} {self._words}"
 
     @property
     def _words(self) -> str:
+        """Description of the model without its number of segments."""
         off = [name for name, on in (("shear", self.shear), ("stretch", self.axial)) if not on]
         return "beam segments, no mesh" + (f", without {' and '.join(off)}" if off else "")
 
     def kind(self, case: Case) -> ModelKind:
-        """What it is but for its segments."""
+        """Return the family of the model, that is all but its number of segments."""
         return ModelKind(self._words, str(self.segments), None)
 
     def orders(self) -> dict[str, int]:
-        """Two-node elements with one point are of second order (Simo and Vu-Quoc 1986)."""
+        """Return the order 2 of two-node elements with one point (Simo and Vu-Quoc 1986)."""
         return {"segments": 2}
 
 
 def _no_axis(declared: Declared, case: Case) -> Diagnostic:
-    """Of a body that has no sections along an axis; a cone with a tip has them, but for the last."""
+    """Return the error for a body without sections along an axis; a cone with a tip lacks only the last one."""
     name, body, use = declared.name, case.body.name, "or use `fem(...)`"
     if isinstance(case.shape, Cone):
         code, problem, reason = "E348", f"`{name}` cannot end in the tip of `{body}`", "a section that is nothing"
@@ -272,7 +294,7 @@ def _no_axis(declared: Declared, case: Case) -> Diagnostic:
 
 
 def _turns_free(case: Case, support: Declared) -> bool:
-    """Whether a support turns sections about an axis along which its components leave them free."""
+    """Return whether a support rotates sections about an axis along which its components leave them free."""
     if len(support.thing.components) == 3:
         return False
     from softmark.interpreter.models.beam.beam_supports import turns_free
@@ -281,18 +303,19 @@ def _turns_free(case: Case, support: Declared) -> bool:
 
 
 def _place(action: Any, case: Case) -> str:
-    """The field that says where a load acts; of a tendon that goes beyond one end, that end."""
+    """Return the field that gives the place of a load; for a tendon, the end that lies beyond the beam."""
     if isinstance(action, TendonLoad):
         return "to" if beside(case, action.end) is None and beside(case, action.begin) is not None else "from"
     return {PointLoad: "at", LineForce: "from"}.get(type(action), "where")
 
 
 def _aligned(axis: tuple[float, ...]) -> bool:
+    """Return whether an axis is parallel to x, y or z."""
     return max(abs(a) for a in axis) > 1 - 1e-12
 
 
 def _unfit(load: Declared, case: Case) -> str:
-    """Why a beam cannot carry a load, or nothing."""
+    """Return why a beam cannot carry a load; empty if it can."""
     match load.thing.action:
         case BodyForce():
             return ""
@@ -315,7 +338,7 @@ def _unfit(load: Declared, case: Case) -> str:
 
 
 def _arms(case: Case) -> set[float]:
-    """Where eccentric forces act and tendons end, m from the root."""
+    """Return the stations of eccentric forces and tendon guides, m from the root."""
     actions = [load.thing.action for load in case.loads]
     points = [a.at for a in actions if isinstance(a, PointLoad) and station(case, a.at) is None]
     places = {s for s in (beside(case, p) for p in points) if s is not None}
@@ -323,7 +346,7 @@ def _arms(case: Case) -> set[float]:
 
 
 def guides(case: Case, action: TendonLoad) -> list[float]:
-    """Where a tendon is guided, m from the root: its ends and what is between; nowhere if one is beyond the beam."""
+    """Return the stations of a tendon's guides, m from the root, with its ends; empty if one end is beyond the beam."""
     first, last = beside(case, action.begin), beside(case, action.end)
     if first is None or last is None:
         return []
@@ -332,19 +355,19 @@ def guides(case: Case, action: TendonLoad) -> list[float]:
 
 
 def beside(case: Case, point: tuple[float, float, float]) -> float | None:
-    """Distance from the root along the axis of the section that a point lies in, or None beyond the ends."""
+    """Return the station of the section that a point lies in, m from the root; None beyond the ends."""
     shape = case.prism
     s, slack = shape.own(point)[0], 1e-9 * shape.length
     return min(max(s, 0.0), shape.length) if -slack <= s <= shape.length + slack else None
 
 
 def station(case: Case, point: tuple[float, float, float]) -> float | None:
-    """Distance from the root along the axis of a point on the axis, or None if it lies off it."""
+    """Return the station of a point on the axis, m from the root; None if it lies off the axis."""
     return on_axis(case.prism, point)
 
 
 def on_axis(shape: Swept, point: tuple[float, float, float]) -> float | None:
-    """The same of any shape along an axis, give or take 1e-9 of its length."""
+    """Return the station of a point on the axis of a swept shape, within 1e-9 of its length; else None."""
     s, u, v = shape.own(point)
     slack = 1e-9 * shape.length
     held = math.hypot(u, v) <= slack and -slack <= s <= shape.length + slack

@@ -1,4 +1,4 @@
-"""A beam in motion: its unknowns turn, see solvers/dynamics/rotational_inertia.py."""
+"""Beams in dynamic analyses, with rotations as unknowns (solvers/dynamics/rotational_inertia.py)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from softmark.interpreter.vocabulary.load_words import TendonLoad
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
-from softmark.solvers.dynamics.rotational_inertia import Chart, Turning
+from softmark.solvers.dynamics.rotational_inertia import RotationalInertia, RotationChart
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.geometrically_exact_rod import RodForces
 from softmark.solvers.energies.incremental_rotation.moving_rods import (
@@ -51,29 +51,33 @@ NUDGE = 1e-6  # of a radian and of a metre: so small a motion is linear in doubl
 
 @dataclass(frozen=True)
 class MovingBeam(PreparedMotion):
-    """A rod in motion; its states are kept as positions and quaternions (nodes * 7,)."""
+    """Dynamic analysis of a rod; states are stored as positions and quaternions (nodes * 7,)."""
 
     mesh: Mesh | None = None
     rest: Floats = field(default_factory=lambda: np.zeros(0))
 
     @property
-    def _turning(self) -> Turning:
+    def _turning(self) -> RotationalInertia:
+        """Rotational inertia of the problem."""
         assert self.problem.turning is not None
         return self.problem.turning
 
     def _state(self, motion: Motion) -> Floats:
+        """Return positions and quaternions of the nodes (nodes * 7,)."""
         return self._turning.chart.state(motion.x)
 
     def _resolution(self) -> Resolution | None:
+        """Return how the time step resolves the slowest vibration."""
         self._turning.reset()  # it is asked for at rest
         return super()._resolution()
 
     def _step_error(self) -> StepError | None:
+        """Return the time-step error of small motions as a sum of vibration modes; None if unknown."""
         self._turning.reset()
         return super()._step_error()
 
     def _mode(self, shape: Floats) -> Callable[[Floats], Floats]:
-        """Return the displacement field of a mode, by a finite difference, because points turn with the axis."""
+        """Return the displacement field of a mode, by a finite difference, because points rotate with the axis."""
         size = float(np.abs(shape).max(initial=0.0)) or 1.0
         self._turning.reset()
         small = NUDGE / size
@@ -81,20 +85,22 @@ class MovingBeam(PreparedMotion):
         return lambda X: np.asarray(shift(X)) / small
 
     def _shift(self, x: Floats) -> Callable[[Floats], Floats]:
-        """How far points (n, 3) around the axis move in a state."""
+        """Return the displacement field of points (n, 3) around the axis in a state."""
         rest = self.rest
         return lambda X: displacement_at(x, rest, X)
 
     def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
-        """How points move, and where they end: there is no mesh to show."""
+        """Return displacements over time and at the end; beams have no mesh."""
         shifts = [self._shift(x) for x in states]
 
         def course(X: Floats) -> Floats:
+            """Return displacements (t, n, 3), m, of material points X (n, 3), m."""
             return np.array([shift(X) for shift in shifts])
 
         return {"course": course, "displacement": shifts[-1]}
 
     def _mesh_facts(self) -> dict[str, Any]:
+        """Return no mesh facts."""
         return {}
 
 
@@ -102,7 +108,10 @@ def moving(
     static: Prepared, declared: Declared, case: Case, elastic: RodElastic, problem: Statics, mass: Floats,
     applied: Sequence[tuple[Declared, Energy]],
 ) -> MovingBeam:  # fmt: skip
-    """A beam with its mass at the nodes (6 n,), kg and kg m^2, and each load by itself; `problem` is that at rest."""
+    """Return the dynamic analysis of a beam, with its nodal mass (6 n,), kg and kg m^2, and each load separately.
+
+    `problem` is the static problem.
+    """
     chart = RodChart(elastic.rest)
     loads = [(load, _in_motion(load, energy, chart)) for load, energy in applied]
     axes = rotation(elastic.rest.reshape(-1, 7)[:, 3:])
@@ -112,12 +121,13 @@ def moving(
 
 
 def dynamics(
-    case: Case, problem: Statics, chart: Chart, rods: Energy, loads: Sequence[tuple[Declared, Energy]], X: Floats,
+    case: Case, problem: Statics, chart: RotationChart, rods: Energy, loads: Sequence[tuple[Declared, Energy]], X: Floats,
     axes: Floats, mass: Floats,
 ) -> Dynamics:  # fmt: skip
-    """Of `rods` over a chart: what turns are nodes at X (n, 3), m, about their `axes` (n, 3, 3), as columns.
+    """Return the dynamic problem of `rods` over a chart.
 
-    `mass` (6 n,) is theirs, kg and kg m^2; `problem` is that at rest. Raises Fault.
+    Nodes at X (n, 3), m, rotate about their `axes` (n, 3, 3), as columns. `mass` (6 n,) is theirs, kg and kg m^2, and
+    `problem` the static problem. Raises Fault.
     """
     analysis: Any = case.analysis
     must_be_followed(case, analysis)
@@ -141,12 +151,12 @@ def dynamics(
         analysis.max_iterations,
         linear=ChainSolver(),
         lagged=False,
-        turning=Turning(chart, where, np.ascontiguousarray(own[:, 3:])),
+        turning=RotationalInertia(chart, where, np.ascontiguousarray(own[:, 3:])),
     )
 
 
 def _in_motion(load: Declared, energy: Energy, chart: RodChart) -> Energy:
-    """A load of the rod at rest."""
+    """Return a load of the static rod as a load over rotational unknowns."""
     if isinstance(energy, RodForces):
         return MovingRodForces(energy.forces)
     if isinstance(load.thing.action, TendonLoad):

@@ -1,4 +1,4 @@
-"""What acts at the nodes of a beam at rest, or at the points of a network."""
+"""Nodal forces and moments of a beam, or of the points of a frame, in static equilibrium."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from softmark.solvers.statics.static_problem import Statics
 
 
 def on_rod(problem: Statics, x: Floats, loads: Sequence[tuple[Declared, Energy]]) -> Carried:
-    """Of a state x (nodes * 7,); moments are about the material axes, as the solver's are."""
+    """Return the nodal forces in a state x (nodes * 7,); moments are about the material axes, as in the solver."""
     nodes, start = x.reshape(-1, 7), problem.rest.reshape(-1, 7)
     energy = sum(_energy(e, x) for e in problem.assembly.internal if isinstance(e, RodElastic))
     return carried(problem, x, loads, float(energy), start[:, :3], nodes[:, :3], rotation(nodes[:, 3:]))
@@ -26,7 +26,10 @@ def carried(
     problem: Statics, x: Floats, loads: Sequence[tuple[Declared, Energy]], energy: float, X: Floats, now: Floats,
     frames: Floats,
 ) -> Carried:  # fmt: skip
-    """Of a state x whose strain energy, J, is known, with what turns (n,) at X and `now`, m, about its `frames`."""
+    """Return the nodal forces in a state x with a strain energy, J.
+
+    Nodes or points (n,) are at X and `now`, m, and rotate about their `frames`.
+    """
     left = unrounded(problem, x).reshape(-1, 6)
     own = {load.name: _acting(e, x, len(X)) for load, e in loads}
     work = {load.name: -e.value(x) if e.conservative else None for load, e in loads}
@@ -35,20 +38,20 @@ def carried(
 
 
 def in_space(loads: Sequence[tuple[Declared, Energy]], x: Floats, frames: Floats) -> list[tuple[Declared, Floats]]:
-    """Of every load by itself in a state x: forces and moments in space (n, 6), N and N m, on what has `frames`."""
+    """Return forces and moments in space (n, 6), N and N m, of every load separately, at nodes with these `frames`."""
     found = ((load, _acting(energy, x, len(frames))) for load, energy in loads)
     return [(load, np.hstack([f[:, :3], np.einsum("nij,nj->ni", frames, f[:, 3:])])) for load, f in found]
 
 
 def _acting(load: Energy, x: Floats, count: int) -> Floats:
-    """Forces and moments of a load in a state x, the moments about the axes of the nodes or points (n, 6)."""
+    """Return forces and moments (n, 6) of a load in a state x, with moments about the axes of the nodes or points."""
     g = np.zeros(6 * count)
     load.add_gradient(x, g)
     return -g.reshape(-1, 6)
 
 
 def _energy(elastic: RodElastic, x: Floats) -> float:
-    """Strain energy, J, of the modes that have any: those that are switched off are constraints."""
+    """Return the strain energy, J, without that of modes that are switched off, which are constraints."""
     modes = elastic.mode_energies(x)
     modes[list(elastic.stiffness.rigid)] = 0.0
     return float(modes.sum())

@@ -1,7 +1,7 @@
-"""Beams that remember: forces and moments of sections relax as the stress in them does.
+"""Viscoelastic beams: forces and moments of sections relax as their stress does.
 
-Sections stay plane and strains are small, so that all that is stretched and bent goes with Young's modulus, and all
-that is sheared and twisted with the shear modulus; where the bulk modulus does not relax each has a series of its own.
+Sections stay plane and strains are small. Stretch and bending therefore follow Young's modulus, and shear and torsion
+the shear modulus. If the bulk modulus does not relax, each has a series of its own.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.implicit_midpoint import Midpoint
-from softmark.solvers.dynamics.viscoelastic_step import Remembering
+from softmark.solvers.dynamics.viscoelastic_step import ViscoelasticStep
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.rod_state import displacement_at
 from softmark.solvers.energies.viscoelastic_memory import BodyHistory
@@ -45,20 +45,20 @@ NO_STRESS = "its stress is that of its past, which is not told of sections: ask 
 
 @dataclass(frozen=True)
 class Gone:
-    """How points of a beam that remembers have moved, and how they did so before: `past` at `times` (t,), s."""
+    """Displacement field of a viscoelastic beam, and its history: `past` at `times` (t,), s."""
 
     now: Callable[[Floats], Floats]
     times: tuple[float, ...]
     past: tuple[Callable[[Floats], Floats], ...]
 
     def __call__(self, X: Floats) -> Floats:
-        """Displacements of points X (n, 3), m."""
+        """Return the displacements of points X (n, 3), m."""
         return self.now(X)
 
 
 @dataclass(frozen=True)
 class AgedBeam(Meshless):
-    """A beam that remembers: `static` is the same at full size of all that acts, as stiff as it is at once."""
+    """Viscoelastic beam; `static` is the same beam with all loads at full size and the instantaneous stiffness."""
 
     static: PreparedBeam
     case: Case
@@ -67,30 +67,31 @@ class AgedBeam(Meshless):
 
     @property
     def size(self) -> dict[str, int]:
-        """nodes, elements, dofs."""
+        """Numbers of nodes, elements and dofs."""
         return self.static.size
 
     @property
     def points(self) -> Floats:
-        """Nodes of the axis (n, 3), undeformed, m."""
+        """Undeformed nodes of the axis (n, 3), m."""
         return self.static.points
 
     def forces(self) -> list[tuple[Declared, Floats]]:
-        """Of every load by itself, as it acts now (n, 6), N and N m."""
+        """Return forces and moments (n, 6), N and N m, of every load separately, at the present time."""
         shares = self.timed.at(self.timed.analysis.now, False).shares
         return [(load, share * f) for (load, f), share in zip(self.static.forces(), shares, strict=True)]
 
     def warm(self) -> None:
-        """As the beam at rest."""
+        """Load what the static beam needs."""
         self.static.warm()
 
     def solve(self, watch: Watch) -> Solution:
-        """March from the start to now."""
+        """Solve step by step from the start to the present time."""
         remedy = "try a shorter step, more segments or a smaller load"
         problem = replace(self.static.problem, watch=watch)
         came: list[Aged] = []
 
         def find() -> Any:
+            """Return the equilibrium at the present time."""
             came.append(followed(problem, begun(problem, self.memories), self.timed.after(None)))
             found: Any = came[0].found
             return replace(found, history=came[0].history)
@@ -98,9 +99,11 @@ class AgedBeam(Meshless):
         return static_result.solution(find, remedy, lambda found: self._finish(found, came[0]))
 
     def _finish(self, found: Any, state: Aged) -> Solution:
+        """Return the solution, with its energies and history."""
         rest, along = self.static.rest, self.static.along
 
         def moved(x: Floats) -> Callable[[Floats], Floats]:
+            """Return the displacement field of a state."""
             return lambda X: displacement_at(x, rest, X, along)
 
         solution = static_result.found(found, Gone(moved(state.x), state.times, tuple(map(moved, state.states))))
@@ -113,6 +116,7 @@ class AgedBeam(Meshless):
         return replace(seen, carried=cache(lambda: self._carried(state)))
 
     def _carried(self, state: Aged) -> Any:
+        """Return the nodal forces in a state."""
         assert state.problem is not None
         acting = self.timed.acting(self.static.applied, state.time)
         found = on_rod(replace(state.problem, rest=self.static.rest), state.x, acting)
@@ -120,7 +124,7 @@ class AgedBeam(Meshless):
 
 
 def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-    """The beam at full size of all that acts, and what its elements remember; or in motion. Raises Fault."""
+    """Build the quasistatic or dynamic analysis of a viscoelastic beam. Raises Fault."""
     if isinstance(case.analysis, Dynamic):
         return _in_motion(model, declared, case)
     whole = whole_of(case)
@@ -137,18 +141,19 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop)
 
 
 def _in_motion(model: Beam6Dof, declared: Declared, case: Case) -> Prepared:
+    """Build the dynamic analysis of a viscoelastic beam."""
     from softmark.interpreter.models.beam.beam_dynamics import moving
 
     static = at_rest(model, declared, case)
     made = moving(static, declared, case, static.elastic, static.problem, static.mass(), static.applied)
     rods: Any = made.problem.assembly.internal[0]
     memories = BodyHistory((RodHistory.at_rest(rods, *series_of(case.material)),))
-    remembering = Remembering(memories, isinstance(made.problem.integrator, Midpoint))
+    remembering = ViscoelasticStep(memories, isinstance(made.problem.integrator, Midpoint))
     return replace(made, problem=replace(made.problem, remembering=remembering))
 
 
 def series_of(material: Viscous) -> tuple[Floats, Floats]:
-    """Shares of stretch, shears, twist and bendings (k, 6) that relax in times (k,), s."""
+    """Return the shares of stretch, shears, twist and bendings (k, 6) that relax, and their times (k,), s."""
     g, tau = (np.array(column) for column in zip(*material.branches, strict=True))
     if material.of == "whole" or material.poisson == 0.5:
         return np.tile(g[:, None], (1, 6)), tau

@@ -1,7 +1,7 @@
-"""Stress of beams and networks at rest, anywhere in them: from what their sections carry, by the theory of sections.
+"""Static stress at any point of beams and frames, from section forces and moments by the theory of sections.
 
-What an element carries comes from its nodal forces: the force is that in its middle, and moments are those at its ends,
-exact where forces act at nodes. Between them gravity and lines of force act, as they are told.
+Section forces of an element follow from its nodal forces: the force is that at its middle, and moments are those at its
+ends, exact if forces act at nodes. Gravity and line loads act between them.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from softmark.records import dataclass
 from softmark.solvers.energies.rod_rotation import interpolate_rotation, rotation
 from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.mesh.shape import Swept
-from softmark.solvers.stress_recovery.analytic_stress_field import WithoutCells
+from softmark.solvers.stress_recovery.analytic_stress_field import AnalyticField
 from softmark.solvers.stress_recovery.sampling_point_stress import SYMMETRIC
-from softmark.solvers.stress_recovery.section_stress import stress_in, stress_in_taper
+from softmark.solvers.stress_recovery.section_stress import section_stress, tapered_section_stress
 from softmark.solvers.stress_recovery.stress_measures import Tensors
 
 if TYPE_CHECKING:
@@ -31,10 +31,11 @@ AROUND = 1e-9  # of the length: a place beyond the end is at the end
 
 @dataclass(frozen=True)
 class Piece:
-    """One straight or curved axis with nodes at stations (k,), m, at rest and now (k, 7).
+    """One straight or curved axis with nodes at stations (k,), m, undeformed and deformed (k, 7).
 
     `ends` (k - 1, 12) are the forces and moments that hold each element, N in space and N m about axes of nodes;
-    `lines` (k - 1, 3) what acts along it, N/m.
+    `lines`
+    (k - 1, 3) are the line loads along it, N/m.
     """
 
     shape: Swept
@@ -45,7 +46,9 @@ class Piece:
     lines: Floats
 
     def carried(self, s: Floats) -> tuple[Floats, Floats, Floats]:
-        """At stations (n,), m: N, V2, V3, T, M2 and M3 (n, 6), and the axes at rest and now (n, 3, 3), as columns."""
+        """Return N, V2, V3, T, M2, M3 (n, 6) at stations (n,), m, and the undeformed and deformed axes (n, 3, 3), as
+        columns.
+        """
         e = np.clip(np.searchsorted(self.stations, s, side="right") - 1, 0, len(self.stations) - 2)
         a, b = self.stations[e], self.stations[e + 1]
         t = np.clip((s - a) / (b - a), 0.0, 1.0)
@@ -61,22 +64,22 @@ class Piece:
 
     @cached_property
     def _moments(self) -> tuple[Floats, Floats]:
-        """At the first and the last node of each element (k - 1, 3), N m in space, on what is before."""
+        """Moments at the first and the last node of each element (k - 1, 3), N m in space, on the part before."""
         R = rotation(self.now[:, 3:])
         first = -np.einsum("nij,nj->ni", R[:-1], self.ends[:, 3:6])
         return first, np.einsum("nij,nj->ni", R[1:], self.ends[:, 9:])
 
 
 @dataclass(frozen=True)
-class SectionStresses(WithoutCells):
-    """The stress of pieces made of one material, as metrics ask it; `nearest` says the piece of points (n, 3)."""
+class SectionStresses(AnalyticField):
+    """Stress field of pieces made of one material; `nearest` returns the piece of points (n, 3)."""
 
     pieces: Sequence[Piece]
     case: Case
     nearest: Callable[[Floats], Any]
 
     def at(self, X: Floats) -> Tensors:
-        """At points X (n, 3) of the undeformed body."""
+        """Return stress and displacement gradient at points X (n, 3) of the undeformed body."""
         six, H, own = np.zeros((len(X), 6)), np.zeros((len(X), 9)), self.nearest(X)
         for number in np.unique(own).tolist():
             here = own == number
@@ -84,7 +87,7 @@ class SectionStresses(WithoutCells):
         return Tensors(six, H, False)
 
     def _of(self, piece: Piece, X: Floats) -> tuple[Floats, Floats]:
-        """Stress (n, 6), Pa, and du/dX (n, 9) at points of one piece."""
+        """Return stress (n, 6), Pa, and du/dX (n, 9) at points of one piece."""
         s, u, v = piece.shape.coordinates(X)
         carried, start, R = piece.carried(s)
         along = self._in_sections(piece.shape, s, carried, u, v)
@@ -99,20 +102,22 @@ class SectionStresses(WithoutCells):
         return np.stack([turned[:, i, j] for i, j in SYMMETRIC], axis=1), (F - np.eye(3)).reshape(-1, 9)
 
     def _in_sections(self, shape: Swept, s: Floats, carried: Floats, u: Floats, v: Floats) -> Floats:
-        """sigma_11, sigma_12, sigma_13 (n, 3), Pa."""
+        """Return sigma_11, sigma_12, sigma_13 (n, 3), Pa."""
         nu = self.case.material.poisson
         if not shape.tapered:
-            return stress_in(shape.section, nu, carried, u, v)
+            return section_stress(shape.section, nu, carried, u, v)
         found, places = np.zeros((len(s), 3)), np.clip(s, 0.0, shape.length)
         for place in np.unique(places).tolist():
             here = places == place
             section, known = shape.section_at(place), (carried[here], u[here], v[here])
-            found[here] = stress_in_taper(section, _rates(shape, section), nu, *known)
+            found[here] = tapered_section_stress(section, _rates(shape, section), nu, *known)
         return found
 
     @cached_property
     def usual(self) -> tuple[float, float, float]:
-        """Root mean squares of stress, Pa, strain, and deviator, Pa, over samples of sections amid elements."""
+        """Root mean squares of stress, Pa, strain, and deviator, Pa, over samples of sections at the middles of
+        elements.
+        """
         at = [self.at(_samples(piece.shape, piece.stations)) for piece in self.pieces]
         sigma = np.concatenate([tensors.cauchy for tensors in at])
         strain = np.concatenate([tensors.strain("green") for tensors in at])
@@ -122,14 +127,14 @@ class SectionStresses(WithoutCells):
 
 
 def _rates(shape: Swept, section: Section) -> tuple[float, float]:
-    """By what part of themselves the sides of a section grow along a body that tapers, 1/m."""
+    """Return the relative growth of the sides of a section along a tapered body, 1/m."""
     ends = zip(shape.section_at(0.0).extents, shape.section_at(shape.length).extents, section.extents, strict=True)
     first, second = ((last - begin) / (shape.length * here) for begin, last, here in ends)
     return first, second
 
 
 def _samples(shape: Swept, stations: Floats) -> Floats:
-    """Points (n, 3), m, of sections."""
+    """Return sample points (n, 3), m, of sections."""
     found = []
     for s in (0.5 * (stations[1:] + stations[:-1])).tolist():
         _, first, second = np.array(shape.frame(s))
@@ -141,7 +146,9 @@ def _samples(shape: Swept, stations: Floats) -> Floats:
 def lines_on(
     case: Case, shape: Swept, stations: Floats, covers: Callable[[LineForce], tuple[float, float] | None]
 ) -> Floats:
-    """What acts along each element (k - 1, 3), N/m: gravity, and lines of force where `covers` says they go."""
+    """Return the line loads on each element (k - 1, 3), N/m: gravity, and line forces over the spans that `covers`
+    returns.
+    """
     middle, found = 0.5 * (stations[1:] + stations[:-1]), np.zeros((len(stations) - 1, 3))
     for load in case.loads:
         match load.thing.action:

@@ -1,4 +1,4 @@
-"""How supports hold a rod: found when a scene is checked, where that is not plain, and when it is built."""
+"""Supports of a rod: held degrees of freedom, used in validation of a scene and in building."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.beam.rigid_motions import AXES, point_rows
 from softmark.interpreter.models.shared.support_constraints import Held
-from softmark.interpreter.problem.axial_selection import whole
+from softmark.interpreter.problem.axial_selection import selects_whole_sections
 from softmark.interpreter.problem.body_case import Case
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.rod_state import rod_at_rest, rod_from_frames
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def points_of(case: Case, stations: Floats) -> Floats:
-    """The points of the axis (n, 3), m, at stations (n,), m from the root."""
+    """Return the points of the axis (n, 3), m, at stations (n,), m from the root."""
     shape = case.prism
     if isinstance(shape, Prism):
         points: Floats = np.array(shape.root) + stations[:, None] * np.array(shape.axis)
@@ -31,7 +31,7 @@ def points_of(case: Case, stations: Floats) -> Floats:
 
 
 def at_rest(case: Case, stations: Floats) -> Floats:
-    """The rod through them, free of stress (n * 7,): e2 and e3 lie along the two axes of the section."""
+    """Return the stress-free rod through the stations (n * 7,); e2 and e3 are the two axes of the section."""
     shape, points = case.prism, points_of(case, stations)
     if isinstance(shape, Prism):
         return rod_at_rest(points, np.array(transverse(shape.axis)[1]))
@@ -39,9 +39,9 @@ def at_rest(case: Case, stations: Floats) -> Floats:
 
 
 def fixed(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats, Turns | None]:
-    """Held degrees of freedom of a rod with nodes there (c,), their values (c,), m or rad, and how they come there.
+    """Return held degrees of freedom (c,), their values (c,), m or rad, and the path of rotating supports.
 
-    Raises Fault.
+    The rod has nodes at the stations. Raises Fault.
     """
     held = _held(case, stations, 1.0)
     found, target = held.finished()
@@ -52,19 +52,19 @@ def fixed(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats, Turns | 
 
 
 def held_values(case: Case, stations: Sequence[float]) -> dict[int, tuple[float, Declared]]:
-    """Of every held degree of freedom what it is moved by, m or rad, and the support that moves it. Raises Fault."""
+    """Return the imposed value, m or rad, and the support of every held degree of freedom. Raises Fault."""
     return _held(case, stations, 1.0).values
 
 
 def _held(case: Case, stations: Sequence[float], share: float) -> Held:
-    """What supports hold at a share of their motions: rotations about the material axes. Raises Fault."""
+    """Return the constraints at a fraction of the support motions; rotations are about material axes. Raises Fault."""
     points = points_of(case, np.array(stations))
     held = Held(case, case.prism.length, points.mean(axis=0), 6 * len(points))
     axes = np.array([case.prism.axis, *transverse(case.prism.axis)])
     for support in case.supports:
         components = support.thing.components
         turns = _held_turns(case.prism.axis, components)
-        for node in np.flatnonzero(whole(support.thing.where, case.prism, tuple(stations))).tolist():
+        for node in np.flatnonzero(selects_whole_sections(support.thing.where, case.prism, tuple(stations))).tolist():
             held.rows.append(point_rows(points[node : node + 1] - held.centre, components))
             held.rows.append(np.eye(6)[[3 + t for t in turns]] * case.prism.length)
             moved = support.thing.moved(points[node : node + 1], share)[0].tolist()
@@ -79,27 +79,27 @@ def _held(case: Case, stations: Sequence[float], share: float) -> Held:
 
 
 def turns_free(case: Case, support: Declared) -> bool:
-    """Whether a support turns sections about an axis along which their turns are free."""
+    """Return whether a support rotates sections about an axis along which their rotation is free."""
     left = set(range(3)) - set(_held_turns(case.prism.axis, support.thing.components))
     return any(abs(support.thing.rotation[t]) > 0.0 for t in left)
 
 
 def held_by(case: Case, stations: Sequence[float]) -> dict[str, NDArray[np.bool_]]:
-    """Of every support the degrees of freedom that it holds (nodes, 6), by name."""
+    """Return the degrees of freedom that each support holds (nodes, 6), by name."""
     found = {}
     for support in case.supports:
         components = support.thing.components
         own = [*components, *(3 + t for t in _body_axes(case.prism.axis, _held_turns(case.prism.axis, components)))]
-        where = whole(support.thing.where, case.prism, tuple(stations))
+        where = selects_whole_sections(support.thing.where, case.prism, tuple(stations))
         found[support.name] = np.outer(where, np.isin(np.arange(6), own))
     return found
 
 
 def _held_turns(axis: tuple[float, float, float], components: tuple[int, ...]) -> list[int]:
-    """Rotations about x, y, z that a rigid section cannot make while `components` of all its points are held.
+    """Return the rotations about x, y, z that a rigid section cannot make if `components` of all its points are held.
 
-    A rotation omega moves a point r of the section by omega x r; component c of that is omega . (r x e_c), so holding c
-    takes away the rotations along r x e_c for every r across the axis.
+    A rotation omega moves a point r of the section by omega x r, with the component c omega . (r x e_c). Holding c
+    therefore prevents the rotations along r x e_c for every r across the axis.
     """
     if len(components) == 3:
         return [0, 1, 2]
@@ -108,7 +108,7 @@ def _held_turns(axis: tuple[float, float, float], components: tuple[int, ...]) -
 
 
 def _body_axes(axis: tuple[float, float, float], turns: list[int]) -> list[int]:
-    """The same rotations as degrees of freedom, which are about the rod's own axes e1, e2, e3."""
+    """Return these rotations as degrees of freedom about the rod's own axes e1, e2, e3."""
     if len(turns) == 3:
         return [0, 1, 2]
     frame = np.array([axis, *transverse(axis)])

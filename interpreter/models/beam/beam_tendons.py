@@ -1,4 +1,4 @@
-"""Tendons of a beam: where they run, as arms from the axis at the middles of its segments, or at guides."""
+"""Tendons of a beam: their paths, as arms from the axis at the middles of segments, or at guides."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NEAR = 0.2  # of their distance at rest: guides that come nearer would touch, an
 
 
 def pressed(declared: Declared, applied: Sequence[tuple[Declared, Energy]], x: Floats) -> tuple[Diagnostic, ...]:
-    """Warnings where tendons pull their guides together, in a state x."""
+    """Return warnings where tendons pull their guides together in a state x."""
     found = []
     for load, energy in applied:
         if isinstance(energy, RodTendons | GuidedTendon) and (least := float(energy.nearest(x).min())) < NEAR:
@@ -39,7 +39,7 @@ def pressed(declared: Declared, applied: Sequence[tuple[Declared, Energy]], x: F
 
 
 def tendon(case: Case, action: TendonLoad, rest: Floats, stations: Floats) -> Energy:
-    """The energy of a tendon over a rod with nodes at stations (n,), m."""
+    """Return the energy of a tendon over a rod with nodes at stations (n,), m."""
     begin, end = sorted(case.prism.own(p) for p in (action.begin, action.end))
     first, last, span = np.array(begin[1:]), np.array(end[1:]), end[0] - begin[0]
     if action.guides is not None:
@@ -57,9 +57,10 @@ def tendon(case: Case, action: TendonLoad, rest: Floats, stations: Floats) -> En
 
 
 def _beside(first: Floats, last: Floats, winding: float, t: Floats) -> tuple[Floats, Floats]:
-    """Arms in material axes (m, 3) at parts t of the way between two places (2,) in the section, and their slopes by t.
+    """Return arms (m, 3) in material axes at fractions t between two places (2,) in the section, and their slopes by t.
 
-    The last place, unwound, and the first make a straight line; every point of it is turned by its part of the winding.
+    The first place and the unwound last place define a straight line; each point of it is rotated by its share of the
+    winding.
     """
     c, s = np.cos(winding), np.sin(winding)
     unwound = np.array([c * last[0] + s * last[1], c * last[1] - s * last[0]])
@@ -73,7 +74,7 @@ def _beside(first: Floats, last: Floats, winding: float, t: Floats) -> tuple[Flo
 
 
 def in_motion(energy: Energy, chart: RodChart) -> Energy:
-    """The energy of a tendon over unknowns that turn."""
+    """Return the energy of a tendon over rotational unknowns."""
     if isinstance(energy, RodTendons):
         from softmark.solvers.energies.incremental_rotation.moving_rod_tendons import MovingRodTendons
 

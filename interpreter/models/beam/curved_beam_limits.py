@@ -1,4 +1,4 @@
-"""What beams with a curved axis cannot do, and what the theory of slender rods leaves out of them."""
+"""Limits of beams with a curved axis: unsupported features, and the error of slender rod theory."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ HELP = (
 
 
 def refusals(declared: Declared, case: Case) -> list[Diagnostic]:
-    """What of a case is known of straight beams alone, where this one is curved."""
+    """Return errors for features of a case that only straight beams support."""
     if isinstance(case.prism, Prism):
         return []
     found = []
@@ -43,10 +43,10 @@ def _refused(declared: Declared, at: Declared, what: str) -> Diagnostic:
 
 
 def left_out(shape: Swept) -> float:
-    """What a slender rod leaves out of one that is bent at rest, relative: (width in the plane / radius)^2.
+    """Return the relative error of a slender rod that is curved at rest: (width in the plane / radius)^2.
 
     Fibres on the inner side are shorter than the axis, so that stress is not linear over the section and stretch
-    couples with bending, both in second order (Winkler 1858; Timoshenko and Goodier 1970, section 29). On the safe
-    side: tests/interpreter/test_arcs.py holds it against solids.
+    couples with bending, both to second order (Winkler 1858; Timoshenko and Goodier 1970, section 29). It is a
+    conservative estimate: tests/interpreter/test_arcs.py compares it with solids.
     """
     return (max(shape.section.extents) * shape.bend) ** 2

@@ -1,4 +1,4 @@
-"""Where the theory of sections knows nothing: within a width of what holds a beam, of a force on it, and of a joint."""
+"""Zones where section theory is invalid: within one width of a support, a load or a joint of a beam."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.problem.axial_selection import coverage, whole
+from softmark.interpreter.problem.axial_selection import coverage, selects_whole_sections
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.load_words import LineForce, MomentLoad, PointLoad, SurfaceTraction, TendonLoad
 from softmark.solvers.mesh.frame_shapes import Network
@@ -16,7 +16,7 @@ from softmark.solvers.mesh.shape import Swept, Vector3
 
 
 def disturbed(case: Case, thing: Any, X: Floats) -> str | None:
-    """What lies within a width of some of points X (n, 3), m, so that sections are not free there; None if nothing."""
+    """Return the name of a disturbance within one width of any of the points X (n, 3), m; None if there is none."""
     if not len(X):
         return None
     axis, width = _feet(case, X)
@@ -27,7 +27,7 @@ def disturbed(case: Case, thing: Any, X: Floats) -> str | None:
 
 
 def _feet(case: Case, X: Floats) -> tuple[Floats, Floats]:
-    """Of points the places on their axes (n, 3), m, and how wide sections are there (n,), m."""
+    """Return the nearest places on the axis (n, 3), m, of points, and the widths of sections there (n,), m."""
     network = case.shape
     if not isinstance(network, Network):
         return _on(case.prism, X)
@@ -38,12 +38,13 @@ def _feet(case: Case, X: Floats) -> tuple[Floats, Floats]:
 
 
 def _on(shape: Swept, X: Floats) -> tuple[Floats, Floats]:
+    """Return the nearest places on the axis of one shape, and the widths of sections there."""
     s = np.clip(shape.stations(X), 0.0, shape.length).tolist()
     return np.array([shape.centre(at) for at in s]), np.array([max(shape.section_at(at).extents) for at in s])
 
 
 def _places(case: Case, thing: Any) -> Iterator[tuple[str, Vector3]]:
-    """Places on axes, m, with words for what is there."""
+    """Yield the places of disturbances on axes, m, with their names."""
     for load in case.loads:
         match load.thing.action:
             case PointLoad(at=at):
@@ -60,13 +61,14 @@ def _places(case: Case, thing: Any) -> Iterator[tuple[str, Vector3]]:
 
 
 def _axis_of(case: Case, at: Vector3) -> Vector3:
+    """Return the nearest place on the axis, m."""
     if isinstance(case.shape, Network):
         return at
     return case.prism.centre(min(max(case.prism.own(at)[0], 0.0), case.prism.length))
 
 
 def _taken(case: Case, thing: Any, where: Any) -> Iterator[Vector3]:
-    """The places on axes, m, that a condition selects: those of an end alone, or of nodes."""
+    """Yield the places on axes, m, that a condition selects: ends or nodes."""
     if isinstance(network := case.shape, Network):
         from softmark.interpreter.models.beam_frame import frame_selection
 
@@ -77,5 +79,5 @@ def _taken(case: Case, thing: Any, where: Any) -> Iterator[Vector3]:
         return
     shape, stations = case.prism, tuple(thing.stations(case))
     ends = [s for s in (0.0, shape.length) if coverage(where, shape, s) == "all"]
-    held = [s for s, taken in zip(stations, whole(where, shape, stations), strict=True) if taken]
+    held = [s for s, taken in zip(stations, selects_whole_sections(where, shape, stations), strict=True) if taken]
     yield from (shape.centre(s) for s in {*ends, *held})

@@ -1,9 +1,9 @@
-"""Flat sections: strips that bend like a beam where they may curl across their width, and like a plate where not.
+"""Flat sections: strips that bend like a beam if they are free to curl across their width, and else like a plate.
 
-Bent lengthwise, a strip curls crosswise by Poisson's ratio times as much (anticlastic curvature), and is as stiff as a
-beam, E I. A clamp keeps it from curling, and so does the bend itself where it is sharp: then it is as stiff as a plate,
-E I / (1 - nu^2). Sources: Lamb (1891), "On the flexure of a flat elastic spring"; Searle (1908), "Experimental
-Elasticity"; Ashwell (1950), "The anticlastic curvature of rectangular beams and plates".
+A strip bent lengthwise curls crosswise by Poisson's ratio times as much (anticlastic curvature), and is as stiff as a
+beam, E I. A clamp, or a sharp bend itself, prevents the curling: then it is as stiff as a plate, E I / (1 - nu^2).
+Sources: Lamb (1891), "On the flexure of a flat elastic spring"; Searle (1908), "Experimental Elasticity"; Ashwell
+(1950), "The anticlastic curvature of rectangular beams and plates".
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ SEEN = 0.02  # of the stiffness: what is worth a warning
 
 
 def curling(theta: float) -> float:
-    """The share of anticlastic curvature that is left, 1 in a beam and 0 in a plate.
+    """Return the remaining share of anticlastic curvature, 1 in a beam and 0 in a plate.
 
     2/theta (cosh theta - cos theta) / (sinh theta + sin theta), theta = b (3 (1 - nu^2))^(1/4) sqrt(curvature / t): a
     strip of width b and thickness t on the elastic foundation that its own curvature makes (Ashwell 1950).
@@ -43,18 +43,19 @@ def curling(theta: float) -> float:
 
 
 def stiffening(section: Section, poisson: float, curvature: float) -> float:
-    """How much stiffer than a beam a bent strip is, relative: nu^2 (1 - F) / (1 - nu^2), curvature in 1/m."""
+    """Return how much stiffer a bent strip is than a beam, relative: nu^2 (1 - F) / (1 - nu^2), curvature in 1/m."""
     thin, wide = sorted(section.extents)
     theta = wide * (3.0 * (1.0 - poisson**2)) ** 0.25 * math.sqrt(curvature / thin)
     return plate(poisson) * (1.0 - curling(theta))
 
 
 def ovalling(section: Section, poisson: float, curvature: float) -> float:
-    """How much softer than a beam a bent thin-walled tube is, relative: 3/2 (1 - nu^2) (r^2 curvature / t)^2.
+    """Return how much softer a bent thin-walled tube is than a beam, relative: 3/2 (1 - nu^2) (r^2 curvature / t)^2.
 
-    Its section flattens; r the middle radius and t the wall. Source: Brazier (1927), "On the flexure of thin
-    cylindrical shells", the work of bending to second order in curvature. Zero of a section without a hole, and on the
-    safe side of one with a thick wall.
+    Its section flattens; r is the middle radius and t the wall thickness. Source: Brazier (1927), "On the flexure of
+    thin
+    cylindrical shells", the work of bending to second order in curvature. It is zero for a section without a hole, and
+    conservative for a thick wall.
     """
     if (hollow := section.hollow) is None:
         return 0.0
@@ -64,12 +65,12 @@ def ovalling(section: Section, poisson: float, curvature: float) -> float:
 
 
 def plate(poisson: float) -> float:
-    """How much stiffer than a beam a plate is, relative: 1 / (1 - nu^2) - 1."""
+    """Return how much stiffer a plate is than a beam, relative: 1 / (1 - nu^2) - 1."""
     return poisson**2 / (1.0 - poisson**2)
 
 
 def doubt(declared: Declared, case: Case) -> Diagnostic | None:
-    """A warning where a section is flat, and curling matters."""
+    """Return a warning if a section is flat and its curling matters."""
     thin, wide = sorted(case.prism.section.extents)
     most = plate(case.largest_poisson)  # of a material that varies, which is refused elsewhere, too
     if wide < FLAT * thin or most < SEEN:
@@ -84,11 +85,11 @@ def doubt(declared: Declared, case: Case) -> Diagnostic | None:
 
 
 def missing(section: Section, length: float, poisson: float, spans: int, shear: bool) -> float:
-    """What clamps and a thick section do that the theory of beams leaves out, relative, on the safe side.
+    """Return the relative effect of clamps and thickness that beam theory leaves out, a conservative estimate.
 
-    A clamp keeps its section from changing over CLAMPED / 4 of the width, where the body is as stiff as a plate; more
-    where it is flat. The rest falls with the square of width over length, over as many parts as there are `spans`.
-    tests/benchmarks/beams.py holds both against solids.
+    A clamp keeps its section from changing over CLAMPED / 4 of the width, where the body is as stiff as a plate; the
+    effect is larger for flat sections. The rest falls with the square of width over length, for each of the `spans`.
+    tests/benchmarks/beams.py compares both with solids.
     """
     thin, wide = sorted(section.extents)
     reach = CLAMPED + (STRIP - CLAMPED) * min(1.0, (wide / thin - 1.0) / (FLAT - 1.0))
@@ -97,15 +98,18 @@ def missing(section: Section, length: float, poisson: float, spans: int, shear: 
 
 
 def gripped(section: Section, length: float, poisson: float, spans: int) -> float:
-    """What clamps leave of the stretch of a rod that is pulled along its axis, relative, on the safe side.
+    """Return the relative effect of clamps on the stretch of a rod pulled along its axis, a conservative estimate.
 
-    A clamp keeps its section from growing thinner: of round rods of any length it takes 0.27 plate(nu) width / length
-    of what the end moves by, and twice that half way, as axisymmetric solids show.
+    A clamp keeps its section from contracting. For round rods of any length it reduces the end displacement by 0.27
+    plate(nu) width / length, and by twice that at half length, as axisymmetric solids show.
     """
     return GRIPPED * spans * plate(poisson) * max(section.extents) / length
 
 
 def bends(section: Section, length: float, bent: float, stretched: float) -> float:
-    """How much of what a rod does may be bending, 0 to 1, by its strains: bent it moves length over width as far."""
+    """Return the share of bending in the motion of a rod, 0 to 1, from its bending and stretch strains.
+
+    Bending displaces it length over width times as far as stretch does.
+    """
     far = 4.0 * bent * length / max(section.extents)
     return min(1.0, far / stretched) if stretched > 0.0 else 1.0

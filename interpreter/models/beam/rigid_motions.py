@@ -1,4 +1,4 @@
-"""Whether supports hold a body: rigid motions that constrained degrees of freedom leave free, in words."""
+"""Rigid motions that constrained degrees of freedom leave free, and their description."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LEVEL = 1e-9  # of the largest singular value: less is nothing
 
 
 def point_rows(points: Floats, components: tuple[int, ...]) -> Floats:
-    """What the six rigid motions do to `components` of `points` (n, 3), as rows (n len(components), 6)."""
+    """Return the displacement `components` of `points` (n, 3) in six rigid motions, as rows (n len(components), 6)."""
     rows = np.zeros((len(points), 3, 6))
     rows[:, :, :3] = np.eye(3)
     x, y, z = points.T
@@ -24,10 +24,12 @@ def point_rows(points: Floats, components: tuple[int, ...]) -> Floats:
 
 
 def free_motions(rows: Floats, centre: Floats, extent: float) -> list[str]:
-    """The rigid motions that no row resists, in words; empty where the body is held.
+    """Describe the rigid motions that no row resists; empty if the body is held.
 
-    Rows (n, 6) are about `centre` (3,), with turns in units of 1 / extent. A free motion is a slide, or a turn about an
-    axis: that of the free motion v + w x r lies at w x v / w.w (Mozzi 1763), after all free slides are taken from v.
+    Rows (n, 6) are about `centre` (3,), with rotations in units of 1 / extent. A free motion is a translation, or a
+    rotation about an axis: that of the free motion v + w x r lies at w x v / w.w (Mozzi 1763), after all free
+    translations
+    are removed from v.
     """
     null = _null(rows)
     if len(null) == 6:
@@ -46,7 +48,7 @@ def free_motions(rows: Floats, centre: Floats, extent: float) -> list[str]:
 
 
 def _null(rows: Floats) -> Floats:
-    """The motions (k, 6) that no row resists."""
+    """Return the motions (k, 6) that no row resists."""
     if len(rows) == 0:
         return np.eye(6)
     _, s, vt = np.linalg.svd(rows, full_matrices=len(rows) < 6)  # of many rows the left side would be (n, n)
@@ -56,14 +58,14 @@ def _null(rows: Floats) -> Floats:
 
 
 def _slides(null: Floats) -> Floats:
-    """Directions (t, 3) of the free motions that do not turn."""
+    """Return the directions (t, 3) of free translations."""
     _, s, vt = np.linalg.svd(null[:, 3:].T, full_matrices=True)  # which combinations have no turn
     rank = int(np.sum(s > 1e-7))
     return _basis(vt[rank:] @ null[:, :3])
 
 
 def _turns(null: Floats, slides: Floats) -> Floats:
-    """Free motions (r, 6) that turn, one for each direction of axis, without any free slide in them."""
+    """Return free motions (r, 6) with rotation, one for each direction of the axis, without any free translation."""
     if not len(null):
         return null
     axes = _basis(null[:, 3:])
@@ -73,7 +75,7 @@ def _turns(null: Floats, slides: Floats) -> Floats:
 
 
 def _basis(vectors: Floats) -> Floats:
-    """An orthonormal basis (r, 3) of what vectors (n, 3) span: axes of coordinates where these lie in it."""
+    """Return an orthonormal basis (r, 3) of the span of vectors (n, 3), with coordinate axes where they lie in it."""
     vectors = vectors.reshape(-1, 3)
     _, s, vt = np.linalg.svd(vectors, full_matrices=False) if len(vectors) else (None, np.zeros(0), vectors)
     span = vt[s > 1e-7]
@@ -85,7 +87,7 @@ def _basis(vectors: Floats) -> Floats:
 
 
 def _direction(d: Floats) -> str:
-    """A direction in words: an axis, or its components."""
+    """Describe a direction: an axis, or its components."""
     for name, part in zip(AXES, d.tolist(), strict=True):
         if abs(part) > 1 - ALIGNED:
             return name

@@ -1,10 +1,9 @@
-"""What a rod knows of its cross-sections, and what those of one that tapers come to over its elements.
+"""Section properties of rods, and their integrals over elements of tapered rods.
 
-An element of two nodes and one point carries forces and moments that do not change along it. Its stiffness to each is
-what these find of it: length over the integral of 1 / C. A bar that tapers is then as long, and as far twisted, as its
-closed form says, however few elements it has. Masses go to nodes by hat functions. Integrals are by Gauss's rule of
-24 points in each element: where one end is a tenth of the other, 1 / C is exact to thirteen digits; of many elements
-6 do.
+An element of two nodes and one point carries constant forces and moments. Its stiffness to each is computed here as its
+length over the integral of 1 / C. The extension and twist of a tapered bar then equal the closed form for any number of
+elements. Masses go to nodes by hat functions. Integrals use Gauss's rule of 24 points in each element: if one end is a
+tenth of the other, 1 / C is exact to thirteen digits; with many elements 6 points are enough.
 """
 
 from __future__ import annotations
@@ -25,19 +24,19 @@ MANY = 32  # elements: of so many each tapers so little that fewer places do, to
 
 
 def of_section(section: Section, material: Any) -> RodSection:
-    """Of a shape, along whose first and second axis e2 and e3 lie, made of a material."""
+    """Return the properties of a section made of a material; e2 and e3 are its first and second axis."""
     I2, I3 = section.moments  # about its first and its second axis: about e2 the distance is X3
     kappa = section.shear_factor(material.poisson)
     return RodSection(section.area, I2, I3, section.torsion, kappa, kappa, material.young, material.shear_modulus)
 
 
 def inertia(section: Section) -> list[float]:
-    """By density and length its mass, and its moments of inertia about e1, e2 and e3."""
+    """Return mass and moments of inertia about e1, e2 and e3, divided by density and length."""
     return [section.area, sum(section.moments), *section.moments]
 
 
 def stiffnesses(shape: Swept, stations: Floats, material: Any) -> Floats:
-    """EA, GA2, GA3, GJ, EI2, EI3 of each element (e, 6), N and N m^2, between stations (e + 1,), m."""
+    """Return EA, GA2, GA3, GJ, EI2, EI3 of each element (e, 6), N and N m^2, between stations (e + 1,), m."""
     if not shape.tapered:
         return np.tile(_diagonal(shape.section, material), (len(stations) - 1, 1))
     C = _sampled(shape, stations, lambda section: _diagonal(section, material))  # (e, g, 6)
@@ -46,7 +45,7 @@ def stiffnesses(shape: Swept, stations: Floats, material: Any) -> Floats:
 
 
 def at_nodes(shape: Swept, stations: Floats, of: Callable[[Section], Any]) -> Floats:
-    """Integrals of something of the section, numbers (c,), with the hat functions of the nodes (e + 1, c)."""
+    """Return integrals of section properties (c,) with the hat functions of the nodes (e + 1, c)."""
     l, (parts, shares) = np.diff(stations), _rule(len(stations) - 1)
     values = _sampled(shape, stations, of) * l[:, None, None]
     before, behind = (np.einsum("g,egc->ec", shares * part, values) for part in (1.0 - parts, parts))
@@ -56,18 +55,19 @@ def at_nodes(shape: Swept, stations: Floats, of: Callable[[Section], Any]) -> Fl
 
 
 def _rule(count: int) -> tuple[Floats, Floats]:
-    """Places and weights (g,) in each of so many elements, from 0 to 1."""
+    """Return quadrature points and weights (g,), from 0 to 1, for this number of elements."""
     return _gauss(24 if count < MANY else 6)
 
 
 @cache
 def _gauss(places: int) -> tuple[Floats, Floats]:
+    """Return Gauss points and weights on the interval from 0 to 1."""
     x, w = np.polynomial.legendre.leggauss(places)
     return 0.5 * (1.0 + x), 0.5 * w
 
 
 def _sampled(shape: Swept, stations: Floats, of: Callable[[Section], Any]) -> Floats:
-    """Numbers of the sections at Gauss's places in each element (e, g, c)."""
+    """Return section properties at Gauss points in each element (e, g, c)."""
     s = stations[:-1, None] + np.diff(stations)[:, None] * _rule(len(stations) - 1)[0]
     if not shape.tapered:
         return np.tile(of(shape.section), (*s.shape, 1)).astype(np.float64)
@@ -75,5 +75,5 @@ def _sampled(shape: Swept, stations: Floats, of: Callable[[Section], Any]) -> Fl
 
 
 def _diagonal(section: Section, material: Any) -> Floats:
-    """Of a section; e2 and e3 lie along its first and second axis."""
+    """Return the six stiffnesses of a section; e2 and e3 are its first and second axis."""
     return of_section(section, material).stiffness.diagonal

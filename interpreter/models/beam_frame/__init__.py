@@ -1,1 +1,1 @@
-"""Beams that meet in rigid joints: words, places, supports and loads, and what builds them."""
+"""Models of beams that meet in rigid joints: declaration, layout, selection, builder, dynamics and displacements."""

@@ -1,4 +1,4 @@
-"""Building and solving a network: everything here is arrays."""
+"""Construction and solution of frame models."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PreparedNetwork(Meshless):
-    """A network at rest and its static problem."""
+    """Frame model: the undeformed network and its static problem."""
 
     declared: Declared
     layout: Layout
@@ -51,23 +51,24 @@ class PreparedNetwork(Meshless):
 
     @property
     def points(self) -> Floats:
-        """Where its loads act (p, 3), m, undeformed."""
+        """Undeformed points at which loads act (p, 3), m."""
         return self.layout.X
 
     def forces(self) -> list[tuple[Declared, Floats]]:
-        """Of every load by itself at the points, at rest: forces and moments in space (p, 6), N and N m."""
+        """Return forces and moments in space (p, 6), N and N m, of every load separately, on the undeformed frame."""
         return in_space(self.applied, self.layout.rest, self.layout.axes)
 
     def warm(self) -> None:
-        """Nothing to compile; but libraries and classes are made at their first use."""
+        """Load libraries before timing; there is nothing to compile."""
         factorisations.warm(len(self.problem.assembly.tangent(self.layout.rest, 1.0, projected=True).data))
 
     def solve(self, watch: Watch) -> Solution:
-        """Static equilibrium from rest."""
+        """Find the static equilibrium from rest."""
         problem = replace(self.problem, watch=watch)
         return static_result.solution(lambda: equilibrium(problem), "try more segments or a smaller load", self._finish)
 
     def _finish(self, found: Equilibrium) -> Solution:
+        """Return the solution of an equilibrium."""
         solution = static_result.found(found, Shifts(self.layout, found.x))
         modes = about(self.problem.assembly, found.x, self.layout.mass, self.problem.linear)
         seen = replace(
@@ -77,7 +78,7 @@ class PreparedNetwork(Meshless):
         return replace(seen, carried=carried, stress=cache(lambda: self._stress(found.x)))
 
     def _stress(self, x: Floats) -> Any:
-        """Of the sections of its members in a state x (n * 7,)."""
+        """Return the stress of the sections of its members in a state x (n * 7,)."""
         from softmark.interpreter.models.beam.beam_stress import Piece, SectionStresses, lines_on
 
         layout, network, case = self.layout, self.layout.network, self.layout.case
@@ -90,24 +91,24 @@ class PreparedNetwork(Meshless):
         return SectionStresses(pieces, case, network.nearest)
 
     def _carried(self, x: Floats) -> Carried:
-        """What acts at the points in a state x (n * 7,); moments are about the axes of the points."""
+        """Return forces and moments at the points in a state x (n * 7,); moments are about the axes of the points."""
         layout, assembly = self.layout, self.problem.assembly
         energy, now = sum(e.value(x) for e in assembly.internal), x.reshape(-1, 7)[layout.first, :3]
         return carried(self.problem, x, self.applied, float(energy), layout.X, now, layout.frames(x))
 
 
 def _stretch(network: Network, member: int, line: LineForce) -> tuple[float, float] | None:
-    """Where a line of force goes along a member, from 0: the stations of its ends, m; None of one along another."""
+    """Return the stations, m, of the ends of a line load along a member (counted from 0); None if it is on another one."""
     own, first, last = frame_selection.line(network, line.begin, line.end) or (-1, 0.0, 0.0)
     return (first, last) if own == member else None
 
 
 def load(model: Frame6Dof) -> None:
-    """All that building needs is imported with this module."""
+    """Do nothing: this module imports all that building needs."""
 
 
 def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-    """A network with all that solving needs, at rest or in motion. Raises Fault."""
+    """Build the static or dynamic frame model. Raises Fault."""
     layout = Layout.of(case, model.segments)
     fixed, target = layout.held()
     held = np.zeros((layout.count, 6), dtype=bool)
@@ -141,7 +142,7 @@ def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: Workshop
 
 
 def rods(layout: Layout) -> RodElastic:
-    """The members as one energy."""
+    """Return the elastic energy of all members."""
     found = [
         stiffnesses(member, layout.stations(number), layout.case.material)
         for number, member in enumerate(layout.network.members)
@@ -150,7 +151,7 @@ def rods(layout: Layout) -> RodElastic:
 
 
 def _load(layout: Layout, load: Declared) -> Energy:
-    """One load: forces at nodes, or what turns the section of one."""
+    """Return the energy of one load: nodal forces, or a moment on one section."""
     forces = np.zeros((len(layout.point), 3))
     match load.thing.action:
         case MomentLoad(where=where, moment=moment):

@@ -1,4 +1,4 @@
-"""The geometrically exact frame: beams that meet in rigid joints."""
+"""Declaration of the geometrically exact frame: beams that meet in rigid joints."""
 
 from __future__ import annotations
 
@@ -34,14 +34,15 @@ CLEAR = 1e-3  # of a distance: a lever that is plain
 class Frame6Dof(Model):
     """Geometrically exact beams with six degrees of freedom per node that meet in rigid joints: a `network(...)`.
 
-    Every member is what `beam6dof` is: sections stay plane and move rigidly, rotations are not limited, shear and
-    stretch are in. At a point where members meet they keep their angles, whatever the point turns by. Members are lines
-    without extent at joints: what they share there is of no account, neither twice as stiff nor once as heavy, and the
-    stated error has what that may come to. Stress is that of `beam6dof`. Of members that taper, what an element gives
-    way by is integrated. Supports hold points of axes: `fixed` and `displaced` with their sections, `hinged` without.
-    Loads are gravity, forces and lines of force on axes, and torques at a point, these at rest alone. Conditions select
-    points of the axes, and whole members. In motion, by every integrator, masses are at nodes, with the rotary inertia
-    of sections.
+    Every member is modelled as `beam6dof` is: sections stay plane and move rigidly, rotations are unlimited, shear and
+    stretch are included. Members that meet at a point keep their angles, however the point rotates. Members are lines
+    without extent at joints: their overlap there is ignored, in stiffness and in mass, and the stated error includes
+    its
+    possible effect. Stress is that of `beam6dof`. For members that taper, the compliance of elements is integrated.
+    Supports hold points of axes: `fixed` and `displaced` with their sections, `hinged` without. Loads are gravity,
+    forces
+    and line forces on axes, and torques at a point, the last only in statics. Conditions select points of the axes, and
+    whole members. In dynamics, with every integrator, masses are at nodes, with the rotary inertia of sections.
 
     Source: Simo and Vu-Quoc (1986, 1988); Crisfield and Jelenic (1999); joints as in Ibrahimbegovic and Mamouri (2000).
     """
@@ -56,7 +57,7 @@ class Frame6Dof(Model):
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """What speaks against it in this case."""
+        """Return errors and warnings about a frame model in a case."""
         if not case.shape.wired:
             return [
                 diagnostic("E344", declared.at(), f"`{declared.name}` is of networks, and `{case.body.name}` is none",
@@ -71,29 +72,30 @@ class Frame6Dof(Model):
 
     @property
     def stress_law(self) -> tuple[str, str] | str:
-        """That of sections, as beams have it."""
+        """Message that stress is that of sections, as for beams."""
         return OF_SECTIONS
 
     def outline(self, case: Case) -> str:
-        """One line for the plan."""
+        """Return a one-line description for the plan."""
         pairs = getattr(case.body.thing, "members", ())
         return f"{len(pairs)} members of {self.segments} {self._words}"
 
     @property
     def _words(self) -> str:
+        """Description of the model without its number of segments."""
         return "beam segments each, no mesh"
 
     def kind(self, case: Case) -> ModelKind:
-        """What it is but for its segments."""
+        """Return the family of the model, that is all but its number of segments."""
         return ModelKind(self._words, str(self.segments), None)
 
     def orders(self) -> dict[str, int]:
-        """That of its beams (Simo and Vu-Quoc 1986)."""
+        """Return the convergence order of its beams (Simo and Vu-Quoc 1986)."""
         return {"segments": 2}
 
 
 def _loads(declared: Declared, case: Case, network: Network) -> Iterator[Diagnostic]:
-    """Errors for loads that no point or axis of the network takes."""
+    """Yield errors for loads that act on no point or axis of the network."""
     for load in case.loads:
         match load.thing.action:
             case PointLoad(at=at) if frame_selection.at(network, at) is None:
@@ -115,13 +117,13 @@ def _loads(declared: Declared, case: Case, network: Network) -> Iterator[Diagnos
 
 
 def _points(network: Network, where: object) -> int:
-    """How many points a condition selects that selects nothing else; members make it more."""
+    """Return the number of points that a condition selects; 2 or more if it selects members."""
     points, whole, part = frame_selection.selected(where, network)
     return len(points) + len(whole) + len(part)
 
 
 def _supports(declared: Declared, case: Case, network: Network) -> Iterator[Diagnostic]:
-    """Errors for supports that hold no points, or what has no name between them."""
+    """Yield errors for supports that hold no points, or only a part of a member."""
     for support in case.supports:
         if not isinstance(support.thing, (Fixed, Displaced, Hinged)):
             continue
@@ -141,9 +143,9 @@ def _supports(declared: Declared, case: Case, network: Network) -> Iterator[Diag
 
 
 def plainly_held(case: Case, network: Network) -> bool:
-    """Whether it is plain that supports hold all of it and none contradicts another; else arrays must tell.
+    """Return whether supports obviously hold the whole network without conflicts; if False, arrays must decide.
 
-    One clamp holds a network, and so does a hinge about an axis with another one that no turn about it leaves alone.
+    One clamp holds a network. A hinge about an axis also does, together with a second one that prevents its rotation.
     """
     moving = [support for support in case.supports if any(support.thing.displacement)]
     clamps = [support for support in case.supports if not isinstance(support.thing, Hinged)]
@@ -161,7 +163,7 @@ def plainly_held(case: Case, network: Network) -> bool:
 
 
 def _stops(one: Hinged, two: Hinged, here: Vector3, there: Vector3) -> bool:
-    """Whether a hinge about an axis, which holds its point, is kept from turning by what another holds elsewhere."""
+    """Return whether a hinge about an axis is prevented from rotating by another support at a different point."""
     if one.axis is None or len(one.components) < 3 or two.axis not in (None, one.axis):
         return False
     way = cross(one.axis, tuple(b - a for a, b in zip(here, there, strict=True)))
@@ -169,7 +171,7 @@ def _stops(one: Hinged, two: Hinged, here: Vector3, there: Vector3) -> bool:
 
 
 def _held(model: Frame6Dof, case: Case) -> list[Diagnostic]:
-    """Supports that contradict each other, or leave the network free."""
+    """Return errors for supports that conflict, or leave the network free."""
     from softmark.interpreter.models.beam_frame.frame_layout import Layout
 
     try:
@@ -180,7 +182,7 @@ def _held(model: Frame6Dof, case: Case) -> list[Diagnostic]:
 
 
 def _stocky(declared: Declared, network: Network) -> Iterator[Diagnostic]:
-    """A warning where a member is not slender: of the first such."""
+    """Yield a warning for the first member that is not slender."""
     for number, member in enumerate(network.members, start=1):
         ratio = member.length / max(member.section.extents)
         if ratio < SLENDER:
@@ -191,7 +193,7 @@ def _stocky(declared: Declared, network: Network) -> Iterator[Diagnostic]:
 
 
 def _crossing(declared: Declared, case: Case, network: Network) -> Iterator[Diagnostic]:
-    """A warning where members pass through each other without a joint."""
+    """Yield a warning if members pass through each other without a joint."""
     pair = network.crossing()
     if pair is not None:
         one, other = pair

@@ -1,4 +1,4 @@
-"""A network in motion: its points turn, and the nodes of its members with them
+"""Frames in dynamic analyses: points rotate, and the nodes of members with them
 (solvers/dynamics/rotational_inertia.py).
 """
 
@@ -28,12 +28,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MovingNetwork(MovingBeam):
-    """A network in motion; its states are kept as positions and quaternions of all nodes (nodes * 7,)."""
+    """Dynamic analysis of a frame; states are stored as positions and quaternions of all nodes (nodes * 7,)."""
 
     layout: Layout | None = None
 
     def _shift(self, x: Floats) -> Shifts:
-        """How far points of members move in a state."""
+        """Return the displacement field of members in a state."""
         assert self.layout is not None
         return Shifts(self.layout, x)
 
@@ -42,7 +42,10 @@ def moving(
     static: Prepared, declared: Declared, case: Case, layout: Layout, elastic: RodElastic, problem: Statics,
     applied: Sequence[tuple[Declared, Energy]],
 ) -> MovingNetwork:  # fmt: skip
-    """A network with its mass at the points; `applied` are loads on its nodes, and `problem` is that at rest."""
+    """Return the dynamic analysis of a frame with its mass at the points.
+
+    `applied` are loads on its nodes, and `problem` is the static problem.
+    """
     chart = JointChart(layout.rest, layout.joints)
     rods = MovingJointedRods(MovingRod(chart.nodes, elastic), layout.joints)
     loads = [(load, MovingRodForces(_at_points(layout, energy))) for load, energy in applied]
@@ -52,7 +55,7 @@ def moving(
 
 
 def _at_points(layout: Layout, energy: Energy) -> Floats:
-    """Of dead forces on nodes those at the points (p, 3), N."""
+    """Return dead nodal forces summed at the points (p, 3), N."""
     assert isinstance(energy, RodForces)  # what turns sections in motion is refused
     found = np.zeros((layout.count, 3))
     np.add.at(found, layout.point, energy.forces)

@@ -1,4 +1,4 @@
-"""A network as nodes of rods and the points at which these are one, and how supports hold the points."""
+"""Frame as nodes of rods, the points that join them, and the supports of these points."""
 
 from __future__ import annotations
 
@@ -27,7 +27,9 @@ ALIGNED = 1e-9  # of unit vectors: two axes of hinges that are one
 
 @dataclass(frozen=True)
 class Layout:
-    """Members of as many segments each. Points are those of the network, then those within members, in order."""
+    """Members with equal numbers of segments. Points are first those of the network, then those within members, in
+    order.
+    """
 
     case: Case
     network: Network
@@ -35,7 +37,7 @@ class Layout:
 
     @staticmethod
     def of(case: Case, segments: int) -> Layout:
-        """That of a case of a network. Raises TypeError."""
+        """Return the layout of a case of a network. Raises TypeError."""
         if not isinstance(case.shape, Network):
             raise TypeError(f"`{case.body.name}` is no network")
         return Layout(case, case.shape, segments)
@@ -43,12 +45,12 @@ class Layout:
     # ------------------------------------------------------------------ nodes and points
 
     def nodes(self, member: int) -> slice:
-        """Those of a member, from 0."""
+        """Return the nodes of a member, counted from 0."""
         count = self.segments + 1
         return slice(member * count, (member + 1) * count)
 
     def stations(self, member: int) -> Floats:
-        """Of its nodes (segments + 1,), m from its first point."""
+        """Return the stations of its nodes (segments + 1,), m from its first point."""
         found: Floats = np.linspace(0.0, self.network.members[member].length, self.segments + 1)
         return found
 
@@ -80,29 +82,29 @@ class Layout:
 
     @property
     def count(self) -> int:
-        """How many points there are."""
+        """Number of points."""
         return len(self.network.points) + (self.segments - 1) * len(self.network.pairs)
 
     @cached_property
     def first(self) -> Ints:
-        """A node at each point (p,)."""
+        """One node at each point (p,)."""
         found = np.zeros(self.count, dtype=np.int64)
         found[self.point[::-1]] = np.arange(len(self.point))[::-1]
         return found
 
     @cached_property
     def X(self) -> Floats:
-        """The points (p, 3), m."""
+        """Positions of the points (p, 3), m."""
         found: Floats = self.rest.reshape(-1, 7)[self.first, :3]
         return found
 
     @cached_property
     def joints(self) -> Joints:
-        """How nodes hang on points."""
+        """Rigid connection of nodes to points."""
         return Joints.of(self.rest, self.point, self.axes)
 
     def frames(self, x: Floats) -> Floats:
-        """The axes of the points in a state x (n * 7,) of the nodes: (p, 3, 3), as columns."""
+        """Return the axes of the points in a state x (n * 7,) of the nodes: (p, 3, 3), as columns."""
         q = x.reshape(-1, 7)[self.first, 3:]
         found: Floats = np.einsum("pik,pjk->pij", rotation(q), self.joints.turns[self.first])
         return found
@@ -111,15 +113,14 @@ class Layout:
 
     @cached_property
     def _shares(self) -> tuple[Floats, Floats]:
-        """Of every node the mass (n,), kg, and moments of inertia about its own axes (n, 3), kg m^2."""
+        """Mass (n,), kg, and moments of inertia about its own axes (n, 3), kg m^2, of every node."""
         found = [at_nodes(member, self.stations(number), inertia) for number, member in enumerate(self.network.members)]
         whole = self.case.material.density * np.concatenate(found)
         return whole[:, 0], whole[:, 1:]
 
     @cached_property
     def axes(self) -> Floats:
-        """Of the points (p, 3, 3), as columns: the axis of a hinge first, else those about which what meets there has
-        no products of inertia."""
+        """Axes of the points (p, 3, 3), as columns: first the axis of a hinge, else the principal axes of inertia."""
         frames = rotation(self.rest.reshape(-1, 7)[:, 3:])
         found: Floats = frames[self.first].copy()
         own = np.zeros((self.count, 3, 3))
@@ -132,14 +133,14 @@ class Layout:
         return found
 
     def mass(self) -> Floats:
-        """Of the points and of what turns with them about their axes (6 p,), kg and kg m^2."""
+        """Masses of the points and moments of inertia about their axes (6 p,), kg and kg m^2."""
         mass, turning = self._shares
         found = np.zeros((self.count, 6))
         np.add.at(found, self.point, np.concatenate([np.repeat(mass[:, None], 3, 1), self._about(turning)], axis=1))
         return found.ravel()
 
     def _about(self, turning: Floats) -> Floats:
-        """Moments of inertia about the axes of the points (n, 3) from those about the nodes' own (n, 3)."""
+        """Return moments of inertia about the axes of the points (n, 3) from those about the nodes' own axes (n, 3)."""
         Q = self.joints.turns
         found: Floats = np.einsum("nik,nk,nik->ni", Q, turning, Q)
         return found
@@ -148,7 +149,7 @@ class Layout:
 
     @cached_property
     def hinges(self) -> dict[int, tuple[float, float, float]]:
-        """The axis of a hinge that has one, of each point that it holds; of several the first's."""
+        """Axis of a hinge for each point that it holds; of several hinges, the first one's."""
         found: dict[int, tuple[float, float, float]] = {}
         for support in self.case.supports:
             if isinstance(support.thing, Hinged) and support.thing.axis is not None:
@@ -157,13 +158,13 @@ class Layout:
         return found
 
     def held_points(self, support: Declared) -> Ints:
-        """The points that a support holds (k,)."""
+        """Return the points that a support holds (k,)."""
         points, whole, _ = frame_selection.selected(support.thing.where, self.network)
         inner = [self.point[self.nodes(m)] for m in whole]
         return np.unique(np.concatenate([np.array(points, dtype=np.int64), *inner]))
 
     def holds(self, support: Declared) -> NDArray[np.bool_]:
-        """The degrees of freedom of the points that a support holds (p, 6)."""
+        """Return the degrees of freedom of the points that a support holds (p, 6)."""
         found = np.zeros((self.count, 6), dtype=np.bool_)
         for i in self.held_points(support).tolist():
             found[i, list(support.thing.components)] = True
@@ -171,7 +172,7 @@ class Layout:
         return found
 
     def _turns(self, support: Declared, point: int) -> tuple[int, ...]:
-        """About which of its axes a held point does not turn."""
+        """Return about which of its axes a held point cannot rotate."""
         if not isinstance(support.thing, Hinged):
             return (0, 1, 2)
         if support.thing.axis is None:
@@ -180,7 +181,7 @@ class Layout:
         return (1, 2) if np.linalg.norm(same) <= ALIGNED else (0, 1, 2)
 
     def held(self) -> tuple[Ints, Floats]:
-        """Held degrees of freedom of the points (c,), and their values (c,), m. Raises Fault."""
+        """Return held degrees of freedom of the points (c,), and their values (c,), m. Raises Fault."""
         size = self.network.diagonal
         held = Held(self.case, size, self.X.mean(axis=0), 6 * self.count)
         for support in self.case.supports:

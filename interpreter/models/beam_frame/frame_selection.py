@@ -1,4 +1,4 @@
-"""Where things are on a network: points and members that a condition selects, and members whose axis a point is on."""
+"""Places on a network: points and members that a condition selects, and members whose axis a point is on."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ END = 1e-3  # of a member: what is selected this near to its end is the end
 
 @lru_cache(maxsize=256)
 def selected(condition: Condition, network: Network) -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]:
-    """Of what a condition selects: points, members all along, and members of which it takes a part; each from 0.
+    """Return the points, whole members and partly selected members of a condition, each counted from 0.
 
-    A member counts between its ends. Conditions are asked on axes: bounds over pieces of these decide, and where they
-    leave it open to the last, the middle of a piece.
+    A member counts between its ends. Conditions are evaluated on axes: bounds over pieces of these decide, and where
+    they
+    remain undecided, the middle of a piece.
     """
     size = network.diagonal
     points = tuple(i for i, point in enumerate(network.points) if condition.holds(*point, size))
@@ -32,11 +33,12 @@ def selected(condition: Condition, network: Network) -> tuple[tuple[int, ...], t
 
 
 def _ends_in(network: Network, member: int, points: tuple[int, ...]) -> bool:
+    """Return whether both ends of a member are among the points."""
     return {n - 1 for n in network.pairs[member]} <= set(points)
 
 
 def _along(condition: Condition, member: Member, size: float) -> set[bool]:
-    """What a condition says along an axis, its ends left out."""
+    """Return the values of a condition along an axis, excluding its ends."""
     found: set[bool] = set()
     pending = [(END * member.length, (1.0 - END) * member.length, 0)]
     while pending and len(found) < 2:
@@ -55,7 +57,7 @@ def _along(condition: Condition, member: Member, size: float) -> set[bool]:
 
 
 def at(network: Network, point: Vector3) -> tuple[int, float] | None:
-    """The first member whose axis a point is on, from 0, and its station there, m; None of a point beside all axes."""
+    """Return the first member whose axis a point is on, from 0, and its station there, m; None off all axes."""
     for i, member in enumerate(network.members):
         if (s := on_axis(member, point)) is not None:
             return i, s
@@ -63,7 +65,7 @@ def at(network: Network, point: Vector3) -> tuple[int, float] | None:
 
 
 def line(network: Network, begin: Vector3, end: Vector3) -> tuple[int, float, float] | None:
-    """The member along whose axis a line goes, from 0, and the stations of its ends, m; None of any other line."""
+    """Return the member along whose axis a line runs, from 0, and the stations of its ends, m; None for other lines."""
     for i, member in enumerate(network.members):
         first, last = on_axis(member, begin), on_axis(member, end)
         if first is not None and last is not None:

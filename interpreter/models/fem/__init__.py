@@ -1,1 +1,3 @@
-"""Finite elements: `words` for scenes, `levers` and `formulations` with what speaks against them, `build`."""
+"""Solid finite element models: declaration, solver options, element formulations, builder, relaxation and
+poroelasticity.
+"""

@@ -1,4 +1,4 @@
-"""Finite elements that do not lock: which of them a scene may ask for, and how they are built."""
+"""Element formulations that avoid volumetric locking: checks of a declaration, and construction of their energies."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import fault
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
-from softmark.solvers.elements import PLANE, named
+from softmark.solvers.elements import PLANE, find_element
 
 if TYPE_CHECKING:
     import numpy as np
@@ -40,7 +40,7 @@ Clash = tuple[str, str, str, str, str]  # code, field, problem, label, help
 
 
 def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
-    """A formulation that does not fit the element, its law or the analysis; a solid that needs another one."""
+    """Return errors for a formulation that does not fit the element, law or analysis, or an incompressible solid."""
     found = []
     for code, field, problem, label, help in (*_fits(model, case), *_incompressible(model, declared, case)):
         found.append(diagnostic(code, declared.at(field), problem, for_plane(model, label), for_plane(model, help)))
@@ -48,17 +48,18 @@ def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
 
 
 def for_plane(model: Fem, text: str) -> str:
-    """A remedy in the elements of plane bodies, for a model of these."""
+    """Replace 3D elements in a help text by plane ones if the model uses plane elements."""
     if model.element not in PLANE:
         return text
     return text.replace("tet10", "tri6" if model.element in ("tri3", "tri6") else "quad9").replace("hex8", "quad4")
 
 
 def _fits(model: Fem, case: Case) -> Iterator[Clash]:
+    """Yield errors for a formulation that does not fit the element, another option or the law."""
     if model.formulation == "displacement":
         return
     word = f"formulation = {model.formulation}"
-    if model.formulation not in named(model.element).formulations:
+    if model.formulation not in find_element(model.element).formulations:
         yield "E551", "formulation", f"{word} is not one of {model.element}", *_element_words(model)
     elif model.integration == "selective" or model.rotation == "element":
         other = "integration = selective" if model.integration == "selective" else "rotation = element"
@@ -76,17 +77,19 @@ def _fits(model: Fem, case: Case) -> Iterator[Clash]:
 
 
 def _no_split(case: Case) -> bool:
+    """Return whether the finite-strain law has no separate volumetric part."""
     return case.material.finite_law() is not None and case.material.finite_mixed() is None
 
 
 def _element_words(model: Fem) -> tuple[str, str]:
+    """Return label and help of an error about an element without the formulation."""
     if model.formulation == "mixed":
         return "no stable pressures", "use `tet10`, whose pressures are linear, or `hex8` with one in each cell"
     return "only with hex8", "use `hex8`, or `tet10` with `formulation = mixed`"
 
 
 def _mixed(model: Fem, case: Case) -> Iterator[Clash]:
-    """What pressures as unknowns exclude."""
+    """Yield errors for options that pressure unknowns exclude."""
     if isinstance(case.analysis, Dynamic):
         help = "use `hex8` with `formulation = mean_dilatation` and a Poisson's ratio below 0.5, or a static analysis"
         problem = "pressures have no mass to move: mixed elements are for statics"
@@ -104,6 +107,7 @@ def _mixed(model: Fem, case: Case) -> Iterator[Clash]:
 
 
 def _incompressible(model: Fem, declared: Declared, case: Case) -> Iterator[Clash]:
+    """Yield an error for an incompressible material in an element that needs a compressible one."""
     if case.material.incompressible and model.formulation != "mixed" and not case.porous:
         field = "formulation" if model.formulation != "displacement" else "element"
         where = f"the material of `{case.body.name}`"
@@ -121,15 +125,16 @@ def _incompressible(model: Fem, declared: Declared, case: Case) -> Iterator[Clas
 
 
 class Forming(Protocol):
-    """What makes the energy of the cells of one material, and its corotational twin for finite strain."""
+    """Function that creates the energy of the cells of one material, and its corotational twin for finite strain."""
 
     def __call__(self, model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]: ...
 
 
 def of_parts(model: Fem, pieces: Sequence[Piece], make: Forming) -> tuple[list[Energy], list[Energy] | None]:
-    """One energy for the cells of each material, and their corotational twins, if they have some.
+    """Return one energy for the cells of each material, and their corotational twins, if any.
 
-    Each with pressures has its own, behind those of the energies before: across a border of materials they jump.
+    Mixed energies have separate pressures, numbered one after another, so that pressure is discontinuous between
+    materials.
     """
     found = [make(model, own.case, own.mesh, own.parts) for own in pieces]
     twins = [twin for _, twin in found if twin is not None]
@@ -137,7 +142,7 @@ def of_parts(model: Fem, pieces: Sequence[Piece], make: Forming) -> tuple[list[E
 
 
 def _apart(energies: list[Energy]) -> list[Energy]:
-    """The same with pressures of one behind those of another."""
+    """Return the energies with their pressure unknowns numbered one after another."""
     from softmark.solvers.energies.mixed_displacement_pressure import MixedSolid
 
     found: list[Energy] = []
@@ -152,7 +157,7 @@ def _apart(energies: list[Energy]) -> list[Energy]:
 
 
 def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]:
-    """The energy of a formulation other than that of displacements, and its corotational twin for finite strain."""
+    """Return the energy of a formulation other than displacement, and its corotational twin for finite strain."""
     if case.porous:
         return _around(_porous(model, case, mesh, parts), case, mesh, parts), None
     energy = _energy(model, case, mesh, parts, model.strain)
@@ -160,6 +165,7 @@ def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[En
 
 
 def _energy(model: Fem, case: Case, mesh: Mesh, parts: Integration, strain: str) -> Energy:
+    """Return the energy of a mixed or mean dilatation formulation."""
     from softmark.solvers.assembly.mixed_elements import with_pressures
     from softmark.solvers.energies.mixed_displacement_pressure import MeanDilatation
     from softmark.solvers.materials import mixed_for
@@ -178,7 +184,7 @@ def _energy(model: Fem, case: Case, mesh: Mesh, parts: Integration, strain: str)
 
 
 def _around(made: Any, case: Case, mesh: Mesh, parts: Integration) -> Energy:
-    """An energy of a slice as that of a body of revolution, where it is one."""
+    """Return the energy of a plane section as that of a body of revolution, if the case is axisymmetric."""
     if not case.depth:
         return made  # type: ignore[no-any-return]
     from softmark.solvers.energies.axisymmetric import revolve_quadrature
@@ -188,7 +194,7 @@ def _around(made: Any, case: Case, mesh: Mesh, parts: Integration) -> Energy:
 
 
 def _porous(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Energy:
-    """That of a solid full of fluid, which has had no time to seep."""
+    """Return the energy of a poroelastic solid before any fluid has flowed."""
     from softmark.solvers.assembly.taylor_hood import seeping
     from softmark.solvers.materials import law_for
     from softmark.solvers.materials.volumetric_constraints import Dilatation, VolumeRatio
@@ -199,24 +205,26 @@ def _porous(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Energy:
 
 
 def _volumes(case: Case, mesh: Mesh, parts: Integration) -> Floats:
-    """Of integration points (m, q), m^3: of a body of revolution in proportion to those of whole rings."""
+    """Return volumes of integration points (m, q), m^3; for a body of revolution, in proportion to whole rings."""
     return parts.w * parts.at_points(mesh.points[mesh.cells, 0]) if case.depth else parts.w
 
 
 def _mean(modulus: Any, w: Floats) -> float:
-    """A modulus, or the mean of what varies from point to point, Pa."""
+    """Return a modulus, or its mean if it varies from point to point, Pa."""
     return modulus if isinstance(modulus, float | int) else float((modulus * w).sum() / w.sum())
 
 
 def _of_cells(modulus: Any, w: Floats) -> Any:
-    """What a pressure of each cell makes of a modulus of the volume, Pa: V / int 1/M dV where it varies within."""
+    """Return the bulk modulus of each cell with one pressure, Pa: the harmonic mean V / int 1/M dV if M varies within
+    it.
+    """
     if isinstance(modulus, float | int):
         return modulus
     return w.sum(axis=1) / (w / modulus).sum(axis=1)
 
 
 def must_be_compressible(declared: Declared, pieces: Sequence[Piece]) -> None:
-    """Raises Fault where Poisson's ratio varies and reaches 0.5 at points of a model without pressures."""
+    """Raise Fault if Poisson's ratio varies and reaches 0.5 at points of a model without pressure unknowns."""
     if declared.thing.formulation == "mixed" or all(own.graded is None for own in pieces):
         return
     from softmark.interpreter.models.shared import heterogeneous_material
@@ -227,9 +235,9 @@ def must_be_compressible(declared: Declared, pieces: Sequence[Piece]) -> None:
 
 @dataclass(frozen=True)
 class Unknowns:
-    """What a state of a solid holds: displacements of nodes, and behind them the pressures of an energy that has some.
+    """Unknowns of a solid: nodal displacements, followed by pressures if an energy has them.
 
-    `displacements` of them in the first place, `all` together.
+    The first `displacements` unknowns are displacements; `all` is the total number.
     """
 
     displacements: int
@@ -237,7 +245,7 @@ class Unknowns:
 
     @classmethod
     def of(cls, energies: Sequence[Energy], mesh: Mesh) -> Unknowns:
-        """Those of elastic energies over a mesh, one for each material."""
+        """Return the unknowns of elastic energies over a mesh, one energy for each material."""
         from softmark.solvers.energies.mixed_displacement_pressure import MixedSolid
 
         last = energies[-1]
@@ -245,11 +253,11 @@ class Unknowns:
 
     @property
     def pressures(self) -> int:
-        """How many unknowns are pressures."""
+        """Number of pressure unknowns."""
         return self.all - self.displacements
 
     def loads(self, loads: list[Energy]) -> list[Energy]:
-        """Loads on displacements, as energies of the whole state."""
+        """Return loads on displacements as energies of all unknowns."""
         if not self.pressures:
             return loads
         from softmark.solvers.energies.mixed_displacement_pressure import DisplacementEnergy
@@ -257,15 +265,18 @@ class Unknowns:
         return [DisplacementEnergy(load, self.displacements) for load in loads]
 
     def of_displacements(self, of: Callable[[Floats], T]) -> Callable[[Floats], T]:
-        """A question about displacements, or forces on them, asked of the whole state."""
+        """Return a function of displacements as a function of all unknowns."""
         return lambda x: of(self.moved(x))
 
     def moved(self, x: Floats) -> Floats:
-        """The displacements of a state."""
+        """Return the displacements of a state."""
         return x[: self.displacements]
 
     def pressed(self, energies: Sequence[Energy], pieces: Sequence[Piece], x: Floats) -> Floats | None:
-        """The pressures of a state in each cell (m, b), Pa, of energies each over a piece; None if no unknowns."""
+        """Return the pressures of a state in each cell (m, b), Pa; None if pressures are no unknowns.
+
+        Each energy is defined over one of the pieces.
+        """
         import numpy as np
 
         if not self.pressures:
@@ -279,17 +290,20 @@ class Unknowns:
         return found
 
     def begun(self, u: Floats | None) -> Floats | None:
-        """A state with these displacements; Newton's method finds its pressures at once, since they are linear."""
+        """Return a state with these displacements and zero pressures, which are linear and found in the first Newton
+        step.
+        """
         import numpy as np
 
         return u if u is None or not self.pressures else np.concatenate([u, np.zeros(self.pressures)])
 
 
 def must_breathe(declared: Declared, case: Case, pieces: Sequence[Piece], assembly: Assembly) -> None:
-    """Raises Fault where no displacement feels the same pressure everywhere in an incompressible body.
+    """Raise Fault if supports leave a uniform pressure in an incompressible body undetermined.
 
-    Supports then hold its surface all around: any change of volume they ask for is impossible, and without one the
-    pressure is anything.
+    This happens if supports hold the whole surface: a prescribed volume change is impossible, and without one the
+    pressure
+    is arbitrary.
     """
     import numpy as np
 
@@ -312,7 +326,7 @@ def must_breathe(declared: Declared, case: Case, pieces: Sequence[Piece], assemb
 
 
 def spared(choice: Linear, assembly: Assembly) -> Linear:
-    """A choice of linear solvers that can solve for the pressures of an assembly, if it has some."""
+    """Return a choice of linear solvers that can solve saddle point systems, if the assembly has pressures."""
     import numpy as np
 
     if not assembly.saddle:

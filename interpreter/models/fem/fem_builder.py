@@ -1,4 +1,4 @@
-"""Building and solving a solid finite element model: everything here is arrays."""
+"""Construction and solution of solid finite element models."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ from softmark.interpreter.models.shared.support_constraints import solid_support
 from softmark.interpreter.models.shared.support_selection import held_notes
 from softmark.interpreter.problem.body_case import Case, Fault, fault
 from softmark.interpreter.problem.conforming_mesh import Cuts
-from softmark.interpreter.problem.data_sets import located
+from softmark.interpreter.problem.data_sets import download_shape
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.assembly.elastic_energy_factory import elastic_energy, elastic_parts
 from softmark.solvers.assembly.single_precision import SingleAssembly
-from softmark.solvers.elements import ELEMENTS, UnknownElement, sliced
+from softmark.solvers.elements import ELEMENTS, UnknownElement, solid_element_name
 from softmark.solvers.energies import element_corotational
 from softmark.solvers.energies.elastic_energy import Elastic, EnergySum
 from softmark.solvers.energies.element_corotational import ElementCorotational
@@ -51,7 +51,7 @@ from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.mesh.element_interpolation import Integration, integrate_cells
 from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.model_reduction.cell_energies import of_cells
+from softmark.solvers.model_reduction.cell_energies import fields_of_cells
 from softmark.solvers.statics.residual_resultant import resultant_on
 from softmark.solvers.statics.static_equilibrium import Equilibrium, Linear, Statics, equilibrium
 
@@ -69,10 +69,11 @@ GIVES_WAY = 3.0**-0.5  # of a length: where stress in uniaxial compression of a 
 
 @dataclass(frozen=True)
 class PreparedSolid(OnMesh):
-    """A mesh, its elastic energy, and the static problem.
+    """Solid model on a mesh: its elastic energy and the static problem.
 
-    `elastic` has the law at all points of the element's quadrature: what strains are measured with, whatever energy the
-    problem has.
+    `elastic` evaluates the law at all quadrature points of the element; strains and stress are computed with it,
+    whichever
+    energy the problem uses.
     """
 
     model: Fem
@@ -97,11 +98,11 @@ class PreparedSolid(OnMesh):
 
     @property
     def driven(self) -> tuple[tuple[Declared, Energy], ...]:
-        """All that courses drive, each by itself: loads, and what pulls."""
+        """Loads and muscles, each separately: all that amplitudes scale."""
         return (*self.applied, *self.muscles)
 
     def warm(self) -> None:
-        """Compile or load every kernel: of the energies on one cell, and of a factorisation if it is large."""
+        """Compile or load every kernel: those of energies on one cell, and the factorisation if the system is large."""
         entries = len(self.problem.assembly.pattern.indices)
         with factorisations.warming(entries):
             self._warm_cells()
@@ -111,6 +112,7 @@ class PreparedSolid(OnMesh):
             self.first.prepared.warm()
 
     def _warm_cells(self) -> None:
+        """Compile the kernels of the energies on one cell."""
         twin = self.problem.twin.internal if self.problem.twin else ()
         for energy in (*self.solid, *twin[: len(twin) - self._beyond]):
             one = _one_cell(energy)
@@ -125,16 +127,16 @@ class PreparedSolid(OnMesh):
 
     @property
     def assembly(self) -> Assembly:
-        """In double precision."""
+        """Assembly in double precision."""
         return self.problem.exact or self.problem.assembly
 
     def after(self, before: Moved) -> PreparedSolid:
-        """The same, to start from what it has found in the state before; what is disturbed starts as it says."""
+        """Return the model with the state before as its start, unless a perturbed start is declared."""
         begun = self if self.disturbance else replace(self, first=None, before=np.ravel(before.displacement))
         return interaction_setup.resumed(begun, before)
 
     def solve(self, watch: Watch) -> Solution:
-        """Static equilibrium from rest, from the state before, or from another model's solution, solved first."""
+        """Find the static equilibrium from rest, from the state before, or from another model's solution."""
         remedy = "try a smaller load, a finer mesh or another strain measure"
         remedy = remedy if self.loose is None else f"hold it by a support or by what it touches, or {remedy}"
         problem = replace(self.problem, watch=watch)
@@ -150,21 +152,21 @@ class PreparedSolid(OnMesh):
 
     @property
     def unknowns(self) -> Unknowns:
-        """What a state holds."""
+        """Unknowns of a state: displacements and pressures."""
         return Unknowns.of(self.solid, self.mesh)
 
     @property
     def solid(self) -> Sequence[Energy]:
-        """The energies of its cells, one of each material: what else is stored lies beyond."""
+        """Energies of its cells, one for each material; internal energies of interactions follow them."""
         return self.problem.assembly.internal[: len(self.problem.assembly.internal) - self._beyond]
 
     @property
     def _beyond(self) -> int:
-        """How many energies come after those of its cells."""
+        """Number of internal energies other than those of its cells."""
         return len(self.beds) + (self.loose is not None)
 
     def _found(self, problem: Statics) -> Equilibrium:
-        """From rest, or from a disturbed state. Raises NotConverged."""
+        """Find the equilibrium from rest, or from a perturbed state. Raises NotConverged."""
         if self.contacts or self.loose is not None:
             return interaction_setup.found(self, problem)
         if self.disturbance is None:
@@ -172,10 +174,11 @@ class PreparedSolid(OnMesh):
         return of_solid(self.disturbance, problem, self.mesh.points, self.elastic)
 
     def _loose(self, d: Floats) -> str:
+        """Describe a motion (dofs,) that nothing resists."""
         return static_result.unresisted(self.mesh.points, self.unknowns.moved(d).reshape(-1, 3))
 
     def finish(self, found: Equilibrium) -> Solution:
-        """What a state is, once it is found: as a solution, with what can be asked of it."""
+        """Return the solution of an equilibrium, with functions for its results."""
         u = (x := self.unknowns.moved(found.x)).reshape(-1, 3)
         solution = static_result.found(found, displacement_of(self.mesh, u))
         facts = solution.facts | mesh_notes.mesh_facts(self.mesh) | self_intersections.crossings(self.beds, x)
@@ -207,12 +210,13 @@ class PreparedSolid(OnMesh):
         return self._carried(state, self.unknowns.moved(state), self.contacts, {})
 
     def mass(self) -> Any:
-        """The mass matrix of displacements, or its diagonal, kg."""
+        """Mass matrix of displacements, or its diagonal, kg."""
         return _mass(self.model, self.pieces)
 
     def _carried(
         self, state: Floats, u: Floats, beside: Mapping[str, RigidContact], rubbed: Past
     ) -> nodal_forces.Carried:
+        """Return the nodal forces in a state, with its contacts and friction history."""
         small, whole = self.model.strain == "small", self.model.rotation != "element"
         pulling = [energy for _, energy in self.muscles]
         assembly = interaction_setup.bare(self, beside)
@@ -221,7 +225,7 @@ class PreparedSolid(OnMesh):
         return interaction_setup.touched(found, beside, self, rubbed)
 
     def _other_linear(self, found: Equilibrium) -> str:
-        """That Pardiso was asked for and could not be had."""
+        """Return a message if Pardiso was requested but another solver was used."""
         if self.model.linear != "pardiso":
             return ""
         from softmark.solvers.sparse import pardiso
@@ -230,7 +234,7 @@ class PreparedSolid(OnMesh):
         return f"`linear = pardiso` found no library ({why}): solved by {found.linear_solver}" if why else ""
 
     def _beyond_its_law(self, x: Floats) -> tuple[Diagnostic, ...]:
-        """Whether a St Venant-Kirchhoff solid is squeezed to where it gives way."""
+        """Return a warning if a St Venant-Kirchhoff solid is compressed beyond its limit of stability."""
         least = min((least_stretch(energy.F(x)) for energy in self._kirchhoff()), default=1.0)
         if least > GIVES_WAY:
             return ()
@@ -245,12 +249,13 @@ class PreparedSolid(OnMesh):
         )
 
     def _kirchhoff(self) -> Iterator[Elastic]:
-        """The cells of St Venant-Kirchhoff solids in finite strain."""
+        """Yield the energies of St Venant-Kirchhoff solids in finite strain."""
         for own in self.pieces:
             if self.model.strain == "finite" and isinstance(own.case.material.finite_law(), StVenantKirchhoff):
                 yield elastic_of(own.case, own.mesh, own.parts, self.model.strain)
 
     def _misread_rotation(self, x: Floats) -> tuple[Diagnostic, ...]:
+        """Return a warning if small strain is used with large rotations."""
         if self.model.strain != "small":
             return ()
         H = self.elastic.F(x) - np.eye(3)
@@ -273,11 +278,11 @@ AnyEnergy = TypeVar("AnyEnergy")
 
 
 def _one_cell(energy: AnyEnergy) -> AnyEnergy:
-    """The first cell of an energy over a mesh: what compiles its kernels at no cost."""
+    """Return the first cell of an energy over a mesh, which compiles the same kernels at negligible cost."""
     if isinstance(energy, EnergySum):
         return replace(energy, parts=tuple(_one_cell(part) for part in energy.parts))
     known: Any = energy  # one of the dataclasses of solvers/energies over cells
-    one: AnyEnergy = replace(known, **of_cells(known, slice(0, 1)))
+    one: AnyEnergy = replace(known, **fields_of_cells(known, slice(0, 1)))
     return one
 
 
@@ -287,7 +292,7 @@ def load(model: Fem) -> None:
 
 
 def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-    """Everything that solving needs, for rest or for motion. Raises Fault."""
+    """Build the static or dynamic model of a case. Raises Fault."""
     static, parts = at_rest(model, declared, case, workshop)
     if not isinstance(case.analysis, Dynamic):
         return levered(static, workshop, disturbance_of(case))
@@ -301,7 +306,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
 def at_rest(
     model: Fem, declared: Declared, case: Case, workshop: Workshop, mesh: Mesh | None = None
 ) -> tuple[PreparedSolid, Integration]:
-    """The static problem, and the integration over its mesh, or another of the same body. Raises Fault."""
+    """Build the static problem; return it with the integration over its mesh, or over the given mesh. Raises Fault."""
     mesh = mesh_of(model, declared, case, workshop) if mesh is None else mesh
     parts = integrate_cells(mesh)
     elastic = elastic_of(case.plain, mesh, parts, model.strain)
@@ -355,10 +360,11 @@ def at_rest(
 
 
 def muscles(each: Sequence[Piece]) -> tuple[Sequence[Piece], list[tuple[Declared, Energy]]]:
-    """The pieces with their materials as they are when they do not pull, and the energies of what pulls.
+    """Return the pieces with passive materials, and the active energies of muscles.
 
-    These come with the loads, in the same steps or by courses of their own: each is that of the body, as if it were
-    made of that material alone. Of no muscle the pieces as they are, and none.
+    The active energies are applied like loads, in load steps or by amplitudes of their own. Each is that of the whole
+    body
+    as if it had this material only. Without muscles the pieces are returned unchanged, with no energies.
     """
     if not any(getattr(own.case.material, "pulls", False) for own in each):
         return each, []
@@ -375,7 +381,7 @@ def muscles(each: Sequence[Piece]) -> tuple[Sequence[Piece], list[tuple[Declared
 
 
 def levered(static: PreparedSolid, workshop: Workshop, disturbance: Disturbance | None = None) -> PreparedSolid:
-    """With what the model trades for speed: precision, caps, linear solver, start. Raises Fault."""
+    """Apply the options that trade accuracy for speed: precision, caps, linear solver, start. Raises Fault."""
     model, problem = static.model, static.problem
     reuse, modes = model.factorisation == "reused", problem.assembly.modes
     choice = Linear(model.linear, model.precision, model.linear_cap, reuse, modes)
@@ -391,16 +397,17 @@ def levered(static: PreparedSolid, workshop: Workshop, disturbance: Disturbance 
 
 
 def soundness(model: Fem, elastic: Elastic) -> Callable[[Floats], bool]:
-    """Whether no cell is inside out at any of its integration points; small strains know no such thing."""
+    """Return a test whether no cell is inverted at any integration point; it is always true for small strain."""
 
     def sound(x: Floats) -> bool:
+        """Return whether all determinants of the deformation gradient are positive."""
         return model.strain == "small" or bool(np.all(np.linalg.det(elastic.F(x)) > 0))
 
     return sound
 
 
 def elastic_of(case: Case, mesh: Mesh, parts: Integration, strain: str) -> Elastic:
-    """The law of a case at the points of its mesh; of a body of revolution, around the axis."""
+    """Return the elastic energy of a case at quadrature points; axisymmetric for a body of revolution."""
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(case.material, strain))
     if not case.depth:
         return elastic
@@ -410,7 +417,7 @@ def elastic_of(case: Case, mesh: Mesh, parts: Integration, strain: str) -> Elast
 
 
 def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]:
-    """The elastic energy that a model asks for, and its corotational twin where its law is one of finite strain."""
+    """Return the elastic energy that a model requests, and its corotational twin if its law is one of finite strain."""
     if model.formulation != "displacement" or case.porous:
         return element_formulations.energies(model, case, mesh, parts)
     elastic = elastic_of(case, mesh, parts, model.strain)
@@ -424,7 +431,7 @@ def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[En
 
 
 def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> ElementCorotational:
-    """One rotation for each cell, and its stiffness at rest, in full or selectively integrated."""
+    """Return the energy with one rotation per cell and its initial stiffness, by full or selective integration."""
     G, rest = element_corotational.mean_gradients(elastic.dNdX, elastic.w), np.eye(3)[None]
     parts = elastic_parts(mesh, elastic, case.material, "small", model.integration == "selective")
     K = np.sum([_at_rest(e, rest) for e in parts], axis=0)
@@ -432,7 +439,7 @@ def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> E
 
 
 def _at_rest(e: Elastic, rest: Floats) -> Floats:
-    """The stiffness of each cell at rest (m, 3a, 3a), N/m: of each modulus, which is a weight where it varies."""
+    """Return the initial stiffness of each cell (m, 3a, 3a), N/m; a varying modulus enters as a weight."""
     if not e.varies:
         return element_corotational.element_stiffness(e.dNdX, e.w, e.law.dPdF(rest)[0])
     law: Any = e.law
@@ -445,7 +452,7 @@ def _at_rest(e: Elastic, rest: Floats) -> Floats:
 
 
 def mass_of(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Any:
-    """The mass matrix of a model, kg: sparse (3n, 3n) where it is consistent, and else its diagonal (3n,)."""
+    """Return the mass matrix of a model, kg: sparse (3n, 3n) if it is consistent, else its diagonal (3n,)."""
     return _mass(model, pieces(case, mesh, parts))
 
 
@@ -454,14 +461,14 @@ def _mass(model: Fem, each: Sequence[Piece]) -> Any:
 
 
 def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Mesh:
-    """The mesh of a model, made once for all models that want the same. Raises Fault."""
+    """Return the mesh of a model, shared by all models with the same mesh key. Raises Fault."""
     key = model.meshed_as(case)
     if key in workshop.meshes:
         workshop.borrowed = workshop.seconds.get(key, (0.0, 0.0))
     else:
         wall, cpu = time.perf_counter(), time.process_time()
         at = declared.at("mesh") if model.mesh is not None else case.shaped
-        shape = located(model.mesh or case.shape, at)
+        shape = download_shape(model.mesh or case.shape, at)
         cuts = model.cuts(case, shape)
         try:
             made = _made(model, case, shape, cuts)
@@ -481,8 +488,8 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
 
 
 def _made(model: Fem, case: Case, shape: Shape, cuts: Cuts) -> Mesh:
-    """The mesh of a shape; with the groups of its file where the case has some. Raises Fault as `mesh_of` says."""
-    kind = sliced(model.element)
+    """Return the mesh of a shape, with the groups of its file if the case has some. Raises Fault as `mesh_of` does."""
+    kind = solid_element_name(model.element)
     if not case.groups:
         return shape.mesh(kind, model.size or 0.0, cuts)  # a file's has no size but its own
     from softmark.interpreter.problem import group_conditions
@@ -493,7 +500,7 @@ def _made(model: Fem, case: Case, shape: Shape, cuts: Cuts) -> Mesh:
 
 
 def _takes() -> str:
-    """Which cells of a file each element can be made of."""
+    """Describe which cells of a file each element can be made of."""
     hexahedra, tetrahedra = ([n for n, e in ELEMENTS.items() if e.family == f] for f in ("hexahedra", "tetrahedra"))
     takes = "takes" if len(hexahedra) == 1 else "take"
     return (

@@ -1,4 +1,4 @@
-"""Solid finite elements."""
+"""Declaration of solid finite element models."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.fem import element_formulations
 from softmark.interpreter.models.fem import solver_options as options
 from softmark.interpreter.models.shared.model_declaration import Model
-from softmark.interpreter.problem.conforming_mesh import Cuts, cuts_of, graded
+from softmark.interpreter.problem.conforming_mesh import Cuts, cuts_of, graded_cuts
 from softmark.interpreter.problem.deflection_estimates import bending_angle
 from softmark.interpreter.results.run_report import ModelKind
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import HasMaterial, LineForce
 from softmark.records import dataclass
-from softmark.solvers.elements import WORDS, named, unknown
+from softmark.solvers.elements import WORDS, find_element, unknown_element_error
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared, Scene
@@ -36,49 +36,61 @@ FORMULATIONS = {"mixed": "with pressures", "mean_dilatation": "mean dilatation"}
 
 @dataclass(frozen=True)
 class Fem(HasMaterial, Model):
-    """Finite elements over the volume of a body: a choice of element and of how strain is measured.
+    """Finite elements over the volume of a body, with a choice of element and strain measure.
 
-    `small`: strain is linear in the displacements; right for rotations of a few degrees, grows the body when
-    it turns. `corotational`: linear elasticity in the frame of the polar rotation of each integration point,
-    with its exact derivatives; right for large rotations and small strains. `finite`: the material's own law,
-    right for both. The first two take the moduli that the material has at rest.
+    `small`: strain is linear in the displacements. It is accurate for rotations of a few degrees; a body that rotates
+    more appears to grow. `corotational`: linear elasticity in the frame of the polar rotation of each integration
+    point,
+    with exact derivatives, for large rotations and small strains. `finite`: the material's own law, for large rotations
+    and
+    strains. The first two use the initial moduli of the material.
     `integration = selective` (hex8): the energy of the modulus lambda is evaluated once per cell, for the cell's mean
-    deformation gradient, so the element does not lock. `rotation = element` (corotational): one rotation for each cell,
-    as simulators in real time have it; its forces have no energy. `mass`: how weight is put on nodes. `consistent`
-    integrates the shape functions, `lumped` shares each cell's mass by the diagonal of its mass matrix, `uniform` gives
-    every node of the mesh the same, which is wrong wherever the mesh is graded.
+    deformation gradient, so that the element does not lock. `rotation = element` (corotational): one rotation per cell,
+    as in real-time simulators; its forces have no energy. `mass`: how mass is distributed to nodes. `consistent`
+    integrates the shape functions, `lumped` distributes each cell's mass by the diagonal of its mass matrix, and
+    `uniform`
+    gives every node of the mesh the same mass, which is wrong wherever the mesh is graded.
 
-    `formulation` frees elements from locking near incompressibility. `mixed` has pressures as unknowns beside the
-    displacements, and takes every Poisson's ratio up to and including 0.5: linear and continuous in tet10, hex20 and
-    hex27 (Taylor and Hood), the elements of choice there, or one in each hex8 (Q1/P0, whose displacements are good
-    while its pressures may alternate from cell to cell). It is for statics. `mean_dilatation` (hex8) takes the mean of
-    the change of volume over each cell: B-bar where strains are small, the consistent form of F-bar where they are
-    finite; the same displacements as mixed hex8, with no other unknowns, for Poisson's ratios below 0.5 and for motion
-    too.
+    `formulation` avoids locking near incompressibility. `mixed` has pressures as additional unknowns and accepts every
+    Poisson's ratio up to and including 0.5. Pressures are linear and continuous in tet10, hex20 and hex27 (Taylor and
+    Hood), the recommended elements, or constant in each hex8 (Q1/P0, whose displacements are good but whose pressures
+    may
+    alternate from cell to cell). It is for statics. `mean_dilatation` (hex8) uses the mean volume change of each cell:
+    B-bar for small strain, the consistent form of F-bar for finite strain. It has the same displacements as mixed hex8
+    without further unknowns, for Poisson's ratios below 0.5, in statics and dynamics.
 
-    Levers trade accuracy, or nothing, for speed; `sweep` varies them, and `dsl compare` says what each costs.
-    `cap` stops Newton's method after so many linear systems, at rest from the first, in motion in every step: what
-    programs do that must keep a frame. Such a state is `capped`, is not solved, and never counts as real time; its
-    residual is that of the state, and its metrics say what the cap costs. `linear` names the linear solver, `auto` the
-    one that suits. `conjugate_gradients` has the diagonal as its preconditioner, and `linear_cap` stops it after so
-    many iterations in every Newton step; the state is `capped` where it then is no equilibrium. `precision = single`
-    keeps geometry, state, forces, tangent and factor in 32 bits; the residual that is reported is computed in 64,
-    `converged` then says that rounding is all that is left, and at most 1e-3 of the residual or in the energy norm.
+    The following options trade accuracy, or nothing, for speed; `sweep` varies them, and `dsl compare` shows the cost.
+    `cap` stops Newton's method after this number of linear systems, in total in statics and per time step in dynamics,
+    as
+    programs do that must keep a frame rate. Such a state is `capped`: it is not converged and never counts as real
+    time;
+    its residual is that of the state, and its metrics show the effect of the cap. `linear` names the linear solver;
+    `auto`
+    selects a suitable one. `conjugate_gradients` is preconditioned by the diagonal, and `linear_cap` stops it after
+    this
+    number of iterations in every Newton step; the state is `capped` if it is then not in equilibrium. `precision =
+    single`
+    stores geometry, state, forces, tangent and factor in 32 bits. The reported residual is computed in 64 bits;
+    `converged` then means that only rounding errors remain, at most 1e-3 of the residual or in the energy norm.
     `factorisation = reused` keeps a factor as long as conjugate gradients with it cost less than a new one, and solves
-    early Newton steps no better than they deserve (Eisenstat and Walker 1996): the same state to the same tolerance.
-    `quality` moves the nodes of the mesh at random, the same way every time, until its worst cell has this mean ratio
-    (Knupp 2001; 1 is a regular cell, 0 a flat one): for studies of what bad meshes do. The shape of the body is kept:
-    nodes of plane faces move within them, those of straight edges along them, others stay.
-    `finer` and `towards` grade the mesh: at the border of a condition, where that is a plane or a circle that a mesh of
-    the shape can follow, cells are so many times shorter across it, and have their `size` again half the body's extent
-    away; in a filled surface they are as much smaller where it holds, and facets of combined shapes are those of the
-    smallest. A mesh of half the size is graded alike.
-    `start` names another model of the body whose solution Newton's method starts from, on a coarser mesh or with a
-    cheaper strain; what that one takes is part of what this one takes.
+    early Newton steps only as accurately as needed (Eisenstat and Walker 1996): same state, same tolerance.
+    `quality` moves the nodes of the mesh at random, reproducibly, until its worst cell has this mean ratio (Knupp 2001;
+    1 is a regular cell, 0 a flat one), to study the effect of bad meshes. The shape of the body is kept: nodes of plane
+    faces move within them, those of straight edges along them, and others stay.
+    `finer` and `towards` grade the mesh: at the border of a condition, if that is a plane or a circle that a mesh of
+    the
+    shape can follow, cells are `finer` times shorter across it, and reach their `size` at half the body's extent away.
+    In a
+    filled surface, cells are smaller by that factor where the condition holds; facets of combined shapes have the
+    smallest
+    size. A mesh of half the size is graded in the same way.
+    `start` names another model of the body whose solution is the initial guess of Newton's method, for example on a
+    coarser
+    mesh or with a cheaper strain measure; its cost is part of the cost of this model.
     """
 
     recovers = True
-    graded = True
+    graded_cuts = True
     directed = True
     composite = True
     bedded = True
@@ -136,37 +148,37 @@ class Fem(HasMaterial, Model):
 
     @property
     def constant(self) -> bool:  # type: ignore[override]
-        """Its stiffness never changes: strain is linear in the displacements."""
+        """True if the stiffness is constant, because strain is linear in the displacements."""
         return self.strain == "small"
 
     @property
     def unsolved(self) -> bool:  # type: ignore[override]
-        """It may accept states that are not solved."""
+        """True if the model may accept states that are not converged."""
         return self.cap is not None or self.linear_cap is not None
 
     @property
     def own_mesh(self) -> Shape | None:
-        """A mesh from a file in place of one that is made of the body's shape."""
+        """Mesh from a file, used in place of one generated from the body's shape; else None."""
         return self.mesh
 
     @property
     def other_material(self) -> Any:
-        """The material that it takes in place of the body's."""
+        """Material that replaces that of the body; else None."""
         return self.material
 
     @property
     def capped_at(self) -> int | None:
-        """Newton iterations after which a state, or a time step, is accepted."""
+        """Number of Newton iterations after which a state or time step is accepted."""
         return self.cap
 
     @property
     def shortcuts(self) -> tuple[str, ...]:
-        """Which of its levers leave a step unsolved, in single precision, or begun elsewhere."""
+        """Its options that leave a step unconverged, use single precision, or start from another model."""
         return tuple(lever for lever in SHORTCUTS if getattr(self, lever) != PLAIN[lever])
 
     @property
     def stress_law(self) -> tuple[str, str] | str:
-        """The measure of strain and the way to keep the volume that stress follows from, or why there is none."""
+        """Strain measure and volumetric formulation from which stress follows, or a message why there is no stress."""
         if self.rotation == "element":
             return (
                 "its forces are those of one rotation for each cell, which belong to no stress: use `rotation = point`"
@@ -176,49 +188,53 @@ class Fem(HasMaterial, Model):
 
     @property
     def order(self) -> int:
-        """In displacements, where the solution is smooth: degree of the element + 1 (Strang and Fix 1973, 1.5)."""
-        return int(named(self.element).order) + 1
+        """Convergence order of displacements for smooth solutions: degree of the element + 1 (Strang and Fix 1973,
+        1.5).
+        """
+        return int(find_element(self.element).order) + 1
 
     def orders(self) -> dict[str, int]:
-        """That of the element, where every state is solved by energies that theory knows."""
+        """Return the convergence order in `size`; empty if states may be unconverged or theory does not cover the
+        options.
+        """
         known = self.mass != "uniform" and self.rotation != "element" and not self.unsolved
         return {"size": self.order} if known else {}
 
     def plain(self, **changes: Any) -> Fem:
-        """The same without what it trades for speed."""
+        """Return the model without the options that trade accuracy for speed."""
         return replace(self, **{**PLAIN, **changes})
 
     def mesh_key(self) -> tuple[Any, ...]:
-        """What two models of a body must agree in to share a mesh."""
+        """Return the key in which two models of a body must agree to share a mesh."""
         moved = () if self.quality is None else (("quality", self.quality),)
         if self.mesh is None:
             return self.element, self.size, *moved
         return self.element, self.size, self.mesh, *moved
 
     def meshed_as(self, case: Case) -> tuple[Any, ...]:
-        """The same in a case: body, element, size, and where supports need nodes."""
+        """Return the key of the mesh in a case: body, element, size, and planes where supports need nodes."""
         return (case.body.name, *self.mesh_key(), *(() if self.mesh else self.cuts(case)))
 
     def cuts(self, case: Case, shape: Shape | None = None) -> Cuts:
-        """Where its meshes need nodes, and where their cells are finer."""
+        """Return where its meshes need nodes, and where their cells are finer."""
         found = cuts_of(case, shape)
         if self.towards is None or self.finer is None:
             return found
-        return (*found, *graded(self.towards, shape or case.shape, self.finer))
+        return (*found, *graded_cuts(self.towards, shape or case.shape, self.finer))
 
     def _own_mesh(self, case: Case) -> bool:
-        """Whether the mesh comes from a file, of the model or of the body."""
+        """Return whether the mesh comes from a file, of the model or of the body."""
         return (self.own_mesh or case.shape).prebuilt
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """What speaks against this model of this case: of every material, where there are several."""
+        """Return errors and warnings about this model in a case, for every material if there are several."""
         if (case.porous and case.parts) or (case.remembers and not case.uniform):  # what is typical would not say
             return list(self.refusals(declared, case))
         if case.parts:
             return self._of_parts(declared, case)
         case = case.plain
         if self.element not in WORDS:
-            return [options.unmeshed(declared, unknown(self.element))]
+            return [options.unmeshed(declared, unknown_element_error(self.element))]
         found = [
             *self.refusals(declared, case),
             self.one_mesh(declared, case),
@@ -234,7 +250,9 @@ class Fem(HasMaterial, Model):
         return [d for d in found if d is not None]
 
     def _of_parts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """Doubts for each material; of a large rotation those of the stiffest alone, for the whole bends no more."""
+        """Return errors and warnings for each material; those of large rotation only for the stiffest, which limits
+        bending.
+        """
         stiffest = max(case.typical, key=lambda material: material.young)
         found: dict[tuple[object, ...], Diagnostic] = {}
         for part, material in zip((None, *case.parts), case.typical, strict=True):
@@ -247,11 +265,11 @@ class Fem(HasMaterial, Model):
         return list(found.values())
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
-        """What speaks against the model that it starts from."""
+        """Return errors about the model from which this one starts."""
         return options.starts(scene, declared, case)
 
     def one_mesh(self, declared: Declared, case: Case) -> Diagnostic | None:
-        """Exactly one of `size` and `mesh`, but for a body that is a mesh already."""
+        """Return an error unless exactly one of `size` and `mesh` is given; a body that is a mesh needs neither."""
         prebuilt = self.mesh is None or self.mesh.prebuilt
         both = self.size is not None and self.mesh is not None
         neither = self.size is None and self.mesh is None and not case.shape.prebuilt
@@ -270,6 +288,7 @@ class Fem(HasMaterial, Model):
         return diagnostic("E507", declared.at("mesh" if self.mesh is not None else "element"), problem, label, help)
 
     def _finite_law(self, declared: Declared, case: Case) -> Diagnostic | None:
+        """Return an error if finite strain is requested and the material has no law for it."""
         if self.strain != "finite" or case.material.finite_law() is not None:
             return None
         at, body = declared.at("strain"), case.body.name
@@ -282,16 +301,16 @@ class Fem(HasMaterial, Model):
         )
 
     def locks_at(self, poisson: float) -> bool:
-        """Whether the element is visibly too stiff at a Poisson's ratio."""
+        """Return whether the element is visibly too stiff at a Poisson's ratio."""
         free = self.integration == "selective" or self.formulation != "displacement"
-        return not free and bool(poisson >= named(self.element).locks)
+        return not free and bool(poisson >= find_element(self.element).locks)
 
     def locking(self, declared: Declared, case: Case) -> Diagnostic | None:
-        """A warning where the element is visibly too stiff at the Poisson's ratio of the body."""
+        """Return a warning if the element is visibly too stiff at the Poisson's ratio of the body."""
         nu = case.material.poisson
         if not self.locks_at(nu) or case.material.incompressible or case.material.thin:
             return None
-        element = named(self.element)
+        element = find_element(self.element)
         cure = (
             "use `formulation = mixed`"
             if element.pressures == "corners"
@@ -306,6 +325,7 @@ class Fem(HasMaterial, Model):
         )
 
     def _rotation(self, declared: Declared, case: Case) -> Diagnostic | None:
+        """Return a warning if small strain is used with supports or loads that cause large rotations."""
         if self.strain != "small":
             return None
         if (turned := max((math.hypot(*s.thing.rotation) for s in case.supports), default=0.0)) > LARGE_ANGLE:
@@ -316,6 +336,7 @@ class Fem(HasMaterial, Model):
         return self._misread(declared, "this load causes", far)
 
     def _misread(self, declared: Declared, what: str, far: str) -> Diagnostic:
+        """Return the warning about large rotations in small strain."""
         return diagnostic(
             "W302",
             declared.at("strain"),
@@ -325,13 +346,13 @@ class Fem(HasMaterial, Model):
         )
 
     def coarse(self, declared: Declared, case: Case) -> Diagnostic | None:
-        """A mesh that is too fine for memory, or coarser than the body."""
+        """Return an error for a mesh that is too fine for memory, or a warning for one coarser than the body."""
         shape = case.shape
         if self.size is None or shape.bounds is None or not (volume := shape.least) or self._own_mesh(case):
             return None
         low, high = shape.bounds
         at = declared.at("size")
-        element = named(self.element)
+        element = find_element(self.element)
         cells = len(element.split[0]) * volume / self.size**3
         if shape.flat:  # one through the thickness
             cells = len(element.split[0]) * volume / (high[2] - low[2]) / self.size**2
@@ -359,22 +380,23 @@ class Fem(HasMaterial, Model):
         return None
 
     def mesh_words(self, case: Case) -> str:
-        """Its mesh in words: `tet4 of about 7 mm`."""
+        """Return a description of its mesh, such as `tet4 of about 7 mm`."""
         size = "" if self.size is None else f"of about {units.format_value(self.size, units.LENGTH)}"
         return f"{self.element} {'of the file' if self._own_mesh(case) else size}"
 
     def outline(self, case: Case) -> str:
-        """One line for the plan and the report."""
+        """Return a one-line description for the plan and the report."""
         return f"{self.mesh_words(case)}, {self._words(case, self.material)}"
 
     def kind(self, case: Case) -> ModelKind | None:
-        """What it is but for its size and Poisson's ratio."""
+        """Return the family of the model, that is all but its size and Poisson's ratio."""
         if self.size is None or self._own_mesh(case):
             return None
         nu = None if self.material is None or not self.material.uniform else float(f"{self.material.poisson:g}")
         return ModelKind(f"{self.element}, {self._words(case, None)}", units.format_value(self.size, units.LENGTH), nu)
 
     def _words(self, case: Case, material: Any) -> str:
+        """Return a description of strain measure and options."""
         options = (
             ", selectively integrated" if self.integration == "selective" else "",
             f", {FORMULATIONS[self.formulation]}" if self.formulation != "displacement" else "",
@@ -386,6 +408,7 @@ class Fem(HasMaterial, Model):
         return f"{self.strain} strain{''.join(options)}"
 
     def _levers(self) -> tuple[str, ...]:
+        """Return descriptions of the options that trade accuracy for speed."""
         return (
             ", single precision" if self.precision == "single" else "",
             f", {self.linear}".replace("_", " ") if self.linear != "auto" else "",

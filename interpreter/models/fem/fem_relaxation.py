@@ -1,4 +1,4 @@
-"""Solids that remember, in the time of a quasistatic analysis: from what a scene says to a march of equilibria."""
+"""Viscoelastic solids in quasistatic analyses: from the scene to a sequence of equilibria in time."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.viscoelastic_memory import BodyHistory, ViscoelasticHistory
-from softmark.solvers.materials.viscoelastic_increment import series_of
+from softmark.solvers.materials.viscoelastic_increment import prony_series
 from softmark.solvers.statics.quasistatic_history import Aged, Instant, aged, begun, followed
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Past:
-    """How the nodes have moved so far: times (t,), s, and displacements at each (t, n, 3), m."""
+    """History of nodal displacements: times (t,), s, and displacements at each (t, n, 3), m."""
 
     times: tuple[float, ...]
     states: tuple[Floats, ...]
@@ -47,20 +47,20 @@ class Past:
 
 @dataclass(frozen=True)
 class Remembered(Deformed):
-    """A deformed mesh that knows how it came there: `aged` is what a later time goes on from."""
+    """Deformed mesh with its history; `aged` is the state from which a later time continues."""
 
     past: Past | None = None
     aged: Aged | None = None
     pore_pressure: Floats | None = None  # (n,) Pa, of a fluid, positive in compression
 
     def __getstate__(self) -> dict[str, Any]:
-        """Of a report that is kept: the mesh as it is, from which no later time goes on."""
+        """Return the mesh without the state to continue from, for stored reports."""
         return self.__dict__ | {"aged": None}
 
 
 @dataclass(frozen=True)
 class PreparedAged(OnMesh):
-    """A body that remembers: `static` is the same at full size of all that acts, with the law that it has at once."""
+    """Viscoelastic solid; `static` is the same body with all loads at full size and the instantaneous law."""
 
     static: PreparedSolid
     case: Case
@@ -70,28 +70,28 @@ class PreparedAged(OnMesh):
 
     @property
     def shape(self) -> Shape:  # type: ignore[override]
-        """Of the body."""
+        """Shape of the body."""
         return self.static.shape
 
     @property
     def mesh(self) -> Mesh:  # type: ignore[override]
-        """Of the body."""
+        """Mesh of the body."""
         return self.static.mesh
 
     @property
     def applied(self) -> tuple[tuple[Declared, Energy], ...]:  # type: ignore[override]
-        """Every load by itself, as it acts now."""
+        """Loads, each separately, at the present time."""
         acting = self.timed.acting(self.static.driven, self._now)[: len(self.case.loads)]
         return tuple((load, energy) for load, (_, energy) in zip(self.case.loads, acting, strict=True))
 
     @property
     def pulling(self) -> list[Energy]:
-        """Every muscle by itself, as it pulls now."""
+        """Active energies of muscles, each separately, at the present time."""
         return [energy for _, energy in self.timed.acting(self.static.driven, self._now)[len(self.case.loads) :]]
 
     @property
     def size(self) -> dict[str, int]:
-        """nodes, elements, dofs."""
+        """Numbers of nodes, elements and dofs."""
         return self.static.size
 
     @property
@@ -101,20 +101,21 @@ class PreparedAged(OnMesh):
 
     @property
     def assembly(self) -> None:
-        """It is another at every time."""
+        """Assembly: None, because it differs at every time."""
         return
 
     @property
     def analysis(self) -> Quasistatic:
-        """At one of its times."""
+        """Quasistatic analysis at one of its times."""
         return self.timed.analysis
 
     @property
     def _now(self) -> float:
+        """Present time, s."""
         return self.analysis.now
 
     def after(self, before: Moved) -> PreparedAged:
-        """The same, to go on from the time before."""
+        """Return the model continuing from the time before."""
         return replace(self, before=before.aged) if isinstance(before, Remembered) else self
 
     def warm(self) -> None:
@@ -127,19 +128,20 @@ class PreparedAged(OnMesh):
     # ------------------------------------------------------------------ time
 
     def instants(self) -> list[Instant]:
-        """What acts at the end of every step up to now, after that of the state before."""
+        """Return loads and supports at the end of every step up to now, after the state before."""
         return self.timed.after(None if self.before is None else self.before.time)
 
     # ------------------------------------------------------------------ solving
 
     def solve(self, watch: Watch) -> Solution:
-        """March from the start, or from the state before, to now."""
+        """Solve step by step from the start, or from the state before, to the present time."""
         remedy = "try a shorter step, a smaller load, a finer mesh or another strain measure"
         problem = replace(self.static.problem, watch=watch)
         first = self.before if self.before is not None else begun(problem, self.memories)
         came: list[Aged] = [first]
 
         def find() -> Any:
+            """Return the equilibrium at the present time."""
             came[0] = followed(problem, first, self.instants())
             if came[0].found is None:
                 came[0] = aged(problem, came[0], self.timed.at(self._now, False))
@@ -149,6 +151,7 @@ class PreparedAged(OnMesh):
         return static_result.solution(find, remedy, lambda found: self._finish(found, came[0]), self.static._loose)
 
     def _finish(self, found: Any, state: Aged) -> Solution:
+        """Return the solution, with its energies and history."""
         static = self.static
         x = static.unknowns.moved(state.x)
         u = x.reshape(-1, 3)
@@ -172,10 +175,12 @@ class PreparedAged(OnMesh):
         return replace(seen, carried=cache(lambda: self._carried(state, x, stored, lost)))
 
     def _past(self, state: Aged) -> Past:
+        """Return the history of nodal displacements."""
         each = tuple(self.static.unknowns.moved(x).reshape(-1, 3) for x in state.states)
         return Past(state.times, each)
 
     def _carried(self, state: Aged, u: Floats, stored: float, lost: float) -> nodal_forces.Carried:
+        """Return the nodal forces in a state, with stored and dissipated energy."""
         small = self.static.model.strain == "small"
         if state.problem is None:
             raise ValueError("nothing was solved")
@@ -185,7 +190,7 @@ class PreparedAged(OnMesh):
         return nodal_forces.bedded(found, self.static.beds) if self.static.beds else found
 
     def _doubts(self, state: Aged) -> Iterator[Diagnostic]:
-        """A warning where dissipated energy has come back."""
+        """Yield a warning if dissipated energy decreases."""
         yield from came_back(self.static.declared, np.array((0.0, *state.losses)), abs(state.work),
                              state.memories.unknown)  # fmt: skip
 
@@ -194,9 +199,9 @@ class PreparedAged(OnMesh):
 
 
 def in_motion(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-    """The body in motion, with what its points remember. Raises Fault."""
+    """Build the dynamic analysis of a viscoelastic solid. Raises Fault."""
     from softmark.solvers.dynamics.implicit_midpoint import Midpoint
-    from softmark.solvers.dynamics.viscoelastic_step import Remembering
+    from softmark.solvers.dynamics.viscoelastic_step import ViscoelasticStep
 
     static, parts = at_rest(model, declared, case, workshop)
     known = _remembered(model, static)
@@ -204,12 +209,12 @@ def in_motion(model: Fem, declared: Declared, case: Case, workshop: Workshop) ->
     made = solid_dynamics.in_motion(
         static, declared, case, mesh, mass, known.energies, static.driven, static.problem, pulling
     )
-    remembering = Remembering(known, isinstance(made.problem.integrator, Midpoint))
+    remembering = ViscoelasticStep(known, isinstance(made.problem.integrator, Midpoint))
     return replace(made, problem=replace(made.problem, remembering=remembering, lagged=False))
 
 
 def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-    """The body at full size of all that acts, and what its points remember. Raises Fault."""
+    """Build the quasistatic or dynamic analysis of a viscoelastic solid. Raises Fault."""
     if isinstance(case.analysis, Dynamic):
         return in_motion(model, declared, case, workshop)
     whole = whole_of(case)
@@ -223,13 +228,13 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
 
 
 def owners_of(case: Case, mesh: Mesh, workshop: Workshop, fixed: Ints) -> list[Declared]:
-    """The support that imposes each of the held degrees of freedom (c,)."""
+    """Return the support that imposes each of the held degrees of freedom (c,)."""
     held = held_values(case, mesh, workshop.measured)
     return [held[dof][1] for dof in fixed.tolist()]
 
 
 def _remembered(model: Fem, static: PreparedSolid) -> BodyHistory:
-    """The energy of each piece, with a memory where its material relaxes, and those of beds."""
+    """Return the energies of pieces, with history variables if their material relaxes, and of foundations."""
     found: list[ViscoelasticHistory | Energy] = []
     for own, energy in zip(static.pieces, static.solid, strict=True):
         material = own.case.material
@@ -239,5 +244,5 @@ def _remembered(model: Fem, static: PreparedSolid) -> BodyHistory:
         plain: Any = energy
         if model.formulation == "displacement":
             plain = elastic_of(own.case, own.mesh, own.parts, model.strain)
-        found.append(ViscoelasticHistory.at_rest(plain, series_of(material, model.strain)))
+        found.append(ViscoelasticHistory.at_rest(plain, prony_series(material, model.strain)))
     return BodyHistory((*found, *static.beds.values()))

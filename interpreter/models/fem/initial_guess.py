@@ -1,4 +1,4 @@
-"""Starting from what another model has found, and saying what that took."""
+"""Initial guess of a finite element model from another model's solution, and the report of its cost."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Begun:
-    """What the other model has found at the nodes of this one, (dofs,) m, None: nothing; and what it took."""
+    """Solution of the other model at the nodes of this one, (dofs,) m, or None if it failed; and its cost."""
 
     model: str
     solution: Solution
@@ -30,7 +30,7 @@ class Begun:
     seconds: tuple[float, float]  # wall, CPU, with the interpolation
 
     def facts(self, found: Solution) -> dict[str, Any]:
-        """The `start` of a report."""
+        """Return the `start` part of a report."""
         return {
             "model": self.model,
             "status": self.solution.status,
@@ -41,10 +41,11 @@ class Begun:
         }
 
     def _used(self, found: Solution) -> bool:
+        """Return whether Newton's method converged from this initial guess."""
         return self.x is not None and bool(found.facts.get("started"))
 
     def notes(self, declared: Declared, found: Solution) -> tuple[Diagnostic, ...]:
-        """A warning where the start was of no use."""
+        """Return a warning if the initial guess was not used."""
         if self._used(found):
             return ()
         at, failed = declared.at("start"), self.x is None
@@ -62,13 +63,13 @@ class Begun:
 
 @dataclass(frozen=True)
 class Start:
-    """Another model, ready to solve."""
+    """Model that provides the initial guess, ready to solve."""
 
     name: str
     prepared: Prepared
 
     def begin(self, X: Floats, watch: Watch) -> Begun:
-        """Its solution at nodes X (n, 3)."""
+        """Solve it, and return its solution at nodes X (n, 3)."""
         wall, cpu = time.perf_counter(), time.process_time()
         solution = self.prepared.solve(watch)
         x = None
@@ -79,7 +80,7 @@ class Start:
 
 
 def start_of(declared: Declared, workshop: Workshop) -> Start:
-    """The model that another one starts from, built for the same scene. Raises Fault."""
+    """Build the model that provides the initial guess, for the same scene. Raises Fault."""
     name = declared.thing.start
     if workshop.scene is None:
         raise fault("E508", declared.at("start"), f"`{declared.name}` has no scene to find `{name}` in")

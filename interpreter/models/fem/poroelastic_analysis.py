@@ -1,4 +1,4 @@
-"""Porous solids full of fluid, in quasistatic time: what of the fluid is held, and what became of it."""
+"""Poroelastic solids in quasistatic analyses: drained surfaces, fluid pressure, outflow and balance."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ BALANCED = 1e-10  # of the volume that has moved: what may be amiss of the balan
 
 @dataclass(frozen=True)
 class Fluid:
-    """The fluid in a mesh: what has left through each support that lets it through, m^3, and pressures of nodes."""
+    """Fluid in a mesh: volume that has left through each drained support, m^3, and nodal pressures."""
 
     mesh: Mesh
     nodes: Floats  # (n,) Pa, positive in compression; between corners their mean
@@ -52,24 +52,24 @@ class Fluid:
 
     @property
     def pressures(self) -> tuple[float, float]:
-        """The least and the largest, Pa."""
+        """Least and largest pressure, Pa."""
         return float(self.nodes.min()), float(self.nodes.max())
 
     def pressure(self, point: tuple[float, float, float]) -> float:
-        """At a material point, m: Pa."""
+        """Return the pressure at a material point, m, in Pa."""
         found = locate_points(self.mesh, np.array([point])).interpolate(self.nodes[:, None])
         return float(found[0, 0])
 
 
 @dataclass(frozen=True)
 class PreparedSoaked(PreparedAged):
-    """A porous body full of fluid: `drains` are the pressures (b,) that each support lets fluid through, by name."""
+    """Poroelastic solid; `drains` are the indices of pressures (b,) held by each drained support, by name."""
 
     drains: tuple[tuple[str, Ints], ...] = ()
     smallest: float = 0.0  # s: steps below show pressures that oscillate
 
     def instants(self) -> list[Instant]:
-        """What acts at the end of each of the two stages of every step up to now, after that of the state before."""
+        """Return loads and supports at both stages of every step up to now, after the state before."""
         begin = 0.0 if self.before is None else self.before.time
         found: list[Instant] = []
         for end in PreparedAged.instants(self):
@@ -80,6 +80,7 @@ class PreparedSoaked(PreparedAged):
         return found
 
     def _finish(self, found: Any, state: Aged) -> Solution:
+        """Return the solution with fluid results; not converged if the balance of fluid is violated."""
         solution, pores = PreparedAged._finish(self, found, state), find_pore_fluid(state.memories)
         shown = {"balance": pores.balance, "moved_m3": pores.moved + pores.passed, "outflow_m3": self._outflows(pores),
                  "smallest_step_s": self.smallest,
@@ -93,7 +94,7 @@ class PreparedSoaked(PreparedAged):
         return Solution("not_converged", reason, facts)
 
     def _unresolved(self, pores: PoreFluid) -> Iterator[Diagnostic]:
-        """A warning where the last step does not show how fluid moved in it."""
+        """Yield a warning if the last step is too long to resolve the fluid flow in it."""
         if pores.unresolved <= COARSE:
             return
         declared, shown = self.static.declared, units.format_value(float(f"{self._now:.4g}"), units.TIME)
@@ -103,16 +104,18 @@ class PreparedSoaked(PreparedAged):
                          " later")  # fmt: skip
 
     def _outflows(self, pores: PoreFluid) -> dict[str, float]:
+        """Return the volume that has left through each drained support, m^3."""
         return {name: float(pores.out[which].sum()) for name, which in self.drains}
 
     def _carried(self, state: Aged, u: Floats, stored: float, lost: float) -> nodal_forces.Carried:
+        """Return the nodal forces in a state, with the fluid."""
         found = PreparedAged._carried(self, state, u, stored, lost)
         pores = find_pore_fluid(state.memories)
         return replace(found, fluid=Fluid(self.mesh, nodal(self.mesh, pores.energy, state.x), self._outflows(pores)))
 
 
 def nodal(mesh: Mesh, energy: PoroelasticSolid, x: Floats) -> Floats:
-    """The pressure of the fluid at all nodes (n,), Pa, positive in compression: linear between the corners of cells."""
+    """Return fluid pressures at all nodes (n,), Pa, positive in compression; they are linear between corners of cells."""
     each = -energy.unit * x[energy.pressures] @ element_of(mesh.element.linear).shape(mesh.element.places()).T
     found = np.zeros(len(mesh.points))
     found[mesh.cells] = each  # the same from every cell
@@ -123,7 +126,7 @@ def nodal(mesh: Mesh, energy: PoroelasticSolid, x: Floats) -> Floats:
 
 
 def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-    """The body at full size of all that acts, with its pores at rest. Raises Fault."""
+    """Build the quasistatic analysis of a poroelastic solid, with its pores at rest. Raises Fault."""
     whole = whole_of(case)
     static, _ = at_rest(model, declared, whole, workshop)
     own: Any = static.problem.assembly.internal[0]
@@ -152,7 +155,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
 
 
 def _held(case: Case, mesh: Mesh, energy: PoroelasticSolid) -> tuple[dict[int, Declared], Ints]:
-    """Of every held pressure the support that holds it; and the facets (f,) that fluid goes through. Raises Fault."""
+    """Return the support of every held pressure, and the drained facets (f,). Raises Fault."""
     number = np.full(len(mesh.points), -1)
     number[mesh.cells[:, : energy.pressures.shape[1]]] = energy.pressures - 3 * energy.nodes
     found: dict[int, Declared] = {}
@@ -171,7 +174,7 @@ def _held(case: Case, mesh: Mesh, energy: PoroelasticSolid) -> tuple[dict[int, D
 
 
 def facets_of(drain: Declared, case: Case, mesh: Mesh) -> Ints:
-    """Which facets of the surface a support lets fluid through (f,). Raises Fault if none."""
+    """Return the surface facets through which a support drains fluid (f,). Raises Fault if there are none."""
     chosen = grip(drain.thing.where, mesh).nodes
     facets: Ints = np.flatnonzero(chosen[mesh.facets].all(axis=1))
     if not len(facets):
@@ -185,7 +188,7 @@ def facets_of(drain: Declared, case: Case, mesh: Mesh) -> Ints:
 
 
 def _must_agree(known: Declared, other: Declared, place: Floats) -> None:
-    """Raises Fault where two supports hold one pressure to different values, or by different courses."""
+    """Raise Fault if two supports hold one pressure at different values, or with different amplitudes."""
     one, two = known.thing, other.thing
     far = abs(one.pressure - two.pressure) > ALIKE * max(abs(one.pressure), abs(two.pressure))
     if known is other or (not far and (one.course == two.course or not one.pressure)):
@@ -200,7 +203,7 @@ def _must_agree(known: Declared, other: Declared, place: Floats) -> None:
 
 
 def _judged(made: PreparedSoaked, drained: Ints) -> PreparedSoaked:
-    """With the smallest step that does not oscillate at drained facets (f,), and a warning where steps are shorter."""
+    """Add the smallest step without oscillations at drained facets (f,), and a warning if steps are shorter."""
     smallest = _smallest(made, drained)
     times = [t for t, _ in made.timed.grid()]
     steps = [b - a for a, b in pairwise(times) if b - a > SAME * made.analysis.step]
@@ -217,10 +220,11 @@ def _judged(made: PreparedSoaked, drained: Ints) -> PreparedSoaked:
 
 
 def _smallest(made: PreparedSoaked, drained: Ints) -> float:
-    """h^2 / (6 c) over what a stage is implicit in, s: h the height of cells at drained facets, c the consolidation.
+    """Return the smallest step without oscillations, s: h^2 / (6 c) over the implicit part of a stage.
 
-    Source: Vermeer and Verruijt (1981), "An accuracy condition for consolidation by finite elements", Int. J. Numer.
-    Anal. Methods Geomech. 5:1; c = k (lam + 2 mu).
+    h is the height of cells at drained facets and c = k (lam + 2 mu) the consolidation coefficient. Source: Vermeer and
+    Verruijt (1981), "An accuracy condition for consolidation by finite elements", Int. J. Numer. Anal. Methods Geomech.
+    5:1.
     """
     material = made.case.material
     c: float = material.permeability * (material.lame_lambda + 2.0 * material.shear_modulus)
@@ -229,7 +233,7 @@ def _smallest(made: PreparedSoaked, drained: Ints) -> float:
 
 
 def _heights(mesh: Mesh, which: Ints) -> Floats:
-    """Of the cells behind boundary facets above them (f,), m."""
+    """Return the heights above boundary facets (f,) of the cells behind them, m."""
     part = {4: 3.0, 6: 2.0, 8: 1.0}[mesh.element.corners]  # pyramids, wedges on a side, bricks
     own = facet_areas(mesh, *mesh.element.facet.quadrature())
     found: Floats = part * mesh.volumes[mesh.facet_cells[which]] / own[which]

@@ -1,4 +1,4 @@
-"""Which options of a finite element model go together: of its elements, and of what trades accuracy for speed."""
+"""Checks of which options of a finite element model are compatible: elements, and options that affect speed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem import conforming_mesh
-from softmark.interpreter.problem.body_case import elsewhere
+from softmark.interpreter.problem.body_case import other_body
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import MomentLoad, PressureLoad
 from softmark.solvers.elements import ELEMENTS, PLANE
@@ -29,7 +29,7 @@ Clash = tuple[str, str, str, str]  # field, problem, label, help
 
 
 def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
-    """Options that do not go together, and linear solvers that are not installed."""
+    """Return errors for incompatible options, and for linear solvers that are not installed."""
     clashes = (
         *_of_elements(model, case),
         *_of_motion(model, case),
@@ -42,25 +42,25 @@ def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
 
 
 def listed(words: Iterable[str], last: str) -> str:
-    """`a, b or c`."""
+    """Return words as a list in text, such as `a, b or c`."""
     *first, end = words
     return f"{', '.join(first)} {last} {end}" if first else end
 
 
 def quoted(words: Iterable[str], last: str) -> str:
-    """The same, each as code."""
+    """Return words as a list in text, each in backquotes."""
     return listed((f"`{word}`" for word in words), last)
 
 
 def unmeshed(declared: Declared, reason: object) -> Diagnostic:
-    """An element that there is not."""
+    """Return the error for an element that does not exist."""
     at, problem = declared.at("element"), f"`{declared.name}` cannot be meshed: {reason}"
     help = f"use `element = {quoted(ELEMENTS, 'or')[1:]}"
     return diagnostic("E508", at, problem, "no such mesh", help)
 
 
 def sized(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
-    """A `size` where the body is a mesh already."""
+    """Return a warning for a `size` if the body is a mesh already."""
     if model.size is None or model.mesh is not None or not case.shape.prebuilt:
         return []
     at, body = declared.at("size"), case.body.name
@@ -70,7 +70,7 @@ def sized(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
 
 
 def graded(model: Fem, declared: Declared, case: Case) -> Diagnostic | None:
-    """A mesh that is to be graded, and cannot be; or of which one half is said."""
+    """Return an error if a graded mesh is requested incompletely, or is not possible."""
     if model.finer is None or model.towards is None:
         given = next((name for name in ("finer", "towards") if getattr(model, name) is not None), None)
         if given is None:
@@ -84,7 +84,7 @@ def graded(model: Fem, declared: Declared, case: Case) -> Diagnostic | None:
                           "not of this shape", "boxes, cylinders, tubes, cones, extruded polygons, shells of "
                           "spheres, quadrilaterals, quarter rings and filled surfaces have graded meshes; take a "
                           "smaller `size`")  # fmt: skip
-    if conforming_mesh.graded(model.towards, shape, model.finer):
+    if conforming_mesh.graded_cuts(model.towards, shape, model.finer):
         return None
     ways = ", ".join(f"`{name}`" for name in shape.gradable)
     problem = f"`{declared.name}` is graded towards nothing that its mesh follows"
@@ -93,7 +93,7 @@ def graded(model: Fem, declared: Declared, case: Case) -> Diagnostic | None:
 
 
 def _of_elements(model: Fem, case: Case) -> Iterator[Clash]:
-    """Of integration and rotation, the first that does not fit."""
+    """Yield the first error about integration and rotation."""
     known = model.strain == "finite" and case.material.finite_law() is not None
     table = PLANE if model.element in PLANE else ELEMENTS
     fit = [name for name, element in table.items() if model.integration in element.integrations]
@@ -113,7 +113,7 @@ def _of_elements(model: Fem, case: Case) -> Iterator[Clash]:
 
 
 def _of_motion(model: Fem, case: Case) -> Iterator[Clash]:
-    """Levers that only a static analysis has."""
+    """Yield errors for options that only static analyses have."""
     if not isinstance(case.analysis, Dynamic):
         return
     steps = "time steps keep factors and start from the state before: "
@@ -125,7 +125,7 @@ def _of_motion(model: Fem, case: Case) -> Iterator[Clash]:
 
 
 def explicit(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
-    """Steps that divide by a mass, and a mass that is a matrix."""
+    """Return errors for explicit integrators with a consistent mass matrix or with dashpots."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic) or not analysis.explicit:
         return []
@@ -138,13 +138,13 @@ def explicit(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
 
 
 def _dragged(declared: Declared, bed: Declared, analysis: Dynamic) -> Diagnostic:
-    """Dashpots make the steps of an explicit integrator shorter than its frequencies say."""
+    """Return the error for dashpots, which reduce the stable step of an explicit integrator."""
     problem = f"`{declared.name}` cannot be marched by {analysis.integrator} on the dashpots of `{bed.name}`"
     return diagnostic("E508", bed.at("damping"), problem, "not in explicit steps", "use an implicit integrator")
 
 
 def _of_levers(model: Fem, case: Case) -> Iterator[Clash]:
-    """Levers of static analyses that exclude each other."""
+    """Yield errors for options of static analyses that exclude each other."""
     if isinstance(case.analysis, Dynamic):
         return
     if model.linear_cap is not None and model.linear != "conjugate_gradients":
@@ -181,7 +181,7 @@ def _of_levers(model: Fem, case: Case) -> Iterator[Clash]:
 
 
 def _of_path(model: Fem, case: Case) -> Iterator[Clash]:
-    """Levers that a path followed by its length does without."""
+    """Yield errors for options that arc length continuation excludes."""
     if case.analysis.path != "arc_length":
         return
     usual = {"cap": None, "precision": "double", "factorisation": "fresh", "start": None}
@@ -195,7 +195,7 @@ def _of_path(model: Fem, case: Case) -> Iterator[Clash]:
 
 
 def _of_forces(model: Fem, case: Case) -> Iterator[Clash]:
-    """Linear solvers for symmetric matrices, and forces that have none."""
+    """Yield an error for linear solvers of symmetric matrices with unsymmetric tangents."""
     reused, capped = model.factorisation == "reused", model.linear in SYMMETRIC
     follows = (
         any(isinstance(load.thing.action, PressureLoad | MomentLoad) for load in case.loads) and model.strain != "small"
@@ -210,6 +210,7 @@ def _of_forces(model: Fem, case: Case) -> Iterator[Clash]:
 
 
 def _not_installed(model: Fem) -> Iterator[Clash]:
+    """Yield an error if the linear solver is not installed."""
     package = PACKAGES.get(model.linear)
     if package is not None and find_spec(package) is None:
         problem, help = f"linear = {model.linear} needs the package {package}", "pip install 'softmark[fast]'"
@@ -217,11 +218,11 @@ def _not_installed(model: Fem) -> Iterator[Clash]:
 
 
 def starts(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
-    """What speaks against starting from another model's solution."""
+    """Return errors about starting from another model's solution."""
     if declared.thing.start is None:
         return []
     first = scene.declared[declared.thing.start]
-    if elsewhere(scene, first, case) is None:
+    if other_body(scene, first, case) is None:
         return []
     problem = f"`{declared.name}` is about `{case.body.name}`, and `{first.name}` is not"
     return [diagnostic("E508", declared.at("start"), problem, "another body", "start from a model of the same body")]

@@ -24,7 +24,7 @@ from softmark.interpreter.models.imported_results.unmatched_results import Unmat
 from softmark.interpreter.models.shared.deformed_mesh import Deformed
 from softmark.interpreter.models.shared.prepared_model import Meshless, Prepared, Solution, Workshop
 from softmark.interpreter.problem.body_case import Case, Fault, fault
-from softmark.interpreter.problem.data_sets import located
+from softmark.interpreter.problem.data_sets import download_shape
 from softmark.interpreter.problem.probe_points import ProbePoints, drawn
 from softmark.interpreter.results.motion_history import History
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, InState, Quasistatic
@@ -146,7 +146,7 @@ def _read(declared: Declared, field: str) -> Told:
 
 def _matched(model: Results, declared: Declared, case: Case) -> tuple[Matched, Told]:
     told, rest = _read(declared, "path"), _read(declared, "rest") if model.rest else None
-    nodes: Mesh | None = located(case.shape, declared.at("by")).named() if model.by == "nodes" else None
+    nodes: Mesh | None = download_shape(case.shape, declared.at("by")).named() if model.by == "nodes" else None
     try:
         depth = case.body.thing.thickness if case.planar else None
         return matched(told, model.at, rest, model.unit, model.time, nodes, depth, case.shape.wired), told

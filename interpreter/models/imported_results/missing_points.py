@@ -11,7 +11,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.imported_results.point_matching import Matched
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.data_sets import located
+from softmark.interpreter.problem.data_sets import download_shape
 from softmark.interpreter.problem.probe_points import ProbePoints, throughout
 from softmark.solvers.mesh.shapes import MeshFile
 
@@ -32,7 +32,7 @@ def lacking(
     hole, usual = float(found.apart(throughout(case, place)).max(initial=0.0)), found.usual
     file = Path(declared.thing.path).name
     told = {"between": hole, "usual": usual, "lacks": None}
-    if isinstance(shape := located(case.shape, case.shaped), MeshFile):
+    if isinstance(shape := download_shape(case.shape, case.shaped), MeshFile):
         off = found.apart(shape.points())
         none = off > SAME * found.extent
         told["lacks"] = int(none.sum())

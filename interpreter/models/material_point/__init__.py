@@ -1,1 +1,1 @@
-"""One material point in place of a body: words, what supports and loads make of it, and what solves it."""
+"""Model of a single material point in place of a body: declaration, imposed deformation and builder."""

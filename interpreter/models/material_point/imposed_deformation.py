@@ -1,7 +1,7 @@
-"""What supports and loads of a body make of it as a whole, if its strain is the same everywhere.
+"""Homogeneous deformation that supports and loads of a body impose.
 
-Each support must take whole faces: along the normal of a pair of opposite ones it imposes a stretch, along a face the
-shear of two of them. No arrays here: a check asks for it.
+Each support must select whole faces. On a pair of opposite faces it imposes a stretch along their normal, or a shear
+along them. No arrays here, because validation uses it.
 """
 
 from __future__ import annotations
@@ -36,11 +36,13 @@ NEEDS = {
 
 @dataclass(frozen=True)
 class Driven:
-    """A homogeneous state that supports and loads impose: along x, y and z.
+    """Homogeneous state along x, y and z that supports and loads impose.
 
-    `stretches` are None where free, `stresses` what is pulled with there, Pa, nominal; `shear` the entry (a, b) of F
-    beside its diagonal, and its size; `driven` the axes of what is moved or pulled. A point goes where `anchors` does,
-    by `shifts`, m. `let_go` has what supports hold and such a state does not: their names, and axes.
+    `stretches` are None where free; `stresses` are the nominal stresses there, Pa. `shear` is an off-diagonal entry (a,
+    b)
+    of F, and its size. `driven` are the axes that are moved or loaded. Points move with `anchors`, which are displaced
+    by
+    `shifts`, m. `let_go` are the supports whose constraint such a state violates: their names, and axes.
     """
 
     stretches: tuple[float | None, float | None, float | None]
@@ -54,7 +56,9 @@ class Driven:
 
 @dataclass(frozen=True)
 class Faces:
-    """What supports impose on whole faces: by face and component, m, and the support; and what loads pull with, Pa."""
+    """Displacements that supports impose on whole faces, m, by face and component, and the nominal stresses of loads,
+    Pa.
+    """
 
     case: Case
     held: dict[tuple[Face, int], tuple[float, str]] = field(default_factory=dict)
@@ -62,34 +66,34 @@ class Faces:
 
     @property
     def bounds(self) -> tuple[Vector3, Vector3]:
-        """Of the body, m."""
+        """Bounds of the body, m."""
         assert self.case.shape.bounds is not None
         return self.case.shape.bounds
 
     def extent(self, axis: int) -> float:
-        """Along x, y or z, m."""
+        """Return the extent along x, y or z, m."""
         return self.bounds[1][axis] - self.bounds[0][axis]
 
     def apart(self, axis: int, component: int) -> float | None:
-        """By how much more the upper face of an axis is moved than the lower, m; None where one is not held."""
+        """Return the displacement of the upper face of an axis relative to the lower one, m; None if one is not held."""
         low, high = (self.held.get(((axis, side), component)) for side in (0, 1))
         return None if low is None or high is None else high[0] - low[0]
 
     def stretch(self, axis: int) -> float | None:
-        """What is imposed along an axis; None where nothing is."""
+        """Return the imposed stretch along an axis; None if there is none."""
         apart = self.apart(axis, axis)
         return None if apart is None else 1.0 + apart / self.extent(axis)
 
 
 def is_block(case: Case) -> bool:
-    """Whether a body is a box, or a straight round one along x, y or z."""
+    """Return whether a body is a box, or a straight cylinder or tube along x, y or z."""
     shape = case.shape
     round_one = isinstance(shape, RoundPrism) and max(abs(a) for a in shape.axis) > 1.0 - 1e-12
     return isinstance(shape, Box) or round_one
 
 
 def faces_of(case: Case, model: str) -> Faces:
-    """What its supports and loads do to whole faces. Raises Fault where one takes something else."""
+    """Return what supports and loads impose on whole faces. Raises Fault if one selects something else."""
     found = Faces(case)
     for support in case.supports:
         for face in _whole(case, support, support.thing.where, model):
@@ -105,7 +109,7 @@ def faces_of(case: Case, model: str) -> Faces:
 
 
 def _pull(found: Faces, load: Declared, model: str) -> None:
-    """What a traction on whole faces pulls with. Raises Fault where it does not along a normal."""
+    """Add the stress of a traction on whole faces. Raises Fault if it is not along the normal."""
     action = load.thing.action
     if not isinstance(action, SurfaceTraction):
         return  # refused as no load that it takes
@@ -122,7 +126,7 @@ def _pull(found: Faces, load: Declared, model: str) -> None:
 
 
 def _whole(case: Case, declared: Declared, where: Condition, model: str) -> list[Face]:
-    """The faces that a condition selects, and it selects nothing else. Raises Fault."""
+    """Return the whole faces that a condition selects. Raises Fault if it selects anything else."""
     found = _faces(case.shape, where)
     if not found:
         raise _partly(declared, model, "it takes a part of the body, or none, that is no whole face")
@@ -131,7 +135,7 @@ def _whole(case: Case, declared: Declared, where: Condition, model: str) -> list
 
 @lru_cache(maxsize=256)  # of each state, and each check of it, the same is asked again
 def _faces(shape: Shape, where: Condition) -> list[Face]:
-    """The faces that a condition selects; none where it selects something else, or nothing."""
+    """Return the faces that a condition selects; none if it selects something else, or nothing."""
     extent, about = shape.diagonal, where.axes
     faces: dict[Face, bool] = {}
     inner: list[tuple[Face, ...]] = []
@@ -156,7 +160,7 @@ def _partly(declared: Declared, model: str, why: str) -> Fault:
 
 @lru_cache(maxsize=16)
 def _points(shape: Shape) -> tuple[tuple[Vector3, tuple[Face, ...]], ...]:
-    """Points all over the body, with the faces that each lies on."""
+    """Return sample points of the body, with the faces that each lies on."""
     return tuple(_placed(shape))
 
 
@@ -190,7 +194,7 @@ def _placed(shape: Shape) -> Iterator[tuple[Vector3, tuple[Face, ...]]]:
 
 
 def driven(case: Case, word: str, model: Declared) -> Driven:
-    """The state that supports and loads impose, of the kind that a word says. Raises Fault where they make another."""
+    """Return the state that supports and loads impose, of the kind `word`. Raises Fault if they impose another."""
     faces = faces_of(case, model.name)
     stretches = [faces.stretch(axis) for axis in range(3)]
     if word == "simple_shear":
@@ -204,9 +208,9 @@ def driven(case: Case, word: str, model: Declared) -> Driven:
 
 
 def _moved(faces: Faces, stretches: list[float | None], word: str) -> list[int] | None:
-    """The axes that are moved or pulled in a state of stretches; None where they do not make what a word says.
+    """Return the axes that are moved or loaded in a state of stretches; None if the state is not of the kind `word`.
 
-    Where wide grips hold the width of a planar one, it is put among the stretches.
+    If wide grips hold the width in planar tension, it is added to the stretches.
     """
     known = [axis for axis in range(3) if stretches[axis] is not None or axis in faces.pulled]
     if word == "uniaxial":
@@ -226,12 +230,12 @@ def _moved(faces: Faces, stretches: list[float | None], word: str) -> list[int] 
 
 
 def _is_still(stretch: float | None) -> bool:
-    """Whether a stretch is imposed, and is none."""
+    """Return whether a stretch of 1 is imposed."""
     return stretch is not None and abs(stretch - 1.0) <= SAME
 
 
 def _said(faces: Faces, stretches: list[float | None]) -> str:
-    """What supports and loads make of each axis, in words."""
+    """Describe what supports and loads impose on each axis."""
     words = (
         f"{NAMES[a]} {'held' if abs(s - 1.0) <= SAME else 'stretched'}" if s is not None
         else f"{NAMES[a]} {'pulled' if a in faces.pulled else 'free'}"
@@ -241,20 +245,20 @@ def _said(faces: Faces, stretches: list[float | None]) -> str:
 
 
 def _alike(faces: Faces, stretches: list[float | None], axes: list[int]) -> bool:
-    """Whether two axes are stretched, or pulled, by the same."""
+    """Return whether two axes have equal stretches, or equal stresses."""
     one, other = (stretches[a] if stretches[a] is not None else faces.pulled[a] for a in axes)
     kinds = {stretches[a] is None for a in axes}
     return len(kinds) == 1 and abs(one - other) <= SAME * max(abs(one), abs(other))  # type: ignore[operator, arg-type]
 
 
 def _gripped(faces: Faces, axis: int) -> int | None:
-    """The wider direction across an axis that its grips hold at both ends; None where they hold neither."""
+    """Return the wider direction across an axis that its grips hold at both ends; None if they hold neither."""
     held = [c for c in range(3) if c != axis and faces.apart(axis, c) is not None]
     return max(held, key=faces.extent, default=None)
 
 
 def _sheared(faces: Faces, stretches: list[float | None]) -> tuple[int, int, float] | None:
-    """The entry of F beside its diagonal that two faces impose, and its size; None where they impose something else."""
+    """Return the off-diagonal entry of F that two faces impose, and its size; None if they impose something else."""
     found = []
     for b in range(3):
         apart = [faces.apart(b, c) for c in range(3)]
@@ -286,7 +290,7 @@ def _made(faces: Faces, stretches: list[float | None], shear: tuple[int, int, fl
 
 
 def _let_go(faces: Faces, stretches: list[float | None]) -> tuple[tuple[str, int], ...]:
-    """What supports hold along a face while the body grows wider or narrower there: their names, and the axis."""
+    """Return the supports that hold a face laterally where the state changes its width: their names, and the axis."""
     found = (
         (name, c) for ((axis, _), c), (_, name) in faces.held.items()
         if c != axis and (stretches[c] is None or abs(stretches[c] - 1.0) > SAME)  # type: ignore[operator]

@@ -1,4 +1,4 @@
-"""Solving one material point, and what it says as a model of a body: everything here is arrays."""
+"""Construction and solution of material point models."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.records import dataclass
 from softmark.solvers.materials import law_for, mixed_for
 from softmark.solvers.statics.material_point import FLAT, Drive, Floats, MaterialPoint, NoState, PointState
-from softmark.solvers.stress_recovery.analytic_stress_field import WithoutCells
+from softmark.solvers.stress_recovery.analytic_stress_field import AnalyticField
 from softmark.solvers.stress_recovery.sampling_point_stress import SYMMETRIC
-from softmark.solvers.stress_recovery.stress_field import norm_of
+from softmark.solvers.stress_recovery.stress_field import tensor_norm
 from softmark.solvers.stress_recovery.stress_measures import Tensors, von_mises
 
 if TYPE_CHECKING:
@@ -39,13 +39,13 @@ CORNERS = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)]) 
 
 @dataclass(frozen=True)
 class Block:
-    """The corners of what a body spans, at which its faces are held: its volume may be less, in proportion."""
+    """Corners of the bounding box of a body, at which its faces are held; the body may fill only a part of it."""
 
     case: Case
 
     @cached_property
     def X(self) -> Floats:
-        """(8, 3), m."""
+        """Corners (8, 3), m."""
         assert self.case.shape.bounds is not None
         low, high = (np.array(b) for b in self.case.shape.bounds)
         corners: Floats = low + CORNERS * (high - low)
@@ -53,26 +53,26 @@ class Block:
 
     @cached_property
     def volume(self) -> float:
-        """m^3."""
+        """Volume of the body, m^3."""
         return float(self.case.shape.volume or 0.0)
 
     @cached_property
     def areas(self) -> Floats:
-        """Of the faces across x, y and z (3,), m^2: the volume over the extent."""
+        """Areas of the faces across x, y and z (3,), m^2: the volume over the extent."""
         found: Floats = self.volume / np.ptp(self.X, axis=0)
         return found
 
     def on(self, where: Condition) -> NDArray[np.bool_]:
-        """Which of the corners a condition selects (8,)."""
+        """Return which of the corners a condition selects (8,)."""
         return np.array([bool(where.holds(x, y, z, self.case.shape.diagonal)) for x, y, z in self.X.tolist()])
 
     def forces(self, P: Floats) -> Floats:
-        """What a stress P (3, 3), Pa, is at the corners (8, 3), N: of each face a quarter."""
+        """Return the forces at the corners (8, 3), N, of a stress P (3, 3), Pa: a quarter of each face force."""
         found: Floats = (2.0 * CORNERS - 1.0) * (0.25 * self.areas) @ P.T
         return found
 
     def holders(self) -> tuple[Holder, ...]:
-        """What each support holds of the corners."""
+        """Return the corners that each support holds."""
         held = faces_of(self.case, "").held
         found = []
         for support in self.case.supports:
@@ -88,7 +88,7 @@ class Block:
 
 @dataclass(frozen=True)
 class PreparedPoint(Meshless):
-    """A material point, and what is imposed on it."""
+    """Material point, with the deformation and stress imposed on it."""
 
     declared: Declared
     case: Case
@@ -98,20 +98,20 @@ class PreparedPoint(Meshless):
 
     @property
     def size(self) -> dict[str, int]:
-        """A point."""
+        """Number of points: 1."""
         return {"nodes": 1, "elements": 1, "dofs": sum(s is None for s in self.made.stretches)}
 
     @property
     def points(self) -> Floats:
-        """Where its loads act: the corners of the body (8, 3), m, undeformed."""
+        """Points at which loads act: the undeformed corners of the body (8, 3), m."""
         return self.block.X
 
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
-        """Of every load by itself at the corners (8, 3), N."""
+        """Return the forces at the corners (8, 3), N, of every load separately."""
         return [(load, self._pulled(load)) for load in self.case.loads]
 
     def _pulled(self, load: Declared) -> Floats:
-        """What a traction is at the corners (8, 3), N: of a face that it takes, a quarter each."""
+        """Return the forces of a traction at the corners (8, 3), N: a quarter for each corner of a face."""
         found, action = np.zeros((8, 3)), load.thing.action
         on = self.block.on(action.where)
         for axis in range(3):
@@ -123,14 +123,14 @@ class PreparedPoint(Meshless):
 
     @cached_property
     def drive(self) -> Drive:
-        """What is imposed, as arrays."""
+        """Imposed deformation and stress as arrays."""
         made = self.made
         stretches = np.array([np.nan if s is None else s for s in made.stretches])
         relieved = 2 if made.shear is None else 3 - made.shear[0] - made.shear[1]
         return Drive(stretches, np.array(made.stresses), made.shear, made.driven, relieved)
 
     def solve(self, watch: Watch) -> Solution:
-        """The state."""
+        """Find the state of the material point."""
         try:
             found = self.point.state(self.drive, self.case.analysis.max_iterations)
         except NoState as none:
@@ -149,7 +149,7 @@ class PreparedPoint(Meshless):
                         carried=cache(lambda: self._carried(found, displacement)))  # fmt: skip
 
     def _turned(self, found: PointState) -> str | None:
-        """Why a state whose strain is along the axes is none, where its law has shear stress in it."""
+        """Return an error message if the law has shear stress for strain along the axes; else None."""
         across = np.abs(found.P - np.diag(found.P.diagonal())).max()
         if self.made.shear is not None or across <= ALONG * np.abs(found.P).max():
             return None
@@ -159,7 +159,7 @@ class PreparedPoint(Meshless):
         )
 
     def _left(self, found: PointState) -> float:
-        """What is left of forces on free faces, relative to the largest force on a face."""
+        """Return the residual force on free faces, relative to the largest force on a face."""
         free = [axis for axis in range(3) if self.made.stretches[axis] is None]
         left = [abs(found.P[a, a] - self.made.stresses[a]) * self.block.areas[a] for a in free]
         largest = float((np.abs(found.P) * self.block.areas).max())
@@ -178,7 +178,7 @@ class PreparedPoint(Meshless):
     # ------------------------------------------------------------------ what is said of it
 
     def _doubts(self, found: PointState) -> tuple[Diagnostic, ...]:
-        """Warnings where a force no longer grows with what it pulls, and where a law is not stable after Drucker."""
+        """Return warnings if a force decreases with stretch, or a law violates Drucker's stability postulate."""
         if self.point.linear:
             return ()
         return (*self._past_its_force(found), *self._unsteady(found))
@@ -227,7 +227,7 @@ class PreparedPoint(Meshless):
         return f"{at.F[a, a if self.made.shear is None else self.made.shear[1]]:.4g}"
 
     def _ended(self, none: NoState) -> str:
-        """Why there is no state, in words."""
+        """Return a message why there is no state."""
         axes = ", ".join(f"{NAMES[i]} {s:.4g}" for i, s in enumerate(none.stretches))
         why = "the law ends there, or gives way across it"
         if any(self.made.stresses):
@@ -244,21 +244,21 @@ def _finite(value: float) -> float | None:
 
 @dataclass(frozen=True)
 class _Moved:
-    """Where a point goes: F about an anchor, which is moved."""
+    """Homogeneous displacement field: F about an anchor, which is displaced."""
 
     F: Floats
     anchor: Floats
     shift: Floats
 
     def __call__(self, X: Floats) -> Floats:
-        """Displacements (n, 3) of points X (n, 3), m."""
+        """Return the displacements (n, 3) of points X (n, 3), m."""
         found: Floats = (X - self.anchor) @ (self.F - np.eye(3)).T + self.shift
         return found
 
 
 @dataclass(frozen=True)
-class Told(WithoutCells):
-    """The stress of the point, as metrics ask it of a model: the same everywhere."""
+class Told(AnalyticField):
+    """Homogeneous stress field of the material point."""
 
     state: PointState
     small: bool
@@ -271,29 +271,29 @@ class Told(WithoutCells):
         return Tensors(six, (F - np.eye(3)).reshape(1, 9), self.small)
 
     def at(self, X: Floats) -> Tensors:
-        """At points X (n, 3) of the undeformed body."""
+        """Return stress and deformation at points X (n, 3) of the undeformed body."""
         one = self._tensors
         return Tensors(np.tile(one.six, (len(X), 1)), np.tile(one.H, (len(X), 1)), self.small)
 
     @property
     def usual(self) -> tuple[float, float, float]:
-        """The norms of stress, Pa, of Green's strain, and of the deviator, Pa."""
+        """Norms of stress, Pa, of Green strain, and of the deviator, Pa."""
         one = self._tensors
         deviator = float(von_mises(one.cauchy)[0]) / 1.5**0.5
-        return float(norm_of(one.six)[0]), float(np.linalg.norm(one.strain("green"))), deviator
+        return float(tensor_norm(one.six)[0]), float(np.linalg.norm(one.strain("green"))), deviator
 
 
 def load(model: Homogeneous) -> None:
-    """All that building needs is imported with this module."""
+    """Do nothing: this module imports all that building needs."""
 
 
 def prepare(model: Homogeneous, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-    """A material point with what supports and loads impose on it. Raises Fault."""
+    """Build a material point with the deformation that supports and loads impose. Raises Fault."""
     return PreparedPoint(declared, case, driven(case, model.state, declared), point_of(case, model.strain), Block(case))
 
 
 def point_of(case: Case, strain: str) -> MaterialPoint:
-    """The point of a body's material."""
+    """Return the material point of a body's material."""
     material = case.material
     if not material.incompressible:
         return MaterialPoint(law_for(material, strain), None, strain == "small")

@@ -1,4 +1,4 @@
-"""One material point."""
+"""Declaration of the material point model."""
 
 from __future__ import annotations
 
@@ -20,22 +20,29 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Homogeneous(Model):
-    """One material point in place of a body: the same strain everywhere, no mesh, some tens of microseconds.
+    """Single material point in place of a body: homogeneous strain, no mesh, some tens of microseconds.
 
-    What a law of its own says of a pull test, without grips, ends or a mesh. The body is a box, a cylinder or a tube
-    along x, y or z. Supports take whole faces, and what they impose along normals are stretches, or a shear of two
-    opposite faces; a traction along the normal of a face is a nominal stress. What is free is free of stress: its
-    stretch is found by Newton's method on the law, at a Poisson's ratio of 0.5 with a pressure. `uniaxial`: one axis is
-    pulled, the others are free. `equibiaxial`: two alike. `planar` (pure shear): one is pulled, one held, which wide
-    grips do as well. `simple_shear`: one face slides along the opposite one; the sides are taken to be held as it
-    needs, and at a Poisson's ratio of 0.5 the side beside the plane is free. `confined`: one axis is moved, the others
-    are held.
+    It shows the response of a law in a tension test without grips, ends or a mesh. The body is a box, a cylinder or a
+    tube
+    along x, y or z. Supports must select whole faces; they impose stretches along normals, or a shear of two opposite
+    faces. A traction along the normal of a face is a nominal stress. Free faces are free of stress: their stretch is
+    found
+    by Newton's method on the law, at a Poisson's ratio of 0.5 with a pressure. `uniaxial`: one axis is pulled, the
+    others
+    are free. `equibiaxial`: two axes are pulled alike. `planar` (pure shear): one axis is pulled and one held, which
+    wide
+    grips also do. `simple_shear`: one face slides along the opposite one; the other faces are assumed to be held as
+    needed, and at a Poisson's ratio of 0.5 the face normal to the third axis is free. `confined`: one axis is moved,
+    the
+    others are held.
 
-    Where grips hold a width that the state lets go, a warning says so (W365). Past a maximum of the force a state is
-    found where the stretch is imposed, and said to give way under that force, with where that begins (W366); so is a
-    state in which the law is no longer stable after Drucker, in Hencky's strain (W385). Where the law has no state,
-    beyond its domain or the largest force, it is not converged and says how far it came. Forces are found again from
-    finite differences of the energy alone.
+    If grips hold a width that is free in the state, a warning reports this (W365). Beyond a maximum of the force, a
+    state
+    is found if the stretch is imposed, with a warning that it is unstable under that force and where that begins
+    (W366).
+    The same applies to a state that violates Drucker's stability postulate in Hencky strain (W385). If the law has no
+    state, beyond its domain or the largest force, the model does not converge and reports how far it came. Forces are
+    verified by finite differences of the energy only.
     """
 
     loads = (SurfaceTraction,)
@@ -55,16 +62,16 @@ class Homogeneous(Model):
 
     @property
     def other_material(self) -> Any:
-        """The material that it takes in place of the body's, if it does."""
+        """Material that replaces that of the body; else None."""
         return self.material
 
     @property
     def stress_law(self) -> tuple[str, str]:
-        """Its own law at the point."""
+        """Strain measure and volumetric formulation of its law."""
         return self.strain, "full"
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """What speaks against it in this case."""
+        """Return errors and warnings about the model in a case."""
         from softmark.interpreter.models.material_point.imposed_deformation import is_block
 
         found = list(self.refusals(declared, case))
@@ -88,7 +95,7 @@ class Homogeneous(Model):
         return found or list(self._made(declared, case))
 
     def _made(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-        """Why supports and loads make no such state, or what of theirs it lets go."""
+        """Yield an error if supports and loads impose another state, or a warning if the state violates a support."""
         from softmark.interpreter.models.material_point.imposed_deformation import NAMES, driven
 
         if getattr(case.analysis, "path", "load") == "arc_length":
@@ -109,7 +116,7 @@ class Homogeneous(Model):
                              "stiffer: compare with `fem(...)`, or hold normals alone, `components = x`")  # fmt: skip
 
     def outline(self, case: Case) -> str:
-        """One line for the plan."""
+        """Return a one-line description for the plan."""
         return f"{self._words}, no mesh"
 
     @property

@@ -1,5 +1,5 @@
-"""What a solved model is asked for beside its displacements: forces and energies at rest, stresses, vibrations.
+"""Results of a solved model other than displacements: forces and energies, contacts, stress, vibrations.
 
-To add one: a file that finds it from a `Solution` when a metric asks for it, and a field of `shared/prepared.Solution`
-that carries it to `problem/view.View`.
+To add one: a module that computes it from a `Solution` when a metric needs it, and a field of
+`shared/prepared_model.py: Solution` that passes it on.
 """

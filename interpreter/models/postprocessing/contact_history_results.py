@@ -1,4 +1,4 @@
-"""What contacts come to in a motion: at its end, and at the times before it."""
+"""Contact results of dynamic analyses, at the end and at earlier times."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ import numpy as np
 
 from softmark.interpreter.models.postprocessing.contact_results import pressed, touch_from
 from softmark.interpreter.models.postprocessing.deformable_contact_results import meeting_of
-from softmark.interpreter.results.load_results import vector
-from softmark.interpreter.results.reaction_results import AtRest, Friction, Reaction, Touch
+from softmark.interpreter.results.load_results import to_vector
+from softmark.interpreter.results.reaction_results import ContactNumbers, EquilibriumForces, Friction, Reaction
 from softmark.records import dataclass
-from softmark.solvers.dynamics.contact_output import Surface, in_time
+from softmark.solvers.dynamics.contact_output import ContactSurface, average_over_steps
 from softmark.solvers.energies.energy import Floats, Ints
 
 if TYPE_CHECKING:
@@ -28,12 +28,11 @@ WHY = "reactions are those of a state of rest: in a motion what contacts do is f
 
 @dataclass(frozen=True)
 class Followed:
-    """Contacts in motion: forces at every accepted step, and the surface at some of them.
+    """Contacts in a dynamic analysis: forces at every accepted step, and the surface at some of them.
 
-    Forces at a time are means over the two steps that meet there (solvers/dynamics/contact_output.py), so that they
-    have the right impulse; arms of moments are those of places at rest where strains are `small`. What pieces of the
-    body that
-    meet do to each other, `meets`, comes after what rigid bodies do.
+    Forces at a time are means over the two adjacent steps (solvers/dynamics/contact_output.py), so that their impulse
+    is
+    correct. Moment arms use undeformed positions if strains are `small`. Self-contacts, `meets`, follow rigid contacts.
     """
 
     case: Case
@@ -45,23 +44,25 @@ class Followed:
 
     @property
     def names(self) -> list[str]:
-        """Of all contacts."""
+        """Names of all contacts."""
         return [*self.contacts, *self.meets]
 
     @property
     def X(self) -> Floats:
-        """Nodes (n, 3) at rest, m."""
+        """Undeformed nodes (n, 3), m."""
         return self.mesh.points
 
     @cached_property
     def _acts(self) -> list[list[Floats]]:
-        """Of each contact (n + 1, 3): forces, moments, and the middles of the same forces; the origin of none."""
+        """Forces, moments and centres of force of each contact (n + 1, 3); the centre is the origin without force."""
         acts, arm = self._touched.acts, int(self.small)
         found = []
         for k in range(len(self.names)):
             own = [seen[k] for seen in acts]
             each = [(a.force, a.moments[arm], a.arms[arm], np.array([a.size])) for a in own]
-            f, m, arms, size = (in_time(self.track.steps, np.array(values)) for values in zip(*each, strict=True))
+            f, m, arms, size = (
+                average_over_steps(self.track.steps, np.array(values)) for values in zip(*each, strict=True)
+            )
             at = arms / np.where(size > 0.0, size, 1.0)
             found.append([f, m, at])
         return found
@@ -71,39 +72,39 @@ class Followed:
         assert self.track.touched is not None
         return self.track.touched
 
-    def states(self, surface: bool) -> tuple[Floats, Iterator[AtRest]]:
-        """Times (t,), s, and what contacts come to at each: at all, or at those at which the surface is known."""
+    def states(self, surface: bool) -> tuple[Floats, Iterator[EquilibriumForces]]:
+        """Return times (t,), s, and contact results at each: all times, or those with a stored surface."""
         numbers = [i for i, _ in self._touched.surfaces] if surface else list(range(len(self.track.times)))
         return self.track.times[numbers], map(self._state, numbers)
 
     @property
-    def last(self) -> AtRest:
-        """What they come to at the end."""
+    def last(self) -> EquilibriumForces:
+        """Contact results at the end."""
         return self._state(len(self.track.times) - 1)
 
-    def _state(self, i: int) -> AtRest:
+    def _state(self, i: int) -> EquilibriumForces:
         held = {name: self._reaction(k, i) for k, name in enumerate(self.names)}
         most = max((float(np.linalg.norm(f, axis=1).max()) for f, _, _ in self._acts), default=0.0)
         size = float(np.linalg.norm(np.ptp(self.X, axis=0)))
         touches = _Touches(self, i)
-        return AtRest(held, acting=most, moved=self._moved, extent=size, reason=WHY, touches=touches)
+        return EquilibriumForces(held, acting=most, moved=self._moved, extent=size, reason=WHY, touches=touches)
 
     @cached_property
     def _moved(self) -> float:
-        """The farthest that a node of these surfaces is from where it was at the end, m."""
+        """Largest displacement of a node of these surfaces at the end, m."""
         states = self._touched.surfaces
         return max((float(np.linalg.norm(s.u, axis=1).max(initial=0.0)) for s in states[-1][1]), default=0.0)
 
     def _reaction(self, k: int, i: int) -> Reaction:
         f, m, at = (values[i] for values in self._acts[k])
-        return Reaction(vector(f), vector(m), vector(at), vector(m - np.cross(at, f)))
+        return Reaction(to_vector(f), to_vector(m), to_vector(at), to_vector(m - np.cross(at, f)))
 
     @cached_property
-    def _surfaces(self) -> dict[int, tuple[Surface, ...]]:
+    def _surfaces(self) -> dict[int, tuple[ContactSurface, ...]]:
         return dict(self._touched.surfaces)
 
-    def touch(self, name: str, i: int) -> Touch:
-        """What a contact comes to at one of the times at which surfaces are known."""
+    def touch(self, name: str, i: int) -> ContactNumbers:
+        """Return the result of a contact at one of the times with a stored surface."""
         k = self.names.index(name)
         surface, nodes, act = self._surfaces[i][k], self._touched.nodes[k], self._touched.acts[i][k]
         x, f, g = self.X.copy(), np.zeros(len(self.X)), np.full(len(self.X), np.inf)
@@ -116,8 +117,8 @@ class Followed:
         own = pressed(self.case, contact, self.X, x, f, g)
         return touch_from(self.X, contact, own, act.gap, act.left, self._rubbed(name, i, own.area))
 
-    def _met(self, name: str, i: int, x: Floats, surface: Surface, nodes: Ints) -> Touch:
-        """The same of pieces of the body that meet, of nodes at x (n, 3), m."""
+    def _met(self, name: str, i: int, x: Floats, surface: ContactSurface, nodes: Ints) -> ContactNumbers:
+        """Return the result of a self-contact, with nodes at x (n, 3), m."""
         u, force = np.zeros((2, *self.X.shape))
         u[nodes], force[nodes] = surface.u, surface.f
         touch = meeting_of(self.case, self.meets[name], self.mesh, x, u.ravel(), None, force)
@@ -132,14 +133,14 @@ class Followed:
         return Friction(own.slip, own.sticks or 0.0, area * own.area, own.heat)
 
 
-class _Touches(Mapping[str, Touch]):
-    """What contacts come to at a time, each found when it is asked for."""
+class _Touches(Mapping[str, ContactNumbers]):
+    """Results of contacts at a time, each computed on first use."""
 
     def __init__(self, followed: Followed, i: int) -> None:
         self.followed, self.i = followed, i
-        self.known: dict[str, Touch] = {}
+        self.known: dict[str, ContactNumbers] = {}
 
-    def __getitem__(self, name: str) -> Touch:
+    def __getitem__(self, name: str) -> ContactNumbers:
         if name not in self.followed.names:
             raise KeyError(name)
         if name not in self.known:

@@ -1,4 +1,4 @@
-"""What a contact comes to in a state, and what presses where."""
+"""Result of a contact in a state, and its pressure distribution."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.interpreter.models.shared.rigid_contact_setup import plane_modulus
-from softmark.interpreter.results.reaction_results import Friction, Touch
+from softmark.interpreter.results.reaction_results import ContactNumbers, Friction
 from softmark.records import dataclass
 from softmark.solvers.contact.contact_pressure_recovery import ContactPressure
 from softmark.solvers.energies.energy import Floats, Ints
@@ -25,9 +25,10 @@ ON = 1e-3  # of the extent of the surface: a point that is farther from it is no
 
 @dataclass(frozen=True)
 class Surface:
-    """A surface at rest at X (n, 3), m, and what presses on it; `may` are the nodes (m,) that may touch.
+    """Undeformed surface with nodes X (n, 3), m, and its contact pressure; `may` are the nodes (m,) that may touch.
 
-    `rubbed` is what friction makes of all nodes (n,), by name. It may be `sides` surfaces, each pressed by the same.
+    `rubbed` has friction results at all nodes (n,), by name. The surface may consist of `sides` surfaces with equal and
+    opposite pressure.
     """
 
     X: Floats
@@ -38,24 +39,24 @@ class Surface:
 
     @property
     def edge(self) -> float:
-        """The usual length of an edge of its facets, m."""
+        """Typical edge length of its facets, m."""
         corners = self.X[self.pressing.corners]
         lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
         return float(np.median(lengths[lengths > 0.0]))
 
     @cached_property
     def at_nodes(self) -> Mapping[str, Floats]:
-        """`pressure`, Pa, and `gap`, m, at all nodes (n,); with friction `slip`, m, and `sticks`, as in `spread`."""
+        """Nodal values (n,): `pressure`, Pa, and `gap`, m; with friction also `slip`, m, and `sticks`, as in `spread`."""
         own = np.full(len(self.X), np.nan)
         own[self.may] = self.pressing.g[self.may]
         return {"pressure": self.pressing.pressures, "gap": own, **self.rubbed}
 
     def pressures(self, X: Floats) -> Floats:
-        """At material points X (n, 3), m: Pa (n,), linear on triangles. Not a number of one that is not on it."""
+        """Return the pressure at material points X (n, 3), m: Pa (n,), linear on triangles; nan off the surface."""
         return self.values("pressure", X)
 
     def values(self, name: str, X: Floats) -> Floats:
-        """The same of any number at its nodes."""
+        """Return a nodal value, interpolated at material points X (n, 3), m."""
         from softmark.solvers.contact.signed_distance.triangle_tree import TriangleTree
 
         split = np.array(self.pressing.plain.halves)
@@ -71,11 +72,13 @@ class Surface:
 def spread(
     to_nodes: Callable[[Floats], Floats], A: Floats, slid: Floats, push: Floats, sticks: Floats
 ) -> dict[str, Floats]:
-    """What friction makes of points, at nodes: `to_nodes` takes values of points (p,) to nodes (n,), by their shares.
+    """Return friction results at nodes; `to_nodes` sums values of contact points (p,) at nodes (n,), by their shares.
 
-    `slip`, m, is the mean of how far points around have `slid` (p,), m, by their areas A (p,), m^2. `sticks` is 1 where
-    most of what presses by `push` (p,), N, sticks, which `sticks` (p,), N, says, -1 where it slides, and 0 where
-    nothing presses.
+    `slip`, m, is the mean of the slip `slid` (p,), m, of surrounding points, weighted by areas A (p,), m^2. `sticks` is
+    1
+    where most of the normal force `push` (p,), N, is on sticking points, whose force is `sticks` (p,), N; it is -1
+    where
+    the surface slides, and 0 without pressure.
     """
     area, force = to_nodes(A), to_nodes(push)
     pressed = force > 0.0
@@ -84,14 +87,17 @@ def spread(
 
 
 def alike(X: Floats) -> Ints:
-    """A number for each node (n,) of a slice, the same for all at one place in its plane."""
+    """Return an index for each node (n,) of a slice, equal for nodes at one position in its plane."""
     size = float(np.ptp(X, axis=0).max())
     found: Ints = np.unique(np.round(X[:, :2] / (SAME * size)).astype(np.int64), axis=0, return_inverse=True)[1].ravel()
     return found
 
 
-def touch_of(case: Case, contact: RigidContact, X: Floats, x: Floats, u: Floats) -> Touch:
-    """What a contact comes to, of nodes at X (n, 3), m, that are taken to be at x (n, 3) when moved by u (3 n,)."""
+def touch_of(case: Case, contact: RigidContact, X: Floats, x: Floats, u: Floats) -> ContactNumbers:
+    """Return the result of a contact with undeformed nodes X (n, 3), m, displaced by u (3 n,).
+
+    Moments are taken with nodes at x (n, 3).
+    """
     gaps, push = contact.gaps(u), contact.A * contact.pressures(u)
     g = np.full(len(X), np.inf)
     there = X[contact.nodes] + u.reshape(-1, 3)[contact.nodes]
@@ -103,7 +109,10 @@ def touch_of(case: Case, contact: RigidContact, X: Floats, x: Floats, u: Floats)
 
 
 def pressed(case: Case, contact: RigidContact, X: Floats, x: Floats, f: Floats, g: Floats) -> ContactPressure:
-    """What presses by f (n,), N, with gaps g (n,), m, on nodes at X (n, 3), m, that are taken to be at x (n, 3)."""
+    """Return the pressure distribution of forces f (n,), N, with gaps g (n,), m, on undeformed nodes X (n, 3), m.
+
+    Moments are taken with nodes at x (n, 3).
+    """
     assert contact.facets is not None
     few = contact.extra is None and len(contact.A) <= len(contact.nodes) + len(contact.facets)
     near = g < contact.barrier.distance
@@ -114,6 +123,6 @@ def pressed(case: Case, contact: RigidContact, X: Floats, x: Floats, f: Floats, 
 
 def touch_from(
     X: Floats, contact: RigidContact, own: ContactPressure, gap: float, left: float, rubbing: Friction | None = None
-) -> Touch:
-    """What a contact comes to, of what presses, the least gap and the mean one where it does, m."""
-    return Touch(own.area, own.largest, gap, left, Surface(X, contact.nodes, own), rubbing)
+) -> ContactNumbers:
+    """Return the result of a contact from its pressure distribution, the least gap, and the mean gap under pressure, m."""
+    return ContactNumbers(own.area, own.largest, gap, left, Surface(X, contact.nodes, own), rubbing)

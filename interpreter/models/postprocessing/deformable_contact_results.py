@@ -1,4 +1,4 @@
-"""What a contact of surfaces that both deform comes to in a state: on each of them, told as one."""
+"""Result of a contact between deformable surfaces in a state, combined for both surfaces."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from softmark.interpreter.models.postprocessing.contact_results import Surface, alike, spread
 from softmark.interpreter.models.postprocessing.nodal_forces import force_at_nodes
 from softmark.interpreter.models.shared.rigid_contact_setup import plane_modulus
-from softmark.interpreter.results.reaction_results import Friction, Touch
+from softmark.interpreter.results.reaction_results import ContactNumbers, Friction
 from softmark.solvers.contact.closest_face_points import vectors_from_closest_points
 from softmark.solvers.contact.contact_pressure_recovery import ContactPressure
 from softmark.solvers.contact.deformable_friction import DeformableFriction
@@ -37,12 +37,13 @@ def meeting_of(
     u: Floats,
     own: Rubbed | None,
     force: Floats | None = None,
-) -> Touch:
-    """What it comes to, of nodes that are taken to be at x (n, 3), m, when moved by u (3 n,), m.
+) -> ContactNumbers:
+    """Return the result of a contact with nodes at x (n, 3), m, and displacements u (3 n,), m.
 
-    What presses on nodes, `force` (n, 3), N, is that of this state unless it is given. Pressures are those of the
-    forces at the nodes of both surfaces, as of a rigid body (`ContactPressure`), the area is half of that of both. Which
-    samples press, and how far what they press on is, tells the gap that is left.
+    `force` (n, 3), N, are the contact forces; by default those of this state. Pressures follow from the nodal forces of
+    both surfaces, as for a rigid body (`Pressing`), and the area is half of the sum. The remaining gap is the distance
+    of
+    pressed samples.
     """
     sliding = contact if isinstance(contact, DeformableFriction) else DeformableFriction(contact, 0.0)
     hold, pressing, skin = sliding.hold(u), sliding.pressing, contact.skin
@@ -61,17 +62,17 @@ def meeting_of(
         least = _across(skin, mesh, u)
     rubbing, rubbed = (None, {}) if own is None else _rubbing(sliding, hold, skin, u, own, len(x))
     field = Surface(mesh.points, nodes, pressed, rubbed, both)
-    return Touch(pressed.area / both, pressed.largest, least, left, field, rubbing)
+    return ContactNumbers(pressed.area / both, pressed.largest, least, left, field, rubbing)
 
 
 def _met(skin: ContactSurface, hold: TangentialCoupling, facets: Ints) -> int:
-    """How many surfaces are told of: 1 where a condition leaves out the one that is pressed on, else 2."""
+    """Return the number of reported surfaces: 1 if a condition excludes the opposite surface, else 2."""
     there = np.isin(skin.home[hold.faces], facets)
     return SIDES if hold.N @ there >= 0.5 * hold.N.sum() else 1
 
 
 def _outward(x: Floats, facets: Ints) -> Floats:
-    """Unit normals (n, 3) of a surface at x (n, 3), m: means over facets around each node, by their areas."""
+    """Return unit normals (n, 3) of a surface at x (n, 3), m: area-weighted means over facets around each node."""
     c = x[facets[:, : 4 if facets.shape[1] in (4, 8, 9) else 3]]
     one, other = (c[:, 2] - c[:, 0], c[:, 3] - c[:, 1]) if c.shape[1] == 4 else (c[:, 1] - c[:, 0], c[:, 2] - c[:, 0])
     found = np.zeros_like(x)
@@ -83,7 +84,7 @@ def _outward(x: Floats, facets: Ints) -> Floats:
 
 
 def _gaps(skin: ContactSurface, places: Floats, nodes: Ints, mesh: Mesh, u: Floats) -> Floats:
-    """How far nodes at places (m, 3), m, are from faces of other pieces (m,), m."""
+    """Return the distances of nodes at places (m, 3), m, from faces of other pieces (m,), m."""
     from scipy.spatial import cKDTree
 
     from softmark.solvers.contact.contact_surface import number_mesh_pieces
@@ -105,7 +106,7 @@ def _gaps(skin: ContactSurface, places: Floats, nodes: Ints, mesh: Mesh, u: Floa
 
 
 def _across(skin: ContactSurface, mesh: Mesh, u: Floats) -> float | None:
-    """The least distance across a fold or a slot, m; None where no parts of the surface face each other."""
+    """Return the least distance across a fold or a slot, m; None if no parts of the surface face each other."""
     V, d = skin.places(u)[: skin.corners], skin.X.shape[1]
     c = (mesh.points + u.reshape(-1, 3))[mesh.facets[skin.home]]
     quads = mesh.facets.shape[1] in (4, 8, 9)
@@ -118,7 +119,7 @@ def _across(skin: ContactSurface, mesh: Mesh, u: Floats) -> float | None:
 def _rubbing(
     contact: DeformableFriction, hold: TangentialCoupling, skin: ContactSurface, u: Floats, own: Rubbed, n: int
 ) -> tuple[Friction, dict[str, Floats]]:
-    """What friction makes of it, and how far nodes (n,) have slid, and whether they stick; areas are half of both."""
+    """Return the friction result, and nodal slip and sticking (n,); areas are half of both surfaces."""
     slides = hold.slip(u, contact.friction).slides
     area, whole = skin.A[hold.which] / SIDES, float(hold.N.sum())
     slid = float(own.slid[hold.which].max(initial=0.0))

@@ -1,4 +1,4 @@
-"""The stress of a model that was solved on a mesh: nothing of it is imported or computed before it is asked for."""
+"""Stress of a model that was solved on a mesh, imported and computed on first use only."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ INSIDE = 1e-9  # of a motion: how far before its end its courses are looked at
 
 
 def stressed(scene: Scene, declared: Declared, case: Case, solution: Solution) -> Solution:
-    """The solution, able to tell its stress: of a reduced model, by the law of what it reduces."""
+    """Return the solution with a stress function; a reduced model uses the law of the model it reduces."""
     if solution.displacement is None or solution.mesh is None:
         return replace(
             solution, stress=None if isinstance(declared.thing.stress_law, str) else _at_rest_alone(solution)
@@ -38,52 +38,54 @@ def stressed(scene: Scene, declared: Declared, case: Case, solution: Solution) -
 
 
 def _at_rest_alone(solution: Solution) -> Callable[[], Stresses] | None:
-    """The stress of a model without a mesh, which it tells of a state of rest."""
+    """Return the stress function of a model without a mesh, which has stress only in static analyses."""
     moved = Settled(None, "the stress of sections is known of beams at rest, and this is a motion")
     return solution.stress or (None if solution.displacement is None else moved)
 
 
 def stress_of(model: Model, case: Case, mesh: Moved) -> Callable[[], Stresses]:
-    """What tells the stress of a model from its mesh, made once. It raises NoStress, with a reason."""
+    """Return the stress function of a model on its mesh, computed once. It raises NoStress with a reason."""
     return Told(model, _at_the_end(case), mesh)
 
 
 @dataclass(frozen=True, eq=False)
 class Told:
-    """What tells the stress of a mesh of a case. Reports keep it: pickled, it is what it tells, without the case."""
+    """Stress function of the mesh of a case. Pickled in a report, it is reduced to its stress, without the case."""
 
     model: Model
     case: Case
     mesh: Moved
 
     def __call__(self) -> Stresses:
-        """Its stress. Raises NoStress, with a reason."""
+        """Return the stress. Raises NoStress with a reason."""
         return self._made
 
     def __reduce__(self) -> tuple[Any, ...]:
-        from softmark.solvers.stress_recovery.sampling_point_stress import NoStress
+        from softmark.solvers.stress_recovery.sampling_point_stress import StressUnavailable
 
         try:
             return Settled, (self._made, None)
-        except NoStress as none:
+        except StressUnavailable as none:
             return Settled, (None, str(none))
 
     @cached_property
     def _made(self) -> Stresses:
-        from softmark.solvers.stress_recovery.sampling_point_stress import NoStress, State
+        from softmark.solvers.stress_recovery.sampling_point_stress import DeformedState, StressUnavailable
         from softmark.solvers.stress_recovery.stress_field import Stresses
 
         case, mesh, how = self.case, self.mesh, self.model.stress_law
         if isinstance(how, str):
-            raise NoStress(how)
+            raise StressUnavailable(how)
         strain, way = how
         if case.porous:
-            raise NoStress("its stress is that of skeleton and fluid, which is not recovered to points: ask for forces")
+            raise StressUnavailable(
+                "its stress is that of skeleton and fluid, which is not recovered to points: ask for forces"
+            )
         if case.remembers:
-            raise NoStress("its stress is that of its past, which is not recovered to points: ask for forces")
+            raise StressUnavailable("its stress is that of its past, which is not recovered to points: ask for forces")
         u = mesh.displacement.astype(float)  # of single precision too
         around = case.depth > 0.0
-        state = State(mesh.mesh, case.material, strain, u, way, mesh.pressures, bool(case.planar), around)
+        state = DeformedState(mesh.mesh, case.material, strain, u, way, mesh.pressures, bool(case.planar), around)
         if not case.uniform:
             from softmark.interpreter.models.shared.heterogeneous_material import material_at
 
@@ -91,29 +93,29 @@ class Told:
         if not case.parts:
             return Stresses(state)
         from softmark.interpreter.models.shared.region_cells import owners
-        from softmark.solvers.stress_recovery.multi_material_recovery import Layers
+        from softmark.solvers.stress_recovery.multi_material_recovery import MultiMaterialStresses
 
-        return Layers.of(state, case.materials, owners(case, mesh.mesh).cells)
+        return MultiMaterialStresses.of(state, case.materials, owners(case, mesh.mesh).cells)
 
 
 @dataclass(frozen=True, eq=False)
 class Settled:
-    """Stress that is known already, or the reason why there is none."""
+    """Stored stress, or the reason why there is none."""
 
     stress: Stresses | None
     reason: str | None
 
     def __call__(self) -> Stresses:
-        """The stress. Raises NoStress, with the reason."""
+        """Return the stress. Raises NoStress with the reason."""
         if self.stress is None:
-            from softmark.solvers.stress_recovery.sampling_point_stress import NoStress
+            from softmark.solvers.stress_recovery.sampling_point_stress import StressUnavailable
 
-            raise NoStress(self.reason)
+            raise StressUnavailable(self.reason)
         return self.stress
 
 
 def _at_the_end(case: Case) -> Case:
-    """A motion as its muscle pulls when it ends, just before what may jump there; any other case is as it was."""
+    """Return a dynamic case with its muscle activation at the end, just before a jump there; other cases are unchanged."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic) or all(muscle.thing.course is None for muscle in case.muscles):
         return case

@@ -1,8 +1,8 @@
-"""What acts at the nodes of a body at rest: loads, and what supports carry of what loads and stress leave over.
+"""Nodal forces of a body in static equilibrium: loads, and reactions of supports from the residual.
 
-A solver's own out-of-balance forces, internal less applied, are zero but where a support holds: there they are what it
-does to the body. Each support has what acts on the degrees of freedom that it holds; of those that several hold, the
-first in the scene has it, so that nothing counts twice.
+The residual, internal minus applied forces, is zero except at supports, where it is the force of the support on the
+body. Each support gets the forces on the degrees of freedom that it holds. If several supports hold one, the first in
+the scene gets its force, so that nothing counts twice.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.results.load_results import vector
-from softmark.interpreter.results.reaction_results import Fluid, Reaction, Touch
+from softmark.interpreter.results.load_results import to_vector
+from softmark.interpreter.results.reaction_results import ContactNumbers, Fluid, Reaction
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats
 
@@ -32,7 +32,7 @@ Bools = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Wrench:
-    """A force, N, and its moment about the origin, N m: (3,) each."""
+    """Force, N, and its moment about the origin, N m: (3,) each."""
 
     force: Floats
     moment: Floats
@@ -41,13 +41,13 @@ class Wrench:
         return Wrench(self.force + other.force, self.moment + other.moment)
 
     def about(self, point: Floats) -> Floats:
-        """Its moment about a point (3,), N m."""
+        """Return its moment about a point (3,), N m."""
         found: Floats = self.moment - np.cross(point, self.force)
         return found
 
 
 def of_rings(f: Floats) -> Wrench:
-    """What forces on whole rings around the y axis (n, 3), N, come to: those across it cancel."""
+    """Return the resultant of forces on whole rings around the y axis (n, 3), N; components across it cancel."""
     return Wrench(np.array([0.0, f[:, 1].sum(), 0.0]), np.zeros(3))
 
 
@@ -56,16 +56,20 @@ NOTHING = Wrench(np.zeros(3), np.zeros(3))
 
 @dataclass(frozen=True)
 class Carried:
-    """A state of rest: nodes `x` (n, 3) where forces act, m, and the unbalanced ones `left` (n, 6), N and N m.
+    """Nodal forces in a static state: nodes `x` (n, 3), m, and the residual `left` (n, 6), N and N m.
 
-    Nodes stand where they are, or undeformed where strains are small: there the moments of what is inside add up to
-    nothing. Moments are about the columns of `frames` (n, 3, 3), or in space. `u` (n, 3) are displacements, m, `loads`
-    (n, 6) what each load does at full size, `energy` the strain energy, J. `work` is that of each load at full size
-    along these displacements, J, None of one that depends on the way. It `turns_freely` where internal forces have no
-    moment, as those of an energy that does not see rotations. `written` (n, 6) are those left over in the state as its
-    numbers are, where `left` is without what rounding of these leaves. What acts on an `axial` body, one of revolution
-    about the y axis, comes to a force along it, and to no moment. `pulling` (n, 6) is what muscle within does, which
-    comes to nothing, and is a measure of what acts all the same.
+    Nodes are deformed, or undeformed if strains are small, so that internal moments balance. Moments are about the
+    columns
+    of `frames` (n, 3, 3), or in space. `u` (n, 3) are displacements, m, `loads` (n, 6) the full forces of each load,
+    and
+    `energy` the strain energy, J. `work` is that of each full load along these displacements, J; None if it depends on
+    the
+    path. `turns_freely` is true if internal forces have no moment, that is if the energy is invariant to rotations.
+    `written` (n, 6) is the residual of the state as stored, while `left` excludes the effect of its rounding. Forces on
+    an
+    `axial` body, one of revolution about the y axis, have a resultant along the axis and no moment. `pulling` (n, 6)
+    are
+    the forces of muscles, whose resultant is zero but whose size counts as a scale.
     """
 
     X: Floats
@@ -82,12 +86,12 @@ class Carried:
     dissipated: float = 0.0  # J, by what remembers
     written: Floats | None = None
     beds: Mapping[str, Floats] = field(default_factory=dict)  # what each bed, or contact, does to the body (n, 6)
-    touches: Mapping[str, Touch] = field(default_factory=dict)  # what contacts come to
+    touches: Mapping[str, ContactNumbers] = field(default_factory=dict)  # what contacts come to
     pulling: Floats | None = None
     fluid: Fluid | None = None  # of a porous body
 
     def wrench(self, forces: Floats) -> Wrench:
-        """What forces and moments (n, 6) at the nodes come to."""
+        """Return the resultant of forces and moments (n, 6) at the nodes."""
         f, m = forces[:, :3], forces[:, 3:]
         if self.axial:
             return of_rings(f)
@@ -97,31 +101,33 @@ class Carried:
 
     @cached_property
     def applied(self) -> dict[str, Wrench]:
-        """Of every load, by name."""
+        """Return the resultant of every load, by name."""
         return {name: self.wrench(f) for name, f in self.loads.items()}
 
     @cached_property
     def middle(self) -> Floats:
-        """The middle of what its nodes span (3,), m."""
+        """Centre of the bounding box of its nodes (3,), m."""
         found: Floats = 0.5 * (self.x.min(axis=0) + self.x.max(axis=0))
         return found
 
     @cached_property
     def extent(self) -> float:
-        """The diagonal of the same, m."""
+        """Diagonal of the bounding box of its nodes, m."""
         return float(np.linalg.norm(np.ptp(self.x, axis=0)))
 
     @cached_property
     def largest(self) -> float:
-        """The largest load, N: the sizes of its forces at nodes, for a pressure all around comes to no force."""
+        """Largest load, N, as the sum of the magnitudes of nodal forces, because the resultant of a uniform pressure is
+        zero.
+        """
         return max((float(np.linalg.norm(f[:, :3], axis=1).sum()) for f in self.loads.values()), default=0.0)
 
 
 @dataclass(frozen=True)
 class Holder:
-    """A support, the degrees of freedom that it holds (n, 6), and how much each node stands for (n,).
+    """Support, the degrees of freedom that it holds (n, 6), and the weight of each node (n,).
 
-    Not `named` is what the scene does not name: the plane of a plane body.
+    It is not `named` if the scene does not declare it: the plane of a plane body.
     """
 
     name: str
@@ -133,7 +139,7 @@ class Holder:
 def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Sequence[tuple[Declared, Energy]],
             small: bool, turns_freely: bool = True, axial: bool = False,
             muscles: Sequence[Energy] = ()) -> Carried:  # fmt: skip
-    """Of a state of a mesh whose nodes move by u (3 n,), m; other unknowns of the `state` follow these."""
+    """Return the nodal forces on a mesh with displacements u (3 n,), m, which come first in the `state`."""
     exact = np.asarray(state, dtype=np.float64)
     moved = np.ascontiguousarray(u, dtype=np.float64).reshape(-1, 3)
     left = assembly.gradient(exact, 1.0)[: mesh.points.size].reshape(-1, 3)
@@ -148,7 +154,7 @@ def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Seq
 
 
 def bedded(carried: Carried, beds: Mapping[str, Energy]) -> Carried:
-    """With what beds do to a body that lies on them; the strain energy is that of the body alone."""
+    """Add the forces of foundations; the strain energy remains that of the body."""
     u = carried.u.ravel()
     stored = sum(bed.value(u) for bed in beds.values())
     each = {name: _plain(counted(bed, force_at_nodes(bed, u))) for name, bed in beds.items()}
@@ -156,12 +162,12 @@ def bedded(carried: Carried, beds: Mapping[str, Energy]) -> Carried:
 
 
 def counted(bed: Energy, forces: Floats) -> Floats:
-    """Those of its forces (n, 3), N, that are told: between pieces of a body the force on all but the first."""
+    """Return the reported forces (n, 3), N, of a foundation; between pieces, those on all but the first piece."""
     return forces if bed.told is None else np.where(bed.told[:, None], forces, 0.0)
 
 
 def touched(carried: Carried, contacts: Mapping[str, RigidContact], case: Case) -> Carried:
-    """With what rigid bodies do to a body that touches them."""
+    """Add the forces of rigid bodies in contact."""
     from softmark.interpreter.models.postprocessing.contact_results import touch_of
 
     u = carried.u.ravel()
@@ -171,14 +177,14 @@ def touched(carried: Carried, contacts: Mapping[str, RigidContact], case: Case) 
 
 
 def force_at_nodes(load: Energy, u: Floats) -> Floats:
-    """What a load does at the nodes (n, 3), N, in a state u (3 n,)."""
+    """Return the nodal forces of a load (n, 3), N, in a state u (3 n,)."""
     g = np.zeros_like(u)
     load.add_gradient(u, g)
     return -g.reshape(-1, 3)
 
 
 def _plain(forces: Floats) -> Floats:
-    """Forces without moments (n, 6)."""
+    """Return forces with zero moments (n, 6)."""
     return np.hstack([forces, np.zeros_like(forces)])
 
 
@@ -186,7 +192,7 @@ def _plain(forces: Floats) -> Floats:
 
 
 def holders(case: Case, mesh: Mesh | None, thing: Any) -> list[Holder]:
-    """The supports of a model on a mesh, or else of beams, in the order of the scene, and what each holds of it."""
+    """Return the supports of a model on a mesh, or else of beams, in the order of the scene, with what each holds."""
     if mesh is not None:
         return [_of_mesh(case, support, mesh) for support in case.supports]
     if case.shape.wired:
@@ -203,13 +209,14 @@ def holders(case: Case, mesh: Mesh | None, thing: Any) -> list[Holder]:
 
 
 def _along(stations: Floats, nodes: Bools) -> Floats:
-    """What each held node of a beam stands for (n,): of the length between held ones, or where there is none, one."""
+    """Return the length that each held node of a beam represents (n,); 1 if there is none between held nodes."""
     half = 0.5 * np.diff(stations) * (nodes[:-1] & nodes[1:])
     found: Floats = np.concatenate([half, [0.0]]) + np.concatenate([[0.0], half])
     return found if found.any() else nodes.astype(float)
 
 
 def _of_mesh(case: Case, support: Declared, mesh: Mesh) -> Holder:
+    """Return what a support holds on a mesh."""
     from softmark.interpreter.models.shared.support_constraints import selected
 
     nodes = selected(case, support, mesh)
@@ -219,7 +226,7 @@ def _of_mesh(case: Case, support: Declared, mesh: Mesh) -> Holder:
 
 
 def _weights(mesh: Mesh, nodes: Bools) -> Floats:
-    """What each held node stands for (n,): of the volume of cells that are held, or of the area of facets, or one."""
+    """Return the weight of each held node (n,): volume of held cells, else area of held facets, else 1."""
     cells = nodes[mesh.cells].all(axis=1)
     if cells.any():
         own = np.repeat(mesh.volumes[cells] / mesh.cells.shape[1], mesh.cells.shape[1])
@@ -237,7 +244,7 @@ def _weights(mesh: Mesh, nodes: Bools) -> Floats:
 
 
 def reactions(carried: Carried, supports: Sequence[Holder]) -> dict[str, Reaction]:
-    """What every support does to the body, by name."""
+    """Return the reaction of every support on the body, by name."""
     found, taken = {}, np.zeros(carried.left.shape, dtype=np.bool_)
     for support in supports:
         others = [s for s in supports if s.named and s is not support and bool((s.holds & support.holds).any())]
@@ -246,16 +253,16 @@ def reactions(carried: Carried, supports: Sequence[Holder]) -> dict[str, Reactio
         at = at * (0.0, 1.0, 0.0) if carried.axial else at
         both = np.any([s.holds for s in others], axis=0) & support.holds if others else taken & False
         found[support.name] = Reaction(
-            vector(own.force), vector(own.moment), vector(at), vector(own.about(at)), tuple(s.name for s in others),
-            vector(carried.wrench(np.where(both, carried.left, 0.0)).force),
+            to_vector(own.force), to_vector(own.moment), to_vector(at), to_vector(own.about(at)), tuple(s.name for s in others),
+            to_vector(carried.wrench(np.where(both, carried.left, 0.0)).force),
         )  # fmt: skip
         taken |= support.holds
     return found | {name: _of_bed(carried, own) for name, own in carried.beds.items()}
 
 
 def _of_bed(carried: Carried, forces: Floats) -> Reaction:
-    """What a bed does: its moment is about the middle of the forces' sizes."""
+    """Return the reaction of a foundation; its moment is about the centre of force magnitudes."""
     own, sizes = carried.wrench(forces), np.linalg.norm(forces[:, :3], axis=1)
     at: Floats = sizes @ carried.x / (float(sizes.sum()) or 1.0)
     at = at * (0.0, 1.0, 0.0) if carried.axial else at
-    return Reaction(vector(own.force), vector(own.moment), vector(at), vector(own.about(at)))
+    return Reaction(to_vector(own.force), to_vector(own.moment), to_vector(at), to_vector(own.about(at)))

@@ -1,4 +1,4 @@
-"""What a solution says of forces: what supports carry, the work of loads, and the energy that is stored."""
+"""Forces and energies of a solution: support reactions, work of loads, stored energy."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.postprocessing.nodal_forces import holders, reactions
 from softmark.interpreter.models.shared.prepared_model import Prepared, Solution
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.results.reaction_results import AtRest
+from softmark.interpreter.results.reaction_results import EquilibriumForces
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 
 
-def at_rest(declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> AtRest:
-    """What a solution says of forces."""
+def at_rest(declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> EquilibriumForces:
+    """Return the forces and energies of a solution."""
     if (seen := solution.followed) is not None:
         return replace(seen.last, followed=seen)
     if (why := _unknown(declared, case, solution)) is not None or solution.carried is None:
-        return AtRest(reason=why)
+        return EquilibriumForces(reason=why)
     carried = solution.carried()
     held = reactions(carried, carried.holders or holders(case, prepared.mesh, declared.thing))
     most = max((float(np.linalg.norm(r.force)) for r in held.values()), default=0.0)
     moved = float(np.linalg.norm(carried.u, axis=1).max(initial=0.0))
     known = (held, carried.work, carried.energy, max(most, carried.largest), moved, carried.extent)
-    return AtRest(*known, dissipated=carried.dissipated, fluid=carried.fluid,
+    return EquilibriumForces(*known, dissipated=carried.dissipated, fluid=carried.fluid,
                   touches=carried.touches)  # fmt: skip
 
 
 def _unknown(declared: Declared, case: Case, solution: Solution) -> str | None:
-    """Why it says nothing of them, if it does not."""
+    """Return the reason why a solution has no forces; None if it has."""
     if solution.displacement is None:
         return "there is no solution"
     if solution.carried is None:

@@ -1,4 +1,4 @@
-"""Small vibrations of a model about its equilibrium, found where a metric asks for them."""
+"""Small vibrations of a model about its equilibrium, computed when a metric needs them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ UNSTABLE = 1e-9  # of the largest value found: below it, under zero, a motion gr
 
 
 def none(reason: str) -> Callable[[int], Floats]:
-    """Of a state that has no frequencies: raises Undefined with the reason."""
+    """Return the frequency function of a state without frequencies; it raises Undefined with the reason."""
 
     def refused(count: int) -> Floats:
         raise Undefined(reason)
@@ -26,16 +26,17 @@ def none(reason: str) -> Callable[[int], Floats]:
 
 
 def about(assembly: Assembly, x: Floats, mass: Callable[[], Any], linear: Linear) -> Callable[[int], Floats]:
-    """A function of `count` that gives the lowest frequencies (count,), Hz, in the state x under the full load.
+    """Return a function of `count` that returns the lowest frequencies (count,), Hz, in the state x under the full
+    load.
 
-    `mass` makes the mass matrix or its diagonal, of the first degrees of freedom; those behind them have none. It
-    raises Undefined, with a reason. Each count is found once: a report is made after every model, and at the end.
+    `mass` returns the mass matrix or its diagonal for the first degrees of freedom; the others have none. It raises
+    Undefined with a reason. Each count is computed once, because reports are made repeatedly.
     """
     return cache(lambda count: _frequencies(assembly, x, mass(), linear, count))
 
 
 def matrix(mass: Any, assembly: Assembly) -> Any:
-    """A mass matrix, or its diagonal, of the first degrees of freedom, as one of those that are free (n, n), kg."""
+    """Return a mass matrix, or its diagonal, of the first degrees of freedom as a matrix of the free ones (n, n), kg."""
     from scipy import sparse
 
     whole = sparse.csr_matrix(sparse.diags(mass) if mass.ndim == 1 else mass)
@@ -46,7 +47,7 @@ def matrix(mass: Any, assembly: Assembly) -> Any:
 def _frequencies(assembly: Assembly, x: Floats, mass: Any, linear: Linear, count: int) -> Floats:
     import numpy as np
 
-    from softmark.solvers.dynamics.vibration_modes import CLOSE, NotSettled, lowest, unsettled
+    from softmark.solvers.dynamics.vibration_modes import CLOSE, ModesNotFound, lowest_modes, mode_residual
     from softmark.solvers.linear.factorisations import Singular
     from softmark.solvers.linear.linear_solver import Linear, Systems
 
@@ -55,10 +56,10 @@ def _frequencies(assembly: Assembly, x: Floats, mass: Any, linear: Linear, count
     K, M = assembly.tangent(x.astype(np.float64), 1.0), matrix(mass, assembly)
     try:
         plain = Linear(modes=linear.modes, spare=linear.spare)
-        values, modes = lowest(K, M, count, lambda: Systems(plain).direct(K))
-    except (NotSettled, Singular) as error:
+        values, modes = lowest_modes(K, M, count, lambda: Systems(plain).direct(K))
+    except (ModesNotFound, Singular) as error:
         raise Undefined(str(error)) from error
-    if (left := unsettled(K, M, values, modes)) > CLOSE:
+    if (left := mode_residual(K, M, values, modes)) > CLOSE:
         what, remedy = (
             (f"{count} modes were", "ask for fewer") if count > 1 else ("one mode was", "others are too stiff")
         )

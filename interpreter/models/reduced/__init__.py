@@ -1,1 +1,1 @@
-"""Models of finite elements in a space of few fields: `words`, the `space`, its `training`, the `equations` in it."""
+"""Reduced models of finite elements: declaration, reduced space, training scenes and states, builder."""

@@ -1,4 +1,4 @@
-"""Building and solving a reduced model: everything here is arrays."""
+"""Construction and solution of reduced models."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats, Ints, VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
 from softmark.solvers.linear.factorisations import Singular
-from softmark.solvers.model_reduction.cell_energies import part, pressed
-from softmark.solvers.model_reduction.hyperreduction import Sample, sample
-from softmark.solvers.model_reduction.projected_energy import Dense, Projected, Quadratic
+from softmark.solvers.model_reduction.cell_energies import restrict_to_cells, restrict_to_loaded_nodes
+from softmark.solvers.model_reduction.hyperreduction import CellSample, sample_cells
+from softmark.solvers.model_reduction.projected_energy import DenseSolver, ProjectedEnergy, QuadraticEnergy
 from softmark.solvers.model_reduction.reduction_error import ReducedMotion, dynamic_error, static_error
 from softmark.solvers.statics.static_equilibrium import Equilibrium, NotConverged, Statics, equilibrium
 
@@ -58,20 +58,20 @@ NONE: Ints = np.zeros(0, dtype=np.int64)
 
 @dataclass(frozen=True)
 class Equations:
-    """Energies over the unknowns of a basis, from all cells or from a sample."""
+    """Reduced equations: energies over the unknowns of a basis, from all cells or from sampled cells."""
 
     static: PreparedSolid
     basis: Basis
-    sample: Sample | None = None
+    sample_cells: CellSample | None = None
 
     @property
     def r(self) -> int:
-        """Unknowns, with that of what is imposed."""
+        """Number of unknowns, including that of imposed displacements."""
         return int(self.basis.fields.shape[1])
 
     @cached_property
     def cells(self) -> Ints:
-        """Cells that are evaluated."""
+        """Evaluated cells."""
         return np.arange(len(self.static.mesh.cells)) if self.sample is None else self.sample.cells
 
     @cached_property
@@ -85,43 +85,45 @@ class Equations:
 
     def _some(self, energy: Energy) -> Energy:
         weights = np.ones(len(self.cells)) if self.sample is None else self.sample.weights
-        return part(energy, self.cells, weights, self.nodes)
+        return restrict_to_cells(energy, self.cells, weights, self.nodes)
 
     def internal(self, energies: Sequence[Energy]) -> list[Energy]:
-        """Energies of cells in the space."""
-        found: list[Energy] = [Projected(self._some(e), self._rows(self.nodes)) for e in energies]
+        """Return the energies of cells in the reduced space."""
+        found: list[Energy] = [ProjectedEnergy(self._some(e), self._rows(self.nodes)) for e in energies]
         if self.static.model.strain != "small":
             return found
         whole = Assembly(self.r, NONE, found, [])
         zero = np.zeros(self.r)
-        return [Quadratic(whole.tangent(zero, 0.0).toarray(), whole.rounding(zero))]
+        return [QuadraticEnergy(whole.tangent(zero, 0.0).toarray(), whole.rounding(zero))]
 
     def load(self, load: Energy) -> Energy:
-        """A load in the space: exactly that of the full model."""
+        """Return a load in the reduced space, exactly that of the full model."""
         if isinstance(load, DeadForces):
             return DeadForces(load.f @ self.basis.fields)
         if isinstance(load, FollowerPressure):
-            own, nodes = pressed(load)
-            return Projected(own, self._rows(nodes))
-        return Projected(load, self.basis.fields)
+            own, nodes = restrict_to_loaded_nodes(load)
+            return ProjectedEnergy(own, self._rows(nodes))
+        return ProjectedEnergy(load, self.basis.fields)
 
     def assembly(self, internal: Sequence[Energy], loads: Sequence[Energy]) -> Assembly:
-        """Energies and loads of the full model in the space; the unknown of what is imposed is held."""
+        """Return energies and loads of the full model in the reduced space; the unknown of imposed displacements is
+        held.
+        """
         return Assembly(self.r, self.fixed, self.internal(internal), [self.load(load) for load in loads])
 
     @property
     def fixed(self) -> Ints:
-        """The last unknown where something is imposed."""
+        """Index of the unknown of imposed displacements, the last one; empty if nothing is imposed."""
         return NONE if self.basis.lift is None else np.array([self.r - 1])
 
     def sound(self) -> Any:
-        """Whether none of the cells that are evaluated is inside out."""
-        elastic: Any = part(self.static.elastic, self.cells, np.ones(len(self.cells)), self.nodes)
+        """Test whether no evaluated cell is inverted."""
+        elastic: Any = restrict_to_cells(self.static.elastic, self.cells, np.ones(len(self.cells)), self.nodes)
         rows, whole = self._rows(self.nodes), fem_builder.soundness(self.static.model, elastic)
         return lambda q: whole(rows @ q)
 
     def statics(self) -> Statics:
-        """The static problem."""
+        """Return the static problem."""
         full, weights = self.static.problem, np.abs(self.basis.fields).max(axis=0)
         assembly = self.assembly(full.assembly.internal, full.assembly.loads)
         twin = None if full.twin is None else assembly.with_internal(self.internal(full.twin.internal))
@@ -142,16 +144,16 @@ class Equations:
 
 
 def _sampled(model: Modal | Pod, rest: Rest, basis: Basis) -> Equations:
-    """The equations, with cells sampled where the model asks for it. Raises NotConverged."""
+    """Return the reduced equations, with sampled cells if the model requests them. Raises NotConverged."""
     whole = Equations(rest.static, basis)
     if model.cells == "all":
         return whole
     states = _own_states(whole) if basis.states is None else basis.states
-    return replace(whole, sample=sample(rest.assembly.internal, basis.V, states, rest.size, model.sampling))
+    return replace(whole, sample=sample_cells(rest.assembly.internal, basis.V, states, rest.size, model.sampling))
 
 
 def _own_states(whole: Equations) -> Floats:
-    """States (s, dofs) of the reduced model at parts of the load, all cells evaluated. Raises NotConverged."""
+    """Return states (s, dofs) of the reduced model at fractions of the load, with all cells. Raises NotConverged."""
     problem, found = whole.statics(), []
     for share in PARTS:
         full = whole.static.problem.assembly
@@ -163,7 +165,7 @@ def _own_states(whole: Equations) -> Floats:
 
 @dataclass(frozen=True)
 class _Scaled(Energy):
-    """A load times a factor."""
+    """Load times a factor."""
 
     load: Energy
     factor: float
@@ -194,7 +196,7 @@ class _Scaled(Energy):
 
 @dataclass(frozen=True)
 class Recovered(Meshed):
-    """The mesh of the full model and the displacements of its points, found when they are asked for."""
+    """Mesh of the full model with the displacements of its points, computed on first use."""
 
     fields: Floats
     q: Floats
@@ -209,17 +211,17 @@ class Recovered(Meshed):
 
     @cached_property
     def displacement(self) -> Floats:
-        """(n, 3) m."""
+        """Nodal displacements (n, 3), m."""
         return (self.fields @ self.q).reshape(-1, 3)
 
     def at(self, X: Floats) -> Floats:
-        """Displacements (n, 3) of material points, m."""
+        """Return the displacements (n, 3) of material points, m."""
         return displacement_of(self.mesh, self.displacement)(X)
 
 
 @dataclass(frozen=True)
 class PreparedReduced:
-    """A basis, the equations in it, and what the report says of both; `failure` is why there are none."""
+    """Reduced model: basis, reduced equations and report of both; `failure` is the reason if there are none."""
 
     declared: Declared
     rest: Rest
@@ -231,7 +233,7 @@ class PreparedReduced:
 
     @property
     def size(self) -> dict[str, int]:
-        """Nodes and elements that are evaluated, and unknowns."""
+        """Numbers of evaluated nodes and elements, and of unknowns."""
         if self.equations is None:
             return {"nodes": 0, "elements": 0, "dofs": 0}
         evaluated = 0 if self.rest.static.model.strain == "small" else len(self.equations.cells)
@@ -239,7 +241,7 @@ class PreparedReduced:
         return {"nodes": nodes, "elements": evaluated, "dofs": self.equations.basis.V.shape[1]}
 
     def warm(self) -> None:
-        """Compile the kernels of the solution, outside the clock."""
+        """Compile the kernels of the solution, outside the timing."""
         self.rest.static.warm()
         if self.problem is not None:
             with suppress(NotConverged):  # it is for the solution to say so
@@ -247,12 +249,12 @@ class PreparedReduced:
 
     @property
     def mesh(self) -> Mesh:
-        """Of the full model."""
+        """Mesh of the full model."""
         return self.rest.static.mesh
 
     @property
     def assembly(self) -> Assembly:
-        """Of the full model."""
+        """Assembly of the full model."""
         return self.rest.static.assembly
 
     @property
@@ -261,19 +263,19 @@ class PreparedReduced:
         return self.rest.static.points
 
     def forces(self) -> list[tuple[Declared, Floats]]:
-        """Of every load by itself on the full model (n, 3), N."""
+        """Return the nodal forces (n, 3), N, of every load separately, on the full model."""
         return self.rest.static.forces()
 
     def outside(self, X: Floats) -> float:
-        """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
+        """Return the largest distance of points X (n, 3), m, outside a mesh that was read from a file, m."""
         return self.rest.static.outside(X)
 
     def after(self, before: Moved) -> Self:
-        """It starts from rest: its unknowns are few."""
+        """Return the model itself, because it starts from rest."""
         return self
 
     def solve(self, watch: Watch) -> Solution:
-        """Static equilibrium of the reduced equations, from rest."""
+        """Find the static equilibrium of the reduced equations, from rest."""
         if self.problem is None:
             return Solution("not_converged", self.failure, {"reduced": self.facts})
         problem = replace(self.problem, watch=watch)
@@ -290,7 +292,7 @@ class PreparedReduced:
 
     @property
     def problem_fields(self) -> Floats:
-        """The fields that unknowns stand for (dofs, r)."""
+        """Displacement fields of the unknowns (dofs, r)."""
         if self.equations is None:
             raise ValueError("there are no equations")
         return self.equations.basis.fields
@@ -298,26 +300,26 @@ class PreparedReduced:
 
 @dataclass(frozen=True)
 class MovingReduced(PreparedMotion):
-    """A reduced model in motion; `whole` is the same motion of the full model."""
+    """Dynamic analysis of a reduced model; `whole` is that of the full model."""
 
     static: PreparedReduced
     fields: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     whole: Dynamics | None = None
 
     def warm(self) -> None:
-        """Compile what the solution needs: two steps, outside the clock."""
+        """Compile what the solution needs by two time steps, outside the timing."""
         if self.static.equations is not None:
             super().warm()
 
     def solve(self, watch: Watch) -> Solution:
-        """March from the start to the end."""
+        """Integrate in time from the start to the end."""
         if self.static.equations is None:
             return Solution("not_converged", self.static.failure, {"reduced": self.static.facts})
         found = super().solve(watch)
         return replace(found, facts=found.facts | {"reduced": self.static.facts})
 
     def _state(self, motion: Motion) -> Floats:
-        """Unknowns, velocities and accelerations (3, r) of a motion."""
+        """Return reduced displacements, velocities and accelerations (3, r)."""
         return np.array([motion.x, motion.v, motion.a])
 
     def _mode(self, shape: Floats) -> Callable[[Floats], Floats]:
@@ -339,11 +341,11 @@ class MovingReduced(PreparedMotion):
 
 
 def load(model: Modal | Pod) -> None:
-    """All that building needs is imported with this module."""
+    """Do nothing: this module imports all that building needs."""
 
 
 def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-    """The basis, trained where it needs it, and the equations in it. Raises Fault."""
+    """Build the basis, with training if needed, and the reduced equations. Raises Fault."""
     scene = scene_of(workshop, declared)
     full = scene.declared[model.of]
     own = replace(case_for(scene, full), analysis=case.analysis)
@@ -395,7 +397,7 @@ def _built(
     facts: dict[str, Any],
     notes: tuple[Diagnostic, ...],
 ) -> PreparedReduced:
-    """The equations, or why there are none. Raises Fault."""
+    """Build the reduced model, or one with the reason why there are no equations. Raises Fault."""
     try:
         equations = _sampled(model, rest, _moved(rest, space()))
     except NotConverged as failed:
@@ -405,7 +407,7 @@ def _built(
 
 
 def _moved(rest: Rest, basis: Basis) -> Basis:
-    """The basis. Raises NotConverged where loads do nothing in it: what is left of them is rounding."""
+    """Return the basis. Raises NotConverged if loads have no effect in it beyond rounding."""
     forces = [gradient_of(load, np.zeros(rest.assembly.dofs)) for load in rest.assembly.loads]
     whole = np.linalg.norm(forces)
     inside = np.linalg.norm(np.array(forces) @ (basis.V / np.abs(basis.V).max(axis=0)))
@@ -415,7 +417,7 @@ def _moved(rest: Rest, basis: Basis) -> Basis:
 
 
 def _said_of_equations(equations: Equations) -> dict[str, Any]:
-    """What the report says of the space and of the cells."""
+    """Return the report of the space and of the cells."""
     found = {"dimension": int(equations.basis.V.shape[1]), **equations.basis.facts}
     found |= {"cells": len(equations.cells), "of_cells": len(equations.static.mesh.cells)}
     if equations.static.model.strain == "small":
@@ -426,7 +428,7 @@ def _said_of_equations(equations: Equations) -> dict[str, Any]:
 
 
 def _moving(still: PreparedReduced, full: Declared, case: Case, workshop: Workshop) -> MovingReduced:
-    """The same space with its mass. Raises Fault."""
+    """Build the dynamic analysis in the same space. Raises Fault."""
     whole: Any = fem_builder.prepare(full.thing, full, case, workshop)
     problem, equations = whole.problem, still.equations
     if equations is None:
@@ -442,7 +444,7 @@ def _moving(still: PreparedReduced, full: Declared, case: Case, workshop: Worksh
         fixed=equations.fixed,
         target=np.ones(len(equations.fixed)),
         sound=equations.sound(),
-        linear=Dense(),
+        linear=DenseSolver(),
         lagged=False,
         cap=None,
     )
@@ -450,7 +452,7 @@ def _moving(still: PreparedReduced, full: Declared, case: Case, workshop: Worksh
 
 
 def _start(equations: Equations, M: sparse.csr_matrix, velocity: Floats) -> Floats:
-    """The unknowns' velocities that are nearest to a velocity of the body, in its mass."""
+    """Return the reduced velocities nearest to a velocity of the body, in the norm of its mass."""
     V = equations.basis.V
     own = V.T @ (M @ velocity)
     return np.append(own, np.zeros(len(equations.fixed)))

@@ -1,4 +1,4 @@
-"""Reduced models: the equations of a finite element model in a space of a few fields of displacements."""
+"""Declarations of reduced models: a finite element model in a space of a few displacement fields."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.models.reduced import training_scenes
 from softmark.interpreter.models.shared.model_declaration import Model
-from softmark.interpreter.problem.body_case import elsewhere
+from softmark.interpreter.problem.body_case import other_body
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.study_words import Sweep
 from softmark.records import dataclass
@@ -23,18 +23,18 @@ PARTS = (0.25, 0.5, 0.75, 1.0)  # of all loads: what a training goes through whe
 
 
 class Reduced(Model):
-    """What the reduced models share: a model of finite elements that they reduce."""
+    """Base class of reduced models."""
 
     graded = True
     of: str
 
     @property
     def reduces(self) -> str:  # type: ignore[override]
-        """The model of finite elements whose equations it reduces."""
+        """Name of the finite element model whose equations it reduces."""
         return self.of
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
-        """What speaks against reducing that model."""
+        """Return errors about reducing that model."""
         found = (
             _not_reducible(scene, declared, case),
             _linear(scene, declared),
@@ -47,23 +47,28 @@ class Reduced(Model):
 
 @dataclass(frozen=True)
 class Modal(Reduced):
-    """A finite element model in the space of its lowest vibration modes.
+    """Finite element model in the space of its lowest vibration modes.
 
-    The space holds `modes` vibration modes of the model `of` about rest (its own mass, its supports held), its linear
-    response to each load, and with `derivatives` as many modal derivatives, the fields by which static responses curve
-    when they grow (Idelsohn and Cardona 1985; Barbic and James 2005): without them a body that turns by more than a few
-    degrees locks. Nothing is trained: the space knows the loads of the scene and their places, not their size.
+    The space contains `modes` vibration modes of the model `of` about rest (with its mass and supports) and its linear
+    response to each load. With `derivatives` it also contains as many modal derivatives, the fields along which static
+    responses curve as they grow (Idelsohn and Cardona 1985; Barbic and James 2005); without them a body that rotates by
+    more than a few degrees locks. There is no training: the space depends on the loads of the scene and their places,
+    not
+    on their size.
 
-    `cells = sampled` evaluates only cells that a non-negative least squares fit chooses and weighs (ECSW: Farhat,
-    Avery, Chapman and Cortial 2014), so that a solution costs nothing that grows with the mesh; they are fitted to
-    the reduced model's own states at a quarter, half, three quarters and all of the load, and to its stiffness at rest.
-    The space holds the supports fixed; imposed displacements enter by the linear response to them. Loads are reduced
-    exactly.
+    `cells = sampled` evaluates only cells that a non-negative least squares fit selects and weights (ECSW: Farhat,
+    Avery,
+    Chapman and Cortial 2014), so that the cost of a solution does not grow with the mesh. They are fitted to the
+    reduced
+    model's own states at a quarter, half, three quarters and all of the load, and to its initial stiffness. The space
+    keeps
+    the supports fixed; imposed displacements enter by the linear response to them. Loads are reduced exactly.
 
-    `converged` is said of the reduced equations. `full_residual` of the report is what is left of the full model's
-    equations, relative to its loads, and `estimated_error` the displacement error which that stands for (`W419`).
-    What `of` trades for speed (caps, precision, linear solver, start) plays no part. Source: Krysl, Lall and
-    Marsden (2001).
+    `converged` refers to the reduced equations. `full_residual` in the report is the residual of the full model's
+    equations, relative to its loads, and `estimated_error` is the corresponding displacement error (`W419`). Options of
+    `of` that trade accuracy for speed (caps, precision, linear solver, start) are ignored. Source: Krysl, Lall and
+    Marsden
+    (2001).
     """
 
     of: Annotated[str, "model", "the finite element model that is reduced"]
@@ -74,36 +79,38 @@ class Modal(Reduced):
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """What speaks against it whatever the scene."""
+        """Return errors that do not depend on the scene."""
         return []
 
     def outline(self, case: Case) -> str:
-        """One line for the plan and the report."""
+        """Return a one-line description for the plan and the report."""
         derived = " with their derivatives" if self.derivatives else ""
         return f"`{self.of}` reduced to {self.modes} vibration modes{derived} and its linear responses{_cells(self)}"
 
 
 @dataclass(frozen=True)
 class Pod(Reduced):
-    """A finite element model in the space of its own solutions: proper orthogonal decomposition.
+    """Finite element model in the space of its own solutions: proper orthogonal decomposition.
 
-    The model `of` is solved for a training set; the space holds the fields that are nearest to these states (Sirovich
-    1987): the first `modes`, or as many as leave at most `tolerance` of their root mean square, lengths measured in the
-    `norm` of the mass or of the strain energy. The training set is every part of all loads and imposed displacements in
-    `training` (`[0.25, 0.5, 0.75, 1]`), for every value of the sweep `over` if one is named: `over = directions` with
-    `study directions = sweep(weight.direction, over = [-z, +y])`. Sweeps may vary loads, imposed displacements and
-    materials, and not the mesh. Where the scene lies outside of these ranges, a warning says that it extrapolates.
+    The model `of` is solved for a training set, and the space contains the fields nearest to these states (Sirovich
+    1987):
+    the first `modes`, or as many as leave out at most `tolerance` of their root mean square, with lengths measured in
+    the
+    `norm` of the mass or of the strain energy. The training set contains every fraction of all loads and imposed
+    displacements in `training` (`[0.25, 0.5, 0.75, 1]`), for every value of the sweep `over`, if one is named: `over =
+    directions` with `study directions = sweep(weight.direction, over = [-z, +y])`. Sweeps may vary loads, imposed
+    displacements and materials, but not the mesh. If the scene lies outside these ranges, a warning reports
+    extrapolation.
 
-    Training is part of the set-up, and the report says how long it took; a model that shares it is charged with it too.
-    `cells = sampled` evaluates only cells that a non-negative least squares fit chooses and weighs (ECSW: Farhat,
-    Avery, Chapman and Cortial 2014): in all training states, and for small displacements, they give the reduced forces
-    of all cells within `sampling`. A solution then costs nothing that grows with the mesh. Loads are reduced exactly;
-    a pressure that follows the surface is evaluated on all of its facets.
+    Training is part of the set-up, and the report states its time; a model that shares it is charged for it too.
+    `cells = sampled` evaluates only cells that a non-negative least squares fit selects and weights (ECSW: Farhat,
+    Avery, Chapman and Cortial 2014): in all training states, and for small displacements, they reproduce the reduced
+    forces of all cells within `sampling`. The cost of a solution then does not grow with the mesh. Loads are reduced
+    exactly; a pressure that follows the surface is evaluated on all of its facets.
 
-    `converged` is said of the reduced equations. `full_residual` of the report is what is left of the full model's
-    equations, relative to its loads, and `estimated_error` the displacement error which that stands for (`W419`). A
-    dynamic analysis marches the reduced equations; states at rest are then all that the space and the cells have
-    learnt.
+    `converged` refers to the reduced equations. `full_residual` in the report is the residual of the full model's
+    equations, relative to its loads, and `estimated_error` is the corresponding displacement error (`W419`). A dynamic
+    analysis integrates the reduced equations; the space and the cells are then trained on static states only.
     """
 
     of: Annotated[str, "model", "the finite element model that is reduced"]
@@ -122,16 +129,16 @@ class Pod(Reduced):
 
     @property
     def parts(self) -> tuple[float, ...]:
-        """Parts of all loads in the training."""
+        """Fractions of all loads in the training."""
         return PARTS if self.training is None else tuple(float(v) for v in self.training.values)
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """What speaks against it whatever the scene."""
+        """Return errors that do not depend on the scene."""
         found = (self._training(declared), self._too_many(declared), self._beyond(declared))
         return [d for d in found if d is not None]
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
-        """What speaks against reducing that model."""
+        """Return errors about reducing that model and about the training."""
         found = super().scene_doubts(scene, declared, case)
         swept = self._no_sweep(scene, declared)
         if swept is None and not found:
@@ -168,7 +175,7 @@ class Pod(Reduced):
         )
 
     def _beyond(self, declared: Declared) -> Diagnostic | None:
-        """The scene is at full load, which a training that ends below it has not seen."""
+        """Return a warning if the training ends below the full load of the scene."""
         if not self.parts or max(self.parts) >= 1.0 or self._training(declared) is not None:
             return None
         at, most = declared.at("training"), 100 * max(self.parts)
@@ -186,7 +193,7 @@ class Pod(Reduced):
         return diagnostic("E532", declared.at("over"), problem, f"a {word}", "name a `sweep(...)`, or leave `over` out")
 
     def outline(self, case: Case) -> str:
-        """One line for the plan and the report."""
+        """Return a one-line description for the plan and the report."""
         size = f"{self.modes} modes" if self.modes else f"modes to {self.tolerance:g} of its solutions"
         parts = ", ".join(f"{100 * part:g}" for part in self.parts)
         swept = f" over {self.over}" if self.over else ""
@@ -198,7 +205,7 @@ def _cells(model: Modal | Pod) -> str:
 
 
 def _not_reducible(scene: Scene, declared: Declared, case: Case) -> Diagnostic | None:
-    """The model that is reduced must be one of finite elements, of the same body."""
+    """Return an error unless the reduced model is a finite element model of the same body."""
     full = scene.declared[declared.thing.of]
     if not isinstance(full.thing, Fem):
         word = full.constructor.name
@@ -208,14 +215,14 @@ def _not_reducible(scene: Scene, declared: Declared, case: Case) -> Diagnostic |
         at, problem = declared.at("of"), f"`{declared.name}` cannot reduce `{full.name}`, which has pressures"
         help = "reduce `hex8` with `formulation = mean_dilatation`"
         return diagnostic("E554", at, problem, "a saddle, not an energy", help)
-    if (body := elsewhere(scene, full, case)) is None:
+    if (body := other_body(scene, full, case)) is None:
         return None
     problem = f"`{declared.name}` is about `{case.body.name}`, and `{full.name}` is not"
     return diagnostic("E532", declared.at("of"), problem, "another body", f"say `body = {body}`")
 
 
 def _linear(scene: Scene, declared: Declared) -> Diagnostic | None:
-    """Small strain needs no cells once it is reduced."""
+    """Return an error for sampled cells with small strain, whose reduced equations need no cells."""
     full = scene.declared[declared.thing.of].thing
     if declared.thing.cells == "all" or not full.constant:
         return None
@@ -225,7 +232,7 @@ def _linear(scene: Scene, declared: Declared) -> Diagnostic | None:
 
 
 def _bedded(declared: Declared, case: Case) -> Diagnostic | None:
-    """What stands for cells are the cells of a body, and springs on its surface are none."""
+    """Return an error for sampled cells with an elastic foundation, whose springs are not cells."""
     if not case.beds:
         return None
     problem = f"`{declared.name}` cannot reduce a body that lies on the springs of `{case.beds[0].name}`"
@@ -233,7 +240,7 @@ def _bedded(declared: Declared, case: Case) -> Diagnostic | None:
 
 
 def _touching(declared: Declared, case: Case) -> Diagnostic | None:
-    """Its fields are those of a body that nothing touches."""
+    """Return an error for contacts, because the displacement fields are those of a body without contact."""
     if not case.contacts:
         return None
     touch = case.contacts[0]
@@ -242,7 +249,7 @@ def _touching(declared: Declared, case: Case) -> Diagnostic | None:
 
 
 def _driven(declared: Declared, case: Case) -> Diagnostic | None:
-    """Explicit steps divide by a mass that is diagonal, and what is imposed has a mass in common with all else."""
+    """Return an error for explicit integrators with imposed displacements, whose mass is coupled to all unknowns."""
     analysis = case.analysis
     moved = any(s.thing.tracked is not None or any(s.thing.displacement) for s in case.supports)
     if not isinstance(analysis, Dynamic) or not analysis.explicit or not moved:

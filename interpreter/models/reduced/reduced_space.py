@@ -1,4 +1,4 @@
-"""The space of a reduced model: what the full model says of itself about rest, and the fields made of that."""
+"""Reduced spaces: stiffness, mass and responses of the full model about rest, and the basis made from them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,12 @@ from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.linear.factorisations import Factor, factor
-from softmark.solvers.model_reduction.reduced_basis import derivatives, orthonormal, principal, vibration
+from softmark.solvers.model_reduction.reduced_basis import (
+    modal_derivatives,
+    orthonormalize,
+    principal_fields,
+    vibration_modes,
+)
 from softmark.solvers.statics.static_equilibrium import NotConverged
 
 SMALL = 1e-6  # of the body's size: displacements between which forces are compared
@@ -28,14 +33,14 @@ SMALL = 1e-6  # of the body's size: displacements between which forces are compa
 
 @dataclass(frozen=True)
 class Rest:
-    """A finite element model about rest: stiffness and mass of what is free, responses, and what is imposed."""
+    """Finite element model about rest: stiffness and mass of free degrees of freedom, responses, imposed displacements."""
 
     static: PreparedSolid
     mass: sparse.csr_matrix  # (dofs, dofs), kg
 
     @property
     def assembly(self) -> Assembly:
-        """Its energies and loads."""
+        """Energies and loads of the model."""
         return self.static.problem.assembly
 
     @property
@@ -45,7 +50,7 @@ class Rest:
 
     @property
     def size(self) -> float:
-        """Of the body, m."""
+        """Size of the body, m."""
         return self.static.problem.extent
 
     @cached_property
@@ -61,21 +66,21 @@ class Rest:
 
     @cached_property
     def factor(self) -> Factor:
-        """K, factorised."""
+        """Factorisation of K."""
         return factor(self.K)
 
     def gradient(self, u: Floats) -> Floats:
-        """Internal forces on what is free, N, for displacements u of what is free."""
+        """Return internal forces on free degrees of freedom, N, for their displacements u."""
         return self.assembly.gradient(self.placed(u), 0.0)[self.free]
 
     def placed(self, fields: Floats) -> Floats:
-        """Fields over all degrees of freedom, zero where they are held."""
+        """Return fields over all degrees of freedom, zero where these are held."""
         whole = np.zeros((self.assembly.dofs, *fields.shape[1:]))
         whole[self.free] = fields
         return whole
 
     def lift(self, imposed: Floats) -> Floats:
-        """The linear response (dofs,) to displacements (c,) of what is held, m."""
+        """Return the linear response (dofs,) to imposed displacements (c,), m."""
         x = np.zeros(self.assembly.dofs)
         x[self.static.problem.fixed] = imposed
         most = np.abs(imposed).max(initial=0.0)
@@ -88,7 +93,7 @@ class Rest:
 
     @cached_property
     def responses(self) -> Floats:
-        """The linear response to each load (free, loads), m."""
+        """Linear response to each load (free, loads), m."""
         zero = np.zeros(self.assembly.dofs)
         forces = [gradient_of(load, zero)[self.free] for load in self.assembly.loads]
         found = [-self.factor.solve(f) for f in forces if np.any(f)]
@@ -96,7 +101,7 @@ class Rest:
 
 
 def gradient_of(energy: Energy, x: Floats) -> Floats:
-    """Its gradient alone (dofs,), N."""
+    """Return the gradient of an energy (dofs,), N."""
     g = np.zeros_like(x)
     energy.add_gradient(x, g)
     return g
@@ -107,9 +112,9 @@ def gradient_of(energy: Energy, x: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Basis:
-    """Fields V (dofs, r) with V^T M V = I, the lift (dofs,) of imposed displacements, and what the report says.
+    """Basis V (dofs, r) with V^T M V = I, the lift (dofs,) of imposed displacements, and its report.
 
-    `states` (s, dofs) are those that sampled cells are fitted to, None: the reduced model's own.
+    `states` (s, dofs) are those that sampled cells are fitted to; None means the reduced model's own states.
     """
 
     V: Floats
@@ -119,36 +124,36 @@ class Basis:
 
     @property
     def fields(self) -> Floats:
-        """V, with the lift as its last column where something is imposed."""
+        """V, with the lift as its last column if displacements are imposed."""
         return self.V if self.lift is None else np.column_stack([self.V, self.lift])
 
 
 def modal_space(model: Modal, declared: Declared, rest: Rest) -> Basis:
-    """Vibration modes, linear responses, modal derivatives. Raises Fault."""
+    """Return the space of vibration modes, linear responses and modal derivatives. Raises Fault."""
     _few_enough(model.modes, declared, rest)
-    omega, modes = vibration(rest.K, rest.M, model.modes)
+    omega, modes = vibration_modes(rest.K, rest.M, model.modes)
     lift = _lift(rest)
     loaded = [rest.responses, *(() if lift is None else (lift[rest.free][:, None],))]
     static = np.column_stack(loaded)
-    V = orthonormal(np.column_stack([static, modes]), rest.M)[0]
+    V = orthonormalize(np.column_stack([static, modes]), rest.M)[0]
     if model.derivatives and rest.static.model.strain != "small":
-        V = orthonormal(np.column_stack([V, _curved(model, rest, static, omega, modes)]), rest.M)[0]
+        V = orthonormalize(np.column_stack([V, _curved(model, rest, static, omega, modes)]), rest.M)[0]
     facts = {"frequencies_Hz": (omega / (2 * np.pi)).tolist()[:50]}
     return Basis(rest.placed(V), lift, facts)
 
 
 def _curved(model: Modal, rest: Rest, static: Floats, omega: Floats, modes: Floats) -> Floats:
-    """The principal modal derivatives, as many as modes; modes are as large as loads would make them, by stiffness."""
+    """Return the principal modal derivatives, as many as modes; modes are scaled to the response to loads."""
     reach = np.sqrt(np.max(np.sum(static * (rest.M @ static), axis=0), initial=0.0)) or 1.0
     sized = modes * reach * (omega[0] / omega) ** 2
-    found = derivatives(rest.gradient, rest.factor.solve, np.column_stack([static, sized]), rest.size)
-    return principal(found, rest.M, model.modes, 0.0).V
+    found = modal_derivatives(rest.gradient, rest.factor.solve, np.column_stack([static, sized]), rest.size)
+    return principal_fields(found, rest.M, model.modes, 0.0).V
 
 
 def pod_space(model: Pod, declared: Declared, rest: Rest, training: Training) -> Basis:
-    """The principal fields of the training states, without what is imposed.
+    """Return the principal fields of the training states, without imposed displacements.
 
-    Raises Fault, and NotConverged where training has come to nothing.
+    Raises Fault, and NotConverged if training has failed.
     """
     _few_enough(model.modes or 1, declared, rest)
     if not len(training.states):
@@ -158,8 +163,8 @@ def pod_space(model: Pod, declared: Declared, rest: Rest, training: Training) ->
     own = np.array([x - rest.lift(t) for x, t in zip(training.states, held, strict=True)])[:, rest.free].T
     if not np.any(own):
         raise NotConverged("it could not be trained: nothing deforms the body")
-    found = principal(own, rest.M if model.norm == "mass" else rest.K, model.modes, model.tolerance)
-    V = found.V if model.norm == "mass" else orthonormal(found.V, rest.M)[0]
+    found = principal_fields(own, rest.M if model.norm == "mass" else rest.K, model.modes, model.tolerance)
+    V = found.V if model.norm == "mass" else orthonormalize(found.V, rest.M)[0]
     facts = {"captured_energy": found.captured, "projection_error": found.error}
     W = rest.placed(V)
     shares = (rest.M @ own).T @ V  # (s, r)

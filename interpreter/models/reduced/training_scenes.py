@@ -1,4 +1,4 @@
-"""The scenes that a reduced model is trained on: the scene as it is, or with every value of a sweep."""
+"""Scenes that a reduced model is trained on: the scene itself, or the scene with every value of a sweep."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ UNMESHED = ("load", "analysis", "material", "metric", "probe")  # kinds that no 
 
 @dataclass(frozen=True)
 class Setting:
-    """One scene of the sweep, in words and as values by target."""
+    """One scene of the sweep, with its description and its values by target."""
 
     words: str
     scene: Scene
@@ -30,7 +30,7 @@ class Setting:
 
 
 def scenes(over: str | None, scene: Scene) -> Iterator[Setting]:
-    """The scene with each value of the sweep; as it is where none is named."""
+    """Yield the scene with each value of the sweep, or the scene itself if no sweep is named."""
     if over is None:
         yield Setting("", scene)
         return
@@ -44,7 +44,7 @@ def scenes(over: str | None, scene: Scene) -> Iterator[Setting]:
 
 
 def remeshed(scene: Scene, declared: Declared) -> Diagnostic | None:
-    """A sweep that varies the mesh of the model that is reduced: an error, found without making a mesh."""
+    """Return an error for a sweep that varies the mesh of the reduced model, found without making a mesh."""
     model = declared.thing
     if model.over is None:
         return None
@@ -66,7 +66,7 @@ def remeshed(scene: Scene, declared: Declared) -> Diagnostic | None:
 
 
 def _mesh(scene: Scene, model: str) -> tuple[Any, ...] | None:
-    """What decides the mesh of a model; None where a value is in error, which is said of the sweep."""
+    """Return the values that determine the mesh of a model; None if a value of the sweep is in error."""
     full = scene.declared.get(model)
     if full is None:
         return None

@@ -1,4 +1,4 @@
-"""States that a reduced model is trained on: the full model solved at parts of the load, over the values of a sweep."""
+"""Training states of a reduced model: the full model solved at fractions of the load, over the values of a sweep."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ SAME = 1e-9  # of a range: values that far outside are within
 
 @dataclass(frozen=True)
 class Training:
-    """States x (s, dofs) of the full model, m, what was imposed in each, and what the report says of them.
+    """States x (s, dofs) of the full model, m, the displacements imposed in each, and their report.
 
-    `ranges` are the values of what was varied, numbers or lists of numbers or texts; `failed` are settings without an
-    equilibrium. `seconds` are wall and CPU.
+    `ranges` are the values of what was varied: numbers, lists of numbers or texts. `failed` are settings without an
+    equilibrium. `seconds` are wall and CPU time.
     """
 
     states: Floats
@@ -44,7 +44,7 @@ class Training:
 
 
 def trained(model: Pod, declared: Declared, case: Case, mesh: Mesh, workshop: Workshop) -> Training:
-    """The training states of a model, computed once for all that share them. Raises Fault."""
+    """Return the training states of a model, computed once for all models that share them. Raises Fault."""
     scene = scene_of(workshop, declared)
     key: Any = ("training", model.of, model.parts, model.over)
     if key not in workshop.meshes:
@@ -59,13 +59,13 @@ def trained(model: Pod, declared: Declared, case: Case, mesh: Mesh, workshop: Wo
 
 
 def known(workshop: Workshop, key: Any) -> Training:
-    """What a workshop keeps of a training."""
+    """Return the training that a workshop has stored."""
     found: Training = workshop.meshes[key]
     return found
 
 
 def scene_of(workshop: Workshop, declared: Declared) -> Scene:
-    """The scene that is being run. Raises Fault where there is none."""
+    """Return the scene that is being run. Raises Fault if there is none."""
     if workshop.scene is None:
         raise fault("E532", declared.at("of"), f"`{declared.name}` has no scene to find `{declared.thing.of}` in")
     return workshop.scene
@@ -99,18 +99,18 @@ def _computed(model: Pod, declared: Declared, case: Case, mesh: Mesh, scene: Sce
 
 
 def beyond(training: Training, scene: Scene) -> list[str]:
-    """What of the scene as it is lies outside the range of the training: `load`, or targets of its sweep."""
+    """Return which values of the scene lie outside the range of the training: `load`, or targets of its sweep."""
     here = _here(training, scene)
     return [name for name, seen in training.ranges.items() if not _within(here[name], seen)]
 
 
 def _here(training: Training, scene: Scene) -> dict[str, Any]:
-    """What was varied, as the scene has it."""
+    """Return the values of the scene for what the training varied."""
     return {name: 1.0 if name == "load" else value_of(scene, name) for name in training.ranges}
 
 
 def repeats(training: Training, scene: Scene) -> bool:
-    """Whether the scene as it is was itself a setting of the training: its error then says how well it repeats."""
+    """Return whether the scene was itself a setting of the training, so that its error only measures reproduction."""
     here = _here(training, scene)
     return not training.failed and all(
         any(_within(here[name], [one]) for one in seen) for name, seen in training.ranges.items()
@@ -118,7 +118,7 @@ def repeats(training: Training, scene: Scene) -> bool:
 
 
 def _within(here: Any, seen: list[Any]) -> bool:
-    """Whether a value lies among those seen: in their range by components; a text is one of them."""
+    """Return whether a value lies in the range of those seen, by components; a text must be one of them."""
     if isinstance(here, str):
         return here in seen
     low, high = np.min(np.array(seen, dtype=float), axis=0), np.max(np.array(seen, dtype=float), axis=0)
@@ -127,7 +127,7 @@ def _within(here: Any, seen: list[Any]) -> bool:
 
 
 def extrapolates(declared: Declared, found: list[str]) -> tuple[Diagnostic, ...]:
-    """A warning where the scene lies outside the sweep that it was trained on; that of loads is known to a check."""
+    """Return a warning if the scene lies outside the sweep that it was trained on; loads are checked in validation."""
     targets = [f"`{name}`" for name in found if name != "load"]
     if not targets:
         return ()

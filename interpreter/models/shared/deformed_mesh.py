@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.interpreter.results.even_thinning import picked
+from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.records import dataclass
 from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.mesh import Floats, Mesh
@@ -88,6 +88,6 @@ def in_motion(mesh: Mesh, times: Floats, u: Floats) -> dict[str, Any]:
         place = locate_points(mesh, X)
         return np.array([place.interpolate(one) for one in u])
 
-    some = picked(len(times), FRAMES)
+    some = pick_evenly(len(times), FRAMES)
     last = Deformed(mesh, u[-1], times[some], u[some])
     return {"course": course, "displacement": displacement_of(mesh, u[-1]), "mesh": last}

@@ -9,7 +9,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import porous
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
-from softmark.solvers.elements import named
+from softmark.solvers.elements import find_element
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
@@ -76,7 +76,7 @@ def _unsound(material: Any) -> tuple[str, str, str] | None:
 
 def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors for options of a finite element model that do not support fluid."""
-    if named(model.element).pressures != "corners":
+    if find_element(model.element).pressures != "corners":
         flat = case.planar != ""
         help = "use `tri6` or `quad9`" if flat else "use `tet10`, `hex20` or `hex27`"
         yield diagnostic("E374", declared.at("element"), f"{model.element} has no pressures that are continuous, and"

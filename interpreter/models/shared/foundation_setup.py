@@ -119,7 +119,7 @@ def _points(part: Loaded, depth: float = 0.0) -> tuple[Ints, Floats, Floats, Flo
     flat = Patches(part.points[part.whole], 1.0).affine
     each = [(part.nodes, part.xi, part.w)]
     for whole, n in ((part.whole[flat], EXACT), (part.whole[~flat], FINE)):  # of curved ones no polynomial
-        xi, w = moment_fitted_quadrature.fine(whole.shape[1], n)
+        xi, w = moment_fitted_quadrature.gauss_rule(whole.shape[1], n)
         each.append((np.repeat(whole, len(w), axis=0), np.tile(xi, (len(whole), 1)), np.tile(w, len(whole))))
     facets, places, weights = (np.concatenate(columns) for columns in zip(*each, strict=True))
     facet = FACETS[facets.shape[1]]

@@ -20,7 +20,7 @@ from softmark.interpreter.models.shared.solid_dynamics import (
     kept_of,
 )
 from softmark.interpreter.problem.body_case import Case, Touch
-from softmark.interpreter.results.even_thinning import picked
+from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.interpreter.vocabulary.load_words import BodyForce, PointLoad
 from softmark.interpreter.vocabulary.load_words import MomentLoad as Moment
 from softmark.records import dataclass
@@ -29,10 +29,10 @@ from softmark.solvers.contact.free_rigid_bodies import FreeBodyChart, FreeRigidB
 from softmark.solvers.contact.rigid_body_loads import RigidBodyLoad
 from softmark.solvers.contact.rigid_mass_properties import mass_properties_of
 from softmark.solvers.contact.signed_distance import gap_of
-from softmark.solvers.dynamics.dynamic_problem import Direct
+from softmark.solvers.dynamics.dynamic_problem import DirectStepSolver
 from softmark.solvers.dynamics.integrator import Motion
-from softmark.solvers.dynamics.load_amplitudes import Course
-from softmark.solvers.dynamics.rotational_inertia import Turning
+from softmark.solvers.dynamics.load_amplitudes import Amplitude
+from softmark.solvers.dynamics.rotational_inertia import RotationalInertia
 from softmark.solvers.dynamics.trajectory import Trajectory
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.mixed_displacement_pressure import DisplacementEnergy
@@ -76,7 +76,7 @@ class MotionBeside(PreparedMotion):
     def _finish(self, track: Trajectory, every: int) -> Solution:
         """Return the solution, including the motion of the rigid bodies."""
         found, kept = super()._finish(track, every), kept_of(track, every)
-        kept = [kept[i] for i in picked(len(kept), MOMENTS)]
+        kept = [kept[i] for i in pick_evenly(len(kept), MOMENTS)]
         states = np.array([track.observed[i].x[self.dofs :] for i in kept]).reshape(len(kept), -1, 18)
         each = {name: _told(track.times[kept], states[:, i]) for i, name in enumerate(self.names)}
         notes = (*found.notes, *self._passing(track.times[kept], states))
@@ -90,7 +90,7 @@ class MotionBeside(PreparedMotion):
             return ()
         from softmark.interpreter.models.shared.rigid_interpenetration import passing
 
-        some = picked(len(times), LOOKED)
+        some = pick_evenly(len(times), LOOKED)
         return passing(touches, self.names, times[some], states[some])
 
 
@@ -134,9 +134,11 @@ def beside(motion: PreparedMotion, case: Case) -> MotionBeside:
         courses=(*courses, *problem.courses),
         tolerance=FINER * problem.tolerance,
         sound=lambda x: sound(x[:dofs]),
-        linear=Direct(symmetric=False),
+        linear=DirectStepSolver(symmetric=False),
         lagged=False,
-        turning=Turning(chart, np.array([b.first + np.arange(3, 6) for b in made]), np.array([b.J for b in made])),
+        turning=RotationalInertia(
+            chart, np.array([b.first + np.arange(3, 6) for b in made]), np.array([b.J for b in made])
+        ),
     )
     static, declared, analysis, mesh = motion.static, motion.declared, motion.analysis, motion.mesh
     return MotionBeside(static, declared, analysis, fitted, mesh, case=motion.case, chart=chart, names=names, dofs=dofs)
@@ -159,9 +161,9 @@ def _begun(body: FreeRigidBody, touch: Touch) -> Floats:
     return np.concatenate([thing.velocity, np.array(thing.spin) @ body.axes])
 
 
-def _pulled(chart: FreeBodyChart, touches: Mapping[str, Touch]) -> tuple[list[Energy], list[Course]]:
+def _pulled(chart: FreeBodyChart, touches: Mapping[str, Touch]) -> tuple[list[Energy], list[Amplitude]]:
     """Return the loads on rigid bodies, and the amplitude of each."""
-    pulls, courses = list[Energy](), list[Course]()
+    pulls, courses = list[Energy](), list[Amplitude]()
     for which, touch in enumerate(touches.values()):
         for load in touch.loads:
             pulls.append(_pull(chart, which, load))

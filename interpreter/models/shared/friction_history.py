@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.interpreter.results.reaction_results import Friction, Touch
+from softmark.interpreter.results.reaction_results import ContactNumbers, Friction
 from softmark.records import dataclass
 from softmark.solvers.contact.deformable_friction import DeformableFriction
 from softmark.solvers.contact.rigid_friction import RigidFriction
@@ -62,7 +62,7 @@ def past_of(contacts: Mapping[str, Energy], u: Floats, before: Past) -> dict[str
     return found
 
 
-def slipped(touch: Touch, contact: RigidContact, u: Floats, own: Rubbed | None) -> Touch:
+def slipped(touch: ContactNumbers, contact: RigidContact, u: Floats, own: Rubbed | None) -> ContactNumbers:
     """Return a contact result extended by slip, sticking share and dissipation; unchanged without friction."""
     if own is None or not isinstance(contact, RigidFriction):
         return touch

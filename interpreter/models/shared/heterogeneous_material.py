@@ -30,14 +30,14 @@ from softmark.interpreter.models.shared.varying_quadrature import (
     resolved,
 )
 from softmark.interpreter.problem.body_case import Case, Fault, fault
-from softmark.interpreter.problem.field_files import loaded, reading
-from softmark.interpreter.problem.heterogeneity_limits import allowed, out_of_range
+from softmark.interpreter.problem.field_files import load_field, read_field
+from softmark.interpreter.problem.heterogeneity_limits import is_allowed, out_of_range
 from softmark.interpreter.problem.representative_constants import profiles
 from softmark.records import dataclass
 from softmark.references.measured_data import Unreadable
 from softmark.solvers.elements import CELLS
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.materials.heterogeneous import averaged, changed, with_constants
+from softmark.solvers.materials.heterogeneous import average_moduli, map_arrays, with_constants
 from softmark.solvers.mesh.element_interpolation import Integration, integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 
@@ -58,7 +58,7 @@ LOST = 1e-6  # of an integral: what a finer rule finds less is rounding, or next
 def values(profile: Profile, X: Floats) -> Floats:
     """Return a constant at points X (..., 3), m: (...). Raises Fault if a file that it is read from cannot be used."""
     try:
-        found: Floats = profile.values(X.reshape(-1, 3), reading).reshape(X.shape[:-1])
+        found: Floats = profile.values(X.reshape(-1, 3), read_field).reshape(X.shape[:-1])
     except Unreadable as error:
         raise unusable(profile, error) from error
     return found
@@ -112,7 +112,7 @@ def at_points(own: Part, pressures: bool = False) -> tuple[Case, Integration | N
     sampled = _sampled(own.case, X)
     if mesh.element.constant and sampled.sampled:
         w = np.broadcast_to(rule[1], X.shape[:2]) if known is None else known.w
-        return replace(own.case, other_material=averaged(sampled, w)), None
+        return replace(own.case, other_material=average_moduli(sampled, w)), None
     return replace(own.case, other_material=sampled), _parts(mesh, known)
 
 
@@ -181,13 +181,13 @@ def _sampled(case: Case, X: Floats) -> Any:
 def turned(case: Case, mesh: Mesh, X: Floats) -> Any:
     """Return the material with its fibre directions at points X (m, q, 3), m, of its mesh. Raises Fault."""
     from softmark.interpreter.models.shared.undefined_fiber_directions import must_have_directions
-    from softmark.solvers.materials.material_axes import NoDirection
+    from softmark.solvers.materials.material_axes import InvalidDirection
 
     at = case.body.at("material")
     must_have_directions(case, mesh)
     try:
-        return case.material.placed(X, reading)
-    except NoDirection as error:
+        return case.material.placed(X, read_field)
+    except InvalidDirection as error:
         where = (
             "" if error.place is None else f" at {units.format_vector(tuple(map(float, error.place)), units.LENGTH)}"
         )
@@ -208,15 +208,15 @@ def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
     """
     if getattr(material, "turning", False):
         own = mesh.element.quadrature() if mesh.element.constant else rule
-        found = material.placed(places(mesh, own), reading)
-        return changed(found, lambda a: np.repeat(a, len(rule[1]), axis=1)) if mesh.element.constant else found
+        found = material.placed(places(mesh, own), read_field)
+        return map_arrays(found, lambda a: np.repeat(a, len(rule[1]), axis=1)) if mesh.element.constant else found
     own = _rule(mesh) if mesh.element.constant else rule
     X = places(mesh, own)
     found = with_constants(material, {n: values(p, X) for n, p in profiles(material).items() if n in OF_LAWS})
     if not (mesh.element.constant and found.sampled):
         return found
-    mean = averaged(found, np.broadcast_to(own[1], X.shape[:2]))
-    return changed(mean, lambda a: np.repeat(a, len(rule[1]), axis=1))
+    mean = average_moduli(found, np.broadcast_to(own[1], X.shape[:2]))
+    return map_arrays(mean, lambda a: np.repeat(a, len(rule[1]), axis=1))
 
 
 def places(mesh: Mesh, rule: Rule) -> Floats:
@@ -230,7 +230,7 @@ def _must_be_allowed(case: Case, profile: Profile, found: Floats, X: Floats) -> 
     odd = np.flatnonzero(~np.isfinite(found))
     for i in odd[:1] if len(odd) else (found.argmin(), found.argmax()):
         value = float(found.flat[i])
-        if not allowed(profile, value):
+        if not is_allowed(profile, value):
             raise out_of_range(case, profile, value, X.reshape(-1, 3)[i])
 
 
@@ -386,7 +386,7 @@ def _told(profile: Profile, found: Floats) -> Floats:
 
 def _outside(profile: Profile, X: Floats) -> Any:
     """Return which points X (m, q, 3) lie outside a field that the constant is read from (m, q); None without a field."""
-    found = [loaded(field).outside(X.reshape(-1, 3)).reshape(X.shape[:-1]) for field in profile.fields]
+    found = [load_field(field).outside(X.reshape(-1, 3)).reshape(X.shape[:-1]) for field in profile.fields]
     return np.any(found, axis=0) if found else None
 
 

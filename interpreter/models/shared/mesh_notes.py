@@ -53,7 +53,7 @@ def space_facts(shape: Shape, mesh: Mesh) -> dict[str, Any]:
             "volume_m3": shape.volume,
             "mesh_m3": float(mesh.volumes.sum()),
             "area_m2": shape.skin,
-            "mesh_m2": float(facet_areas(mesh, *moment_fitted_quadrature.fine(mesh.element.facet.nodes)).sum()),
+            "mesh_m2": float(facet_areas(mesh, *moment_fitted_quadrature.gauss_rule(mesh.element.facet.nodes)).sum()),
         }
     return {"body": mesh.selections["body"]}
 

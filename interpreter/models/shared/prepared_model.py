@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, Self
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.results.motion_history import History
-from softmark.interpreter.results.reaction_results import AtRest
+from softmark.interpreter.results.reaction_results import EquilibriumForces
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -141,7 +141,7 @@ class Solution:
     )
     carried: Callable[[], Carried] | None = None  # what acts at its nodes, of a state of rest; found when asked for
     followed: Followed | None = None  # of a motion with contacts: what these do
-    at_rest: AtRest | None = None  # what that comes to: of solutions that an error is stated from
+    at_rest: EquilibriumForces | None = None  # what that comes to: of solutions that an error is stated from
     spent: Spent | None = None  # of one that another program solved: our clock knows nothing of it
     reduction_error: Callable[[], ReductionError] | None = None  # of a reduced model, against the full equations
     step_errors: Callable[[], ModalErrors | None] | None = None  # of a motion, made when asked for: costs little

@@ -22,7 +22,7 @@ from softmark.interpreter.vocabulary.amplitude_words import (
 )
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
 from softmark.records import dataclass
-from softmark.solvers.dynamics.load_amplitudes import Course
+from softmark.solvers.dynamics.load_amplitudes import Amplitude
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.external_loads import ScaledLoad
 from softmark.solvers.statics.quasistatic_history import Instant
@@ -55,8 +55,8 @@ class Timed:
     """
 
     analysis: Quasistatic
-    courses: tuple[Course, ...]
-    movers: tuple[tuple[Course, Ints], ...]
+    courses: tuple[Amplitude, ...]
+    movers: tuple[tuple[Amplitude, Ints], ...]
     target: Floats
 
     @classmethod
@@ -67,7 +67,7 @@ class Timed:
         `driven` has each load separately, and `owners` the support that imposes each entry of the target (c,).
         """
         analysis: Any = case.analysis
-        moved: dict[Course, list[int]] = {}
+        moved: dict[Amplitude, list[int]] = {}
         for place, owner in enumerate(owners):
             moved.setdefault(course_of(owner), []).append(place)
         movers = tuple((course, np.array(places)) for course, places in moved.items())

@@ -20,7 +20,7 @@ from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.shared.support_selection import MISSED, SMALL, WHOLE, cells_of, fractions
 from softmark.interpreter.problem.body_case import Case, fault
-from softmark.interpreter.problem.material_layers import overlap, remaining, unordered
+from softmark.interpreter.problem.material_layers import overlap, remaining_conditions, unordered
 from softmark.interpreter.problem.surface_selection.selected_pieces import Bools, slack_of
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
@@ -121,7 +121,7 @@ def owners(case: Case, mesh: Mesh) -> Owners:
 def _found(case: Case, mesh: Mesh) -> Owners:
     kind = cells_of(mesh, case.depth)
     _disjoint(case, mesh)
-    parts = remaining(case)
+    parts = remaining_conditions(case)
     shares = np.array([fractions(where, kind, mesh) for where in parts])  # (r, m)
     along = [_along(where, mesh, f) for where, f in zip(parts, shares, strict=True)]
     shares = np.vstack([np.clip(1.0 - shares.sum(axis=0), 0.0, 1.0), shares])

@@ -106,14 +106,16 @@ def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic
 
 def _of_law(model: Any, declared: Declared, case: Case, material: Viscous) -> Iterator[Diagnostic]:
     """Yield errors for a law without the relaxing part, or a strain measure in which that part is not defined."""
-    from softmark.solvers.materials.viscoelastic_increment import part_of
+    from softmark.solvers.materials.viscoelastic_increment import relaxing_part
 
     if material.of == "whole" and model.formulation != "displacement":
         whose = _of_whom(declared, case)[1]
         yield diagnostic("E362", declared.at("formulation"), f"all stress of `{whose}` relaxes, and the"
                          f" pressures of `{declared.name}` do not", "not with `of = whole`",
                          "leave `of` out: the stress of shape relaxes")  # fmt: skip
-    elif model.strain == "finite" and material.law.finite_law() is not None and part_of(material, "finite") is None:
+    elif (
+        model.strain == "finite" and material.law.finite_law() is not None and relaxing_part(material, "finite") is None
+    ):
         at, named = _of_whom(declared, case)
         yield diagnostic("E362", at, f"the law of `{named}` has no stress of shape"
                          " alone",

@@ -20,7 +20,7 @@ from softmark.solvers.contact.signed_distance.distance_function import Gap
 from softmark.solvers.energies.energy import Floats
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.load_amplitudes import Course
+    from softmark.solvers.dynamics.load_amplitudes import Amplitude
 
 PARTS = 16  # of the box around a body, along each side: points at which it is looked for in another
 DEEP = 0.01  # of the largest side of that: what is less is a touch
@@ -32,7 +32,7 @@ class Thing:
 
     touch: Touch
     gap: Gap
-    course: Course
+    course: Amplitude
     states: Floats | None
 
     def moved(self, X: Floats, i: int) -> Floats:
@@ -54,7 +54,7 @@ class Thing:
 
 
 def passing(
-    touches: Mapping[str, tuple[Touch, Course]], names: tuple[str, ...], times: Floats, states: Floats
+    touches: Mapping[str, tuple[Touch, Amplitude]], names: tuple[str, ...], times: Floats, states: Floats
 ) -> tuple[Diagnostic, ...]:
     """Return a warning for every pair of rigid bodies that overlap at one of some times (t,), s.
 

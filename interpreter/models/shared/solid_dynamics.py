@@ -18,7 +18,7 @@ from softmark.interpreter.models.shared.mesh_notes import mesh_facts
 from softmark.interpreter.models.shared.prepared_model import ModalErrors, Moved, Prepared, Solution, Status
 from softmark.interpreter.problem.amplitude_tables import table_fault
 from softmark.interpreter.problem.body_case import Case, Fault, Touch
-from softmark.interpreter.results.even_thinning import picked
+from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.interpreter.results.motion_history import KEPT, History
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
@@ -27,10 +27,10 @@ from softmark.solvers.dynamics import INTEGRATORS, Integrator
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.energy_balance import LOSS
 from softmark.solvers.dynamics.integrator import Motion, StepTooLong
-from softmark.solvers.dynamics.load_amplitudes import Constant, Course
+from softmark.solvers.dynamics.load_amplitudes import Amplitude, Constant
 from softmark.solvers.dynamics.time_integration import march
-from softmark.solvers.dynamics.time_step_resolution import WRONG, Resolution, resolution, resolved
-from softmark.solvers.dynamics.trajectory import Diverged, MotionNotConverged, Touched, Trajectory
+from softmark.solvers.dynamics.time_step_resolution import WRONG, Resolution, find_resolution, resolve_vibration
+from softmark.solvers.dynamics.trajectory import ContactHistory, Diverged, MotionNotConverged, Trajectory
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Energy, Floats, LaggedTangentEnergy
 
 if TYPE_CHECKING:
@@ -139,19 +139,19 @@ class PreparedMotion:
         if problem.integrator.explicit:
             return None
         with np.errstate(all="ignore"):
-            found = resolution(problem, self.points, *times)
+            found = find_resolution(problem, self.points, *times)
         spin = float(np.linalg.norm(self.analysis.spin))
-        turn = resolved(problem.integrator, Rayleigh(problem.damping.alpha), spin, *times) if spin else None
+        turn = resolve_vibration(problem.integrator, Rayleigh(problem.damping.alpha), spin, *times) if spin else None
         if turn is not None and (found is None or turn.error > found.error):
             return replace(turn, motion="turn")
         return found
 
     def _step_error(self) -> StepError | None:
         """Return the time-step error of small motions as a sum of vibration modes; None if unknown."""
-        from softmark.solvers.dynamics.time_step_error import step_error
+        from softmark.solvers.dynamics.time_step_error import estimate_step_error
 
         with np.errstate(all="ignore"):
-            return step_error(self.problem, self.points, self.analysis.duration, self.analysis.step)
+            return estimate_step_error(self.problem, self.points, self.analysis.duration, self.analysis.step)
 
     def _mode(self, shape: Floats) -> Callable[[Floats], Floats]:
         """Return the displacement field, of material points X (n, 3), m, in a vibration mode `shape` (dofs,)."""
@@ -229,7 +229,8 @@ class PreparedMotion:
         if mesh is None or not self.problem.meets:
             return {}
         known = [
-            self_intersections.crossings(self.beds, mesh.frames[i].ravel()) for i in picked(len(mesh.frames), LOOKED)
+            self_intersections.crossings(self.beds, mesh.frames[i].ravel())
+            for i in pick_evenly(len(mesh.frames), LOOKED)
         ]
         return {"crossings": {n: max(seen["crossings"][n] for seen in known) for n in known[0]["crossings"]}}
 
@@ -288,7 +289,7 @@ def _facts(track: Trajectory, tolerance: float) -> dict[str, Any]:
         "halved": len(track.events),
     }
     if len(track.times):
-        some = picked(len(track.times), MOMENTS)
+        some = pick_evenly(len(track.times), MOMENTS)
         facts["times"] = track.times[some].tolist()
         facts["energies"] = {name: values[some].tolist() for name, values in track.energies.items()}
         facts["energy"] = track.balance.facts
@@ -304,7 +305,7 @@ def _facts(track: Trajectory, tolerance: float) -> dict[str, Any]:
     return facts
 
 
-def _momentum(touched: Touched) -> dict[str, Any]:
+def _momentum(touched: ContactHistory) -> dict[str, Any]:
     """Return the momentum balance of the deformable body, N s: its change, and the impulses that caused it.
 
     `off` is the imbalance relative to the largest of them. It is of the order of the solver tolerance. With supports,
@@ -323,7 +324,7 @@ def _rubbed(track: Trajectory, names: Sequence[str]) -> dict[str, Any]:
     """Return the report of friction for every contact at the times of the energies; empty without friction."""
     if not track.rubbed:
         return {}
-    own = [track.rubbed[i] for i in picked(len(track.times), MOMENTS)]
+    own = [track.rubbed[i] for i in pick_evenly(len(track.times), MOMENTS)]
     each = {name: [seen[k] for seen in own] for k, name in enumerate(names)}
     return {"friction": {n: {"slip_m": [s.slip for s in seen], "sticks": [s.sticks for s in seen]}
                          for n, seen in each.items()}}  # fmt: skip
@@ -487,19 +488,19 @@ def must_be_followed(case: Case, analysis: Dynamic) -> None:
             raise Fault(wrong)
 
 
-def course_of(load: Declared) -> Course:
+def course_of(load: Declared) -> Amplitude:
     """Return the amplitude of a load or support; by default it acts in full from the start."""
-    course: Course | None = load.thing.course
+    course: Amplitude | None = load.thing.course
     return course or Constant()
 
 
-def course_of_rigid(touch: Touch) -> Course:
+def course_of_rigid(touch: Touch) -> Amplitude:
     """Return the amplitude of a rigid body's supports; a constant if it does not move."""
     first = next((s for s in touch.moved if s.thing.moves), None)
     return Constant() if first is None else course_of(first)
 
 
-def support_course(case: Case) -> Course:
+def support_course(case: Case) -> Amplitude:
     """Return the common amplitude of all supports that move; scenes with different ones are refused earlier."""
     moving = (s for s in case.supports if s.thing.moves and s.thing.tracked is None)
     first = next(moving, None)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.beam.rigid_motions import AXES, free_motions, point_rows
-from softmark.interpreter.problem.body_case import Case, Fault, fault, reach
+from softmark.interpreter.problem.body_case import Case, Fault, describe_extent, fault
 from softmark.interpreter.problem.symmetry_planes import must_lie_in_plane
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.solvers.energies.energy import Floats, Ints
@@ -34,7 +34,7 @@ def selected(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
 
     own = grip(owner.thing.where, mesh)
     if not own.nodes.any():
-        spans = reach(mesh.points.min(axis=0).tolist(), mesh.points.max(axis=0).tolist())
+        spans = describe_extent(mesh.points.min(axis=0).tolist(), mesh.points.max(axis=0).tolist())
         raise fault(
             "E302",
             owner.at("where"),

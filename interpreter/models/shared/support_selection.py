@@ -17,7 +17,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.coordinate_conditions import Border, Condition
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.group_conditions import apart, of_cells, of_facets, of_nodes
+from softmark.interpreter.problem.group_conditions import split_by_groups, cell_membership, facet_membership, node_membership
 from softmark.interpreter.problem.surface_selection.selected_pieces import (
     Bools,
     cut,
@@ -128,7 +128,7 @@ class _Kind:
 
 def _found(condition: Condition, mesh: Mesh) -> Grip:
     nodes = np.zeros(len(mesh.points), dtype=np.bool_)
-    for own, which in apart(condition, of_nodes(mesh)):
+    for own, which in split_by_groups(condition, node_membership(mesh)):
         nodes[which] = selects(own, mesh.points[which], mesh.extent)
     wide = nodes.copy()
     volumes, areas = cells_of(mesh), _facets(mesh)
@@ -191,7 +191,7 @@ def cells_of(mesh: Mesh, depth: float = 0.0) -> _Kind:
 
         parts = integrate_cells(mesh)
         sizes = (parts.w * circumference_in_slices(mesh.points[mesh.cells, 0] @ parts.N.T, depth)).sum(axis=1)
-    return _Kind(mesh.cells, sizes, simplices, of_cells(mesh), depth > 0.0)
+    return _Kind(mesh.cells, sizes, simplices, cell_membership(mesh), depth > 0.0)
 
 
 def _facets(mesh: Mesh) -> _Kind:
@@ -199,7 +199,7 @@ def _facets(mesh: Mesh) -> _Kind:
     triangles = mesh.facets[:, np.array(mesh.element.facet.triangles)]  # (f, s, 3)
     whole = Pieces(mesh.points[triangles.reshape(-1, 3)], np.repeat(np.arange(len(triangles)), triangles.shape[1]))
     areas: Floats = np.bincount(whole.of, whole.sizes, minlength=len(triangles)).astype(np.float64)
-    return _Kind(mesh.facets, areas, triangles, of_facets(mesh))
+    return _Kind(mesh.facets, areas, triangles, facet_membership(mesh))
 
 
 def _edges(mesh: Mesh) -> _Kind:
@@ -214,7 +214,7 @@ def _lines(ends: Ints, mesh: Mesh) -> _Kind:
 
     def members(name: str) -> Bools:
         """Return which lines belong to a named group."""
-        return np.asarray(of_nodes(mesh)(name)[ends].all(axis=1))
+        return np.asarray(node_membership(mesh)(name)[ends].all(axis=1))
 
     return _Kind(ends, lengths, ends[:, None, :], members)
 
@@ -226,7 +226,7 @@ def fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
     """Return the fraction of each cell that a condition selects (m,), from 0 to 1."""
     if condition.groups:
         known = np.zeros(len(kind.nodes))
-        for alone, which in apart(condition, kind.members):
+        for alone, which in split_by_groups(condition, kind.members):
             part = replace(kind, nodes=kind.nodes[which], sizes=kind.sizes[which], simplices=kind.simplices[which])
             known[which] = fractions(alone, part, mesh)
         return known

@@ -17,7 +17,7 @@ from softmark.interpreter.language.interval_arithmetic import Values, bound_expr
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.spatial_profiles import DirectionProfile
 from softmark.interpreter.problem.body_case import Case, fault
-from softmark.interpreter.problem.field_files import reading
+from softmark.interpreter.problem.field_files import read_field
 from softmark.records import dataclass
 from softmark.solvers.elements import CELLS
 from softmark.solvers.mesh.element_interpolation import integrate_cells
@@ -105,7 +105,7 @@ def _sampled(rule: DirectionProfile, mesh: Mesh) -> Hollow | None:
     X = np.einsum("qa,mai->mqi", mesh.element.shape(finer[0]), mesh.points[mesh.cells]).reshape(-1, 3)
     w = integrate_cells(mesh, rule=finer).w.ravel()
     with np.errstate(all="ignore"):
-        size = np.linalg.norm(rule.at(X, reading), axis=1)
+        size = np.linalg.norm(rule.at(X, read_field), axis=1)
     odd = ~(np.isfinite(size) & (size > 0.0))
     if not odd.any():
         return None
@@ -141,7 +141,7 @@ def _alike(rule: DirectionProfile, X: Floats) -> Any:
     """Return in which parts (n, c, 3) the directions at the corners and the centre are nearly parallel (n,)."""
     at = np.concatenate([X, X.mean(axis=1, keepdims=True)], axis=1)
     with np.errstate(all="ignore"):
-        d = rule.at(at.reshape(-1, 3), reading).reshape(at.shape)
+        d = rule.at(at.reshape(-1, 3), read_field).reshape(at.shape)
         d = d / np.linalg.norm(d, axis=2, keepdims=True)
         none = np.isnan(d).any(axis=2)  # on a surface where it ends both sides may be one line
         near = np.abs(np.einsum("nai,nbi->nab", d, d)) >= ALIKE

@@ -1,1 +1,1 @@
-"""Networks of springs: `words` for scenes, `build` for arrays, `calibration` of their stiffness."""
+"""Models of spring networks: declaration, builder and calibration of their stiffness."""

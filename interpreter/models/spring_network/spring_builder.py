@@ -1,4 +1,4 @@
-"""Building and solving a network of springs: everything here is arrays."""
+"""Construction and solution of spring networks."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ PATIENCE = 60  # Newton iterations of a trial; a network that does not collapse 
 
 @dataclass(frozen=True)
 class PreparedSprings(OnMesh):
-    """A mesh, the springs along it, the static problem, and what came of fitting their stiffness."""
+    """Spring network: its mesh, springs, static problem, and the result of fitting their stiffness."""
 
     model: MassSpring
     declared: Declared
@@ -69,7 +69,7 @@ class PreparedSprings(OnMesh):
     density: float = 0.0  # kg/m^3
 
     def warm(self) -> None:
-        """Compile or load every kernel, outside the clock."""
+        """Compile or load every kernel, outside the timing."""
         with factorisations.warming(len(self.problem.assembly.pattern.indices)):
             warm_kernels()
 
@@ -79,11 +79,11 @@ class PreparedSprings(OnMesh):
         return self.problem.assembly
 
     def after(self, before: Moved) -> PreparedSprings:
-        """The same, to start from what it has found in the state before; what is disturbed starts as it says."""
+        """Return the model with the state before as its start, unless a perturbed start is declared."""
         return self if self.disturbance else replace(self, before=np.ravel(before.displacement))
 
     def solve(self, watch: Watch) -> Solution:
-        """Static equilibrium from rest, or from the state before."""
+        """Find the static equilibrium from rest, or from the state before."""
         if isinstance(self.fit, NoFit):
             return Solution("not_converged", f"it could not be fitted: {self.fit.reason}", self.facts)
         problem = replace(self.problem, watch=watch, start=self.before)
@@ -92,7 +92,7 @@ class PreparedSprings(OnMesh):
         return replace(solution, facts=solution.facts | self.facts | mesh_facts(self.mesh))
 
     def _found(self, problem: Statics) -> Equilibrium:
-        """From rest, or from a disturbed state. Raises NotConverged."""
+        """Find the equilibrium from rest, or from a perturbed state. Raises NotConverged."""
         if self.disturbance is None:
             return equilibrium(problem)
         cells = Elastic(self.mesh.cells, self.parts.dNdX, self.parts.w, SmallStrain(1.0, 1.0))
@@ -110,7 +110,7 @@ class PreparedSprings(OnMesh):
         return replace(seen, carried=cache(lambda: self._carried(found.x)))
 
     def mass(self) -> Floats:
-        """Of the nodes (3 n,), kg."""
+        """Masses of the nodes (3 n,), kg."""
         found: Floats = mass_matrix(self.mesh, self.parts, self.density, "lumped")
         return found
 
@@ -118,7 +118,7 @@ class PreparedSprings(OnMesh):
         return nodal_forces.on_mesh(self.mesh, x, x, self.assembly, self.applied, small=False)
 
     def _folded(self, x: Floats) -> tuple[Diagnostic, ...]:
-        """A warning where cells are inside out: no spring notices."""
+        """Return a warning if cells are inverted, which springs do not resist."""
         H = np.einsum("mai,mqaJ->mqiJ", x.reshape(-1, 3)[self.mesh.cells], self.parts.dNdX)
         count = int((np.linalg.det(np.eye(3) + H) <= 0).any(axis=1).sum())
         if not count:
@@ -136,7 +136,7 @@ class PreparedSprings(OnMesh):
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What the report says of the springs and of the fit."""
+        """Report of the springs and of the fit."""
         k = self.springs.k
         facts: dict[str, Any] = {"springs": {"count": len(k), "least_N_per_m": float(k.min()),
                                              "largest_N_per_m": float(k.max())}}  # fmt: skip
@@ -151,7 +151,7 @@ class PreparedSprings(OnMesh):
 
 
 def warm_kernels() -> None:
-    """Compile the kernels of springs, on one of them."""
+    """Compile the kernels of springs on a single spring."""
     one = Springs(np.array([[0, 1]]), np.array([[1.0, 0.0, 0.0]]), np.ones(1))
     small = Assembly(6, np.zeros(0, dtype=np.int64), [one], [])
     small.gradient(np.zeros(6), 1.0)
@@ -160,12 +160,12 @@ def warm_kernels() -> None:
 
 @dataclass(frozen=True)
 class MovingSprings(PreparedMotion):
-    """A network in motion; its report says of the springs what that of a network at rest does."""
+    """Dynamic analysis of a spring network, with the same report of its springs as in statics."""
 
     static: PreparedSprings
 
     def solve(self, watch: Watch) -> Solution:
-        """March from the start to the end."""
+        """Integrate in time from the start to the end."""
         still = self.static
         if isinstance(still.fit, NoFit):
             return still.solve(watch)
@@ -182,7 +182,7 @@ def load(model: MassSpring) -> None:
 
 
 def prepare(model: MassSpring, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-    """Everything that solving needs; a calibrated network is fitted. Raises Fault."""
+    """Build the static or dynamic spring network, and fit it if calibrated. Raises Fault."""
     mesh = mesh_of(model.solid, declared, case, workshop)
     parts = integrate_cells(mesh)
     springs = springs_of(model, case, mesh, build_spring_network(mesh, model.diagonals))
@@ -205,14 +205,14 @@ def prepare(model: MassSpring, declared: Declared, case: Case, workshop: Worksho
 
 
 def _moving(built: PreparedSprings, case: Case) -> MovingSprings:
-    """The same network with its mass at the nodes. Raises Fault."""
+    """Build the dynamic analysis of the network. Raises Fault."""
     mesh, declared = built.mesh, built.declared
     moving = in_motion(built, declared, case, mesh, built.mass(), [built.springs], [*built.applied], built.problem)
     return MovingSprings(built, declared, moving.analysis, moving.problem, mesh)
 
 
 def springs_of(model: MassSpring, case: Case, mesh: Mesh, net: SpringNetwork) -> Springs:
-    """The springs at rest, with their stiffness before any fit."""
+    """Return the undeformed springs, with their stiffness before any fit."""
     D = mesh.points[net.edges[:, 1]] - mesh.points[net.edges[:, 0]]
     if isinstance(model.stiffness, Uniform):
         return Springs(net.edges, D, np.full(len(D), model.stiffness.value))
@@ -221,7 +221,7 @@ def springs_of(model: MassSpring, case: Case, mesh: Mesh, net: SpringNetwork) ->
 
 
 def statics_of(case: Case, mesh: Mesh, parts: Integration, springs: Springs, measured: Mapping[str, Any]) -> Statics:
-    """The static problem: loads and supports are those of a solid on the same mesh. Raises Fault."""
+    """Return the static problem, with the loads and supports of a solid on the same mesh. Raises Fault."""
     fixed, target, way = solid_supports(case, mesh, measured)
     dofs = mesh.points.size
     loads = together(single_loads(case, mesh, parts, small=False, mass="lumped"), dofs)
@@ -243,7 +243,7 @@ def statics_of(case: Case, mesh: Mesh, parts: Integration, springs: Springs, mea
 
 
 def _fitted(built: PreparedSprings, case: Case, workshop: Workshop) -> PreparedSprings:
-    """The network with its stiffness times the best factor. Raises Fault."""
+    """Return the network with its stiffness times the best factor. Raises Fault."""
     if workshop.scene is None:
         raise fault("E521", built.declared.at("stiffness"), f"`{built.declared.name}` has no scene to be fitted to")
     target = target_of(workshop.scene, built.declared, case, workshop.measured)
@@ -257,7 +257,7 @@ def _fitted(built: PreparedSprings, case: Case, workshop: Workshop) -> PreparedS
 
 
 def _error(factor: float, built: PreparedSprings, trial: Statics, target: FitTarget) -> float | None:
-    """The metric with a factor on the stiffness, None where there is no equilibrium within PATIENCE iterations."""
+    """Return the metric for a factor on the stiffness; None without an equilibrium within PATIENCE iterations."""
     springs = replace(built.springs, k=factor * built.springs.k)
     assembly = trial.assembly.with_internal([springs])
     try:
@@ -269,12 +269,12 @@ def _error(factor: float, built: PreparedSprings, trial: Statics, target: FitTar
 
 @dataclass
 class _Patience:
-    """Ends a trial whose network is collapsing, which can take hundreds of iterations to find out."""
+    """Limit on the iterations of a trial, because a collapsing network may need hundreds of them."""
 
     iterations: int = 0
 
     def watch(self, iteration: Iteration) -> None:
-        """Count. Raises NotConverged after PATIENCE iterations."""
+        """Count an iteration. Raises NotConverged after PATIENCE iterations."""
         self.iterations += 1
         if self.iterations > PATIENCE:
             raise NotConverged("the network seems to collapse")

@@ -1,4 +1,4 @@
-"""Networks of springs, and where their stiffness comes from.
+"""Declarations of spring networks, and of the rules for their stiffness.
 
 To add a rule for the stiffness: a class here, a line in STIFFNESSES, a case in `springs.stiffness_of`.
 """
@@ -28,7 +28,7 @@ FAR = 0.05  # from it: then the material is another one
 
 @dataclass(frozen=True)
 class Uniform:
-    """One stiffness for all springs, whatever their length.
+    """One stiffness for all springs, independent of their length.
 
     The body's modulus then depends on the mesh: in a lattice of cubes of edge a it is 5 k / 2a.
     """
@@ -38,23 +38,28 @@ class Uniform:
 
 @dataclass(frozen=True)
 class FromMaterial:
-    """Stiffness from Young's modulus, with no free factor.
+    """Stiffness from Young's modulus, without a free factor.
 
-    Tetrahedra: k = E V / l^2, V the volume of the cells around an edge (Van Gelder 1998, J. Graphics Tools 3(2):21):
-    right on average, where springs point equally in all directions. Hexahedra: what makes each cell as isotropic as
-    springs can. For cubes of edge a that is k = 2 E a / 5 on edges and face diagonals; with body diagonals 3 E a / 5 on
-    edges, E a / 5 on face and 3 E a / 20 on body diagonals. Poisson's ratio is not used: a network has its own, 1/4.
+    Tetrahedra: k = E V / l^2, with V the volume of the cells around an edge (Van Gelder 1998, J. Graphics Tools
+    3(2):21);
+    it is right on average if springs point equally in all directions. Hexahedra: the stiffness that makes each cell as
+    isotropic as possible. For cubes of edge a that is k = 2 E a / 5 on edges and face diagonals; with body diagonals 3
+    E a
+    / 5 on edges, E a / 5 on face and 3 E a / 20 on body diagonals. Poisson's ratio is not used: a network has its own,
+    1/4.
     """
 
 
 @dataclass(frozen=True)
 class Calibrated:
-    """Stiffness from the material times one factor, which makes a metric least at a part of the load.
+    """Stiffness from the material times one factor, which minimizes a metric at a fraction of the load.
 
-    The fit sees the loads, the imposed displacements and the reference at `load` of their full size; the report judges
-    the model at full load, which the fit has not seen. The reference must be one that can be solved for a smaller
-    load, such as `simo_reissner`. What was measured is known at full load only: with `load = 100 %`, fit and judgement
-    share their data, and a warning says so.
+    The fit uses the loads, the imposed displacements and the reference at `load` of their full size; the report
+    assesses
+    the model at full load, which the fit has not used. The reference must be one that can be solved for a smaller load,
+    such as `simo_reissner`. A measurement is known at full load only: with `load = 100 %`, fit and assessment share
+    their
+    data, and a warning says so.
     """
 
     metric: Annotated[str, "metric", "what the factor makes least: an error against a reference"]
@@ -70,12 +75,13 @@ STIFFNESSES: dict[str, type[Any]] = {
 
 @dataclass(frozen=True)
 class MassSpring(Model):
-    """Masses at the nodes of a mesh, linear springs between them.
+    """Masses at the nodes of a mesh, with linear springs between them.
 
     Springs run along the edges of tetrahedra, or along the edges and diagonals of hexahedra; the energy of one is
-    k/2 (l - l0)^2. Of the material they take the density and, unless their stiffness is given, Young's modulus. A
-    network of springs that is alike in all directions has a Poisson's ratio of 1/4 and no other (the Cauchy relation),
-    and does not resist being turned inside out. Between nodes displacements are those of the cell.
+    k/2 (l - l0)^2. They use the density of the material and, unless their stiffness is given, Young's modulus. An
+    isotropic
+    network of springs has a Poisson's ratio of 1/4 and no other (the Cauchy relation), and does not resist inversion.
+    Between nodes displacements are interpolated in the cells.
     Source: Provot (1995); Van Gelder (1998); for the lattice Love (1906), note B.
     """
 
@@ -93,24 +99,24 @@ class MassSpring(Model):
 
     @property
     def solid(self) -> Fem:
-        """Finite elements on the same mesh, which share it, its supports and its loads."""
+        """Finite element model on the same mesh, with the same supports and loads."""
         return Fem(self.network, "corotational", self.size, self.body, self.mesh)
 
     @property
     def own_mesh(self) -> Shape | None:
-        """A mesh from a file in place of one that is made of the body's shape."""
+        """Mesh from a file, used in place of one generated from the body's shape; else None."""
         return self.mesh
 
     def mesh_words(self, case: Case) -> str:
-        """Its mesh in words."""
+        """Return a description of its mesh."""
         return self.solid.mesh_words(case)
 
     def mesh_key(self) -> tuple[Any, ...]:
-        """What two models of a body must agree in to share a mesh."""
+        """Return the key in which two models of a body must agree to share a mesh."""
         return self.solid.mesh_key()
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """What speaks against this model of this case."""
+        """Return errors and warnings about this model in a case."""
         found = [
             *self.refusals(declared, case),
             self.solid.one_mesh(declared, case),
@@ -123,7 +129,7 @@ class MassSpring(Model):
         return [d for d in found if d is not None]
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
-        """What speaks against fitting it in this scene."""
+        """Return errors about fitting it in this scene."""
         if not isinstance(self.stiffness, Calibrated):
             return []
         from softmark.interpreter.models.spring_network.stiffness_calibration import doubts
@@ -166,11 +172,11 @@ class MassSpring(Model):
         )
 
     def outline(self, case: Case) -> str:
-        """One line for the plan."""
+        """Return a one-line description for the plan."""
         return f"{self.mesh_words(case)}, {self._words}"
 
     def kind(self, case: Case) -> ModelKind | None:
-        """What it is but for its size."""
+        """Return the family of the model, that is all but its size."""
         solid = self.solid.kind(case)
         return None if solid is None else replace(solid, words=f"{self.network}, {self._words}")
 

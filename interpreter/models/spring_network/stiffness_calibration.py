@@ -1,8 +1,8 @@
-"""Fitting the one factor of a calibrated network on a part of the load, and what that needs of a scene.
+"""Fit of the stiffness factor of a calibrated network at a fraction of the load, and its requirements on a scene.
 
-doubts     what of a scene cannot be fitted to, known before anything is built
-target_of  the metric, the reference and the points as they are at a part of the load
-least      the factor that makes an error least
+doubts     errors of a scene that cannot be fitted to, found before anything is built
+target_of  the metric, the reference and the points at the fraction of the load
+least      the factor that minimizes an error
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ UNUSABLE = 1e30  # error of a factor with which there is no equilibrium
 
 @dataclass(frozen=True)
 class Fit:
-    """The best factor, the metric there, and every trial as (factor, metric or None without an equilibrium)."""
+    """Best factor, its metric, and every trial as (factor, metric or None without an equilibrium)."""
 
     factor: float
     value: float
@@ -45,7 +45,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class NoFit:
-    """No factor could be fitted: why, and the trials."""
+    """Reason why no factor could be fitted, and the trials."""
 
     reason: str
     trials: tuple[tuple[float, float | None], ...]
@@ -53,7 +53,7 @@ class NoFit:
 
 @dataclass(frozen=True)
 class FitTarget:
-    """What a fit makes least: `metric` over a field of displacements of `case`, the case at the part of the load."""
+    """Objective of a fit: `metric` of a displacement field of `case`, the case at the fraction of the load."""
 
     case: Case
     metric: Declared
@@ -61,12 +61,12 @@ class FitTarget:
 
     @property
     def name(self) -> str:
-        """The metric's name."""
+        """Name of the metric."""
         return self.metric.name
 
     @property
     def unit(self) -> str:
-        """The metric's unit."""
+        """Unit of the metric."""
         unit: str = self.metric.thing.unit
         return unit
 
@@ -75,7 +75,7 @@ class FitTarget:
 
 
 def doubts(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
-    """Errors of a calibrated model: a metric without a reference, of another body, or known at full load only."""
+    """Return errors of a calibrated model: a metric without a reference, of another body, or known at full load only."""
     try:
         _checked(scene, model, case)
     except Fault as found:
@@ -84,7 +84,7 @@ def doubts(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
 
 
 def _checked(scene: Scene, model: Declared, case: Case) -> tuple[Declared, Declared, Declared]:
-    """Metric, probe and reference of a calibrated model. Raises Fault."""
+    """Return metric, probe and reference of a calibrated model. Raises Fault."""
     calibrated, at = model.thing.stiffness, model.at("stiffness")
     metric = scene.declared[calibrated.metric]
     names = [metric.thing.looked_at, metric.thing.measured_from]
@@ -102,7 +102,7 @@ def _checked(scene: Scene, model: Declared, case: Case) -> tuple[Declared, Decla
 
 
 def _scalable(model: Declared, reference: Declared, case: Case) -> None:
-    """Raise a Fault where the reference, or what moves the body, is not known at the part of the load."""
+    """Raise Fault if the reference, or an imposed motion, is not known at the fraction of the load."""
     load, at = model.thing.stiffness.load, model.at("stiffness")
     how = "computed" if reference.kind == "model" else reference.thing.how
     if how not in ("solved", "measured"):
@@ -130,7 +130,7 @@ def _scalable(model: Declared, reference: Declared, case: Case) -> None:
 
 
 def scaled(case: Case, part: float) -> Case:
-    """The case at rest with every load and every imposed displacement at a part of its full size."""
+    """Return the static case with every load and every imposed displacement scaled by `part`."""
     loads = tuple(_scaled(d, part) for d in case.loads)
     supports = tuple(_scaled(d, part) for d in case.supports)
     analysis = case.analysis if isinstance(case.analysis, Static) else Static()  # a fit is made at rest
@@ -142,7 +142,7 @@ def _scaled(declared: Declared, part: float) -> Declared:
 
 
 def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, Any]) -> FitTarget:
-    """What the fit of a calibrated model makes least; `measured` is what has been read, by reference. Raises Fault."""
+    """Return the objective of a calibrated model's fit; `measured` is the data read, by reference. Raises Fault."""
     from softmark.interpreter.metrics.metric_evaluation import measure_metric
     from softmark.interpreter.problem.probe_points import place_of
 
@@ -163,7 +163,7 @@ def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, 
 
 
 def _data(reference: Declared, measured: Mapping[str, Any], model: Declared) -> Any:
-    """What a measured reference holds, as the run has read it; None of one that is solved. Raises Fault."""
+    """Return the data of a measured reference as read by the run; None for one that is solved. Raises Fault."""
     if reference.thing.how != "measured":
         return None
     if reference.name not in measured:
@@ -173,7 +173,7 @@ def _data(reference: Declared, measured: Mapping[str, Any], model: Declared) -> 
 
 
 def _known(reference: Declared, data: Measured | None, part: Case, X: Floats) -> Any:
-    """The reference at the points of the probe, as a metric takes it."""
+    """Return the reference at the points of the probe, in the form that a metric needs."""
     from softmark.interpreter.metrics.measurement import ReferenceData
     from softmark.interpreter.problem.theory_problems import solved
     from softmark.references.measured_data import MeasuredSurface
@@ -191,7 +191,7 @@ def _known(reference: Declared, data: Measured | None, part: Case, X: Floats) ->
 
 @dataclass
 class _Trials:
-    """The error at logarithms of the factor, each computed once."""
+    """Error at logarithms of the factor, each computed once."""
 
     error: Callable[[float], float | None]
     found: dict[float, float] = field(default_factory=dict)
@@ -205,12 +205,15 @@ class _Trials:
 
     @property
     def listed(self) -> tuple[tuple[float, float | None], ...]:
-        """(factor, error or None) in the order of the factors."""
+        """Return (factor, error or None) in the order of the factors."""
         return tuple((math.exp(s), None if e >= UNUSABLE else e) for s, e in sorted(self.found.items()))
 
 
 def least(error: Callable[[float], float | None]) -> Fit | NoFit:
-    """The factor with the least error, None where the error is not known: strides to bracket it, then Brent (1973)."""
+    """Return the factor with the least error, by bracketing and then Brent's method (1973).
+
+    The error is None where it is not known.
+    """
     from scipy.optimize import minimize_scalar
 
     at = _Trials(error)
@@ -234,7 +237,7 @@ def least(error: Callable[[float], float | None]) -> Fit | NoFit:
 
 
 def _lowest(at: _Trials, start: float) -> float:
-    """A stride from which both neighbours are worse, or the end of the range."""
+    """Return a point whose two neighbours have larger errors, or the end of the range."""
     for step in (STRIDE, -STRIDE):
         s = start
         while abs(s) <= REACH and at(s + step) < at(s):

@@ -1,7 +1,12 @@
-"""Parts of surfaces that conditions select, integrated exactly, and what loads on them come to.
+"""Selected parts of surfaces with exact integrals, and load resultants on them.
 
-`bounds` bounds a condition's levels and their slopes over small triangles, `patches` says where a surface lies, `flat`
-cuts flat triangles along planes, `curved` follows curved borders, `taken` puts the parts together, `deviation` knows by
-how much facets of a file miss the smooth surface that they stand for, `true` the surfaces of shapes themselves, and
-`within` what lies within them, which tells what a body that is made of two has of the surface of each.
+gradient_intervals       bounds of a condition's levels and slopes over small triangles
+facet_patches            positions of facets, and conditions on them
+plane_clipping           flat triangles cut along planes
+curved_triangle_parts    parts of triangles behind curved borders
+selected_facets          whole and partly selected facets
+facet_deviation          deviation of facets of a file from the smooth surface
+exact_surface            surfaces of shapes without a mesh
+containment              inside of a shape, for surfaces of combined bodies
+loaded_surface_part, load_resultants     loads on meshes, and their resultants
 """

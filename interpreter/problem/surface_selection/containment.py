@@ -1,6 +1,6 @@
-"""What holds within a shape, as a condition on coordinates: that of a point itself, or of one moved a little.
+"""Inside of a shape as a condition on coordinates, for a point itself or one moved slightly.
 
-Levels of borders are lengths, close to distances. Shapes of which nothing is known but their facets have none.
+Levels of borders are lengths, close to distances. Shapes known only by facets have no such condition.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FAR = 1e3  # of a polygon's extent: where chains of its sides end that go on for
 
 
 def within(shape: Shape, at: Point, closed: bool) -> Condition | None:
-    """That a shape holds a point, its border with it or not; None of shapes from files and along curved axes."""
+    """Return the condition that a shape contains a point, border included or not; None for files and curved axes."""
     below = "<=" if closed else "<"
     if isinstance(shape, Combined):
         return _combined(shape, at, closed)
@@ -37,8 +37,13 @@ def within(shape: Shape, at: Point, closed: bool) -> Condition | None:
     if isinstance(shape, Cylinder | Tube):
         s, square = _around(at, shape.origin, shape.axis)
         hollow = shape.section.hollow
-        along = [_between(s, 0.0, shape.length, below), _under(_apart(square, shape.radius), below)]
-        return _all([*along, _under(_apart(square, hollow).negated(), below)] if hollow else along)
+        along = [
+            _between(s, 0.0, shape.length, below),
+            _is_below_zero(_distance_from_circle(square, shape.radius), below),
+        ]
+        return _all(
+            [*along, _is_below_zero(_distance_from_circle(square, hollow).negated(), below)] if hollow else along
+        )
     if isinstance(shape, Revolution):
         s, square = _around(at, shape.origin, shape.axis)
         return _polygon(shape.outline, _turned(s, square, ON_AXIS * shape.widest, below))
@@ -61,10 +66,10 @@ def _round(shape: RoundBody, at: Point, below: str) -> Condition:
     off = [_less(c, o) for c, o in zip(at, shape.origin, strict=True)]
     square = _sum(_times(_scaled(c, 1.0 / a), _scaled(c, 1.0 / a)) for c, a in zip(off, shape.outer, strict=True))
     half = 0.5 * min(shape.outer)
-    found = [_under(_scaled(_less(square, 1.0), half), below)]
+    found = [_is_below_zero(_scaled(_less(square, 1.0), half), below)]
     if shape.hollow:
-        found.append(_under(_scaled(_less(square, shape.hollow**2), half / shape.hollow).negated(), below))
-    return _all([*found, *(_under(c.negated(), below) for c in off[: shape.kept])])
+        found.append(_is_below_zero(_scaled(_less(square, shape.hollow**2), half / shape.hollow).negated(), below))
+    return _all([*found, *(_is_below_zero(c.negated(), below) for c in off[: shape.kept])])
 
 
 def _extruded(shape: Extruded, at: Point, below: str) -> Condition:
@@ -74,13 +79,13 @@ def _extruded(shape: Extruded, at: Point, below: str) -> Condition:
     def beside(a: Place, b: Place) -> Condition:
         length = math.dist(a, b)
         u, v = (b[0] - a[0]) / length, (b[1] - a[1]) / length
-        return _under(_sum([_scaled(_less(first, a[0]), v), _scaled(_less(second, a[1]), -u)]), below)
+        return _is_below_zero(_sum([_scaled(_less(first, a[0]), v), _scaled(_less(second, a[1]), -u)]), below)
 
     return _all([_polygon(shape.section, beside), _between(up, shape.base, shape.base + shape.height, below)])
 
 
 def _turned(s: Term, square: Term, least: float, below: str) -> Callable[[Place, Place], Condition]:
-    """What is to the left of a side, of places by their distance from an axis, its square given, and along it."""
+    """Return the condition for the left of a side, by axial place and distance from the axis, whose square is given."""
 
     def beside(a: Place, b: Place) -> Condition:
         if max(a[0], b[0]) <= least:
@@ -88,21 +93,21 @@ def _turned(s: Term, square: Term, least: float, below: str) -> Callable[[Place,
         length = math.dist(a, b)
         u, v = (b[0] - a[0]) / length, (b[1] - a[1]) / length
         if not v:
-            return _under(_scaled(_less(s, a[1]), -u), below)
+            return _is_below_zero(_scaled(_less(s, a[1]), -u), below)
         if not u:
-            return _under(_scaled(_apart(square, a[0]), v), below)
+            return _is_below_zero(_scaled(_distance_from_circle(square, a[0]), v), below)
         due = _sum([_scaled(_less(s, a[1]), u / v), Term.constant(a[0])])  # of the distance; below zero past a tip
         beyond = square.combine("-", _times(due, due.function("abs")))
-        return _under(_scaled(beyond, 0.5 * v / max(a[0], b[0])), below)
+        return _is_below_zero(_scaled(beyond, 0.5 * v / max(a[0], b[0])), below)
 
     return beside
 
 
 def _polygon(corners: Corners, beside: Callable[[Place, Place], Condition]) -> Condition:
-    """What a polygon holds, counter-clockwise, by what is to the left of each side, each asked once.
+    """Return the inside of a counter-clockwise polygon, by the left of each side, each used once.
 
-    Between two corners a chain of sides is cut at the one farthest out: what is left of both parts, where it turns left
-    there, else what is left of one of them.
+    A chain of sides between two corners is cut at its farthest corner: the intersection of both parts if it turns left
+    there, else their union.
     Source: Dobkin, Guibas, Hershberger and Snoeyink (1993), An efficient algorithm for finding the CSG representation
     of a simple polygon, Algorithmica 10:1.
     """
@@ -115,10 +120,10 @@ def _polygon(corners: Corners, beside: Callable[[Place, Place], Condition]) -> C
 
 
 def _chain(sides: Sequence[Place], beside: Callable[[Place, Place], Condition], far: float) -> Condition:
-    """What is to the left of a chain of sides, of which the first and the last go on for ever."""
+    """Return the left of a chain of sides, of which the first and the last are infinite."""
     if len(sides) == 2:
         return beside(sides[0], sides[1])
-    ends = [_beyond(sides[1], sides[0], far), _beyond(sides[-2], sides[-1], far)]
+    ends = [_far_point(sides[1], sides[0], far), _far_point(sides[-2], sides[-1], far)]
     normal = (ends[0][1] - ends[1][1], ends[1][0] - ends[0][0])
     levels = [(p[0] - ends[0][0]) * normal[0] + (p[1] - ends[0][1]) * normal[1] for p in sides[1:-1]]
     at = 1 + max(range(len(levels)), key=lambda i: abs(levels[i]))
@@ -128,30 +133,30 @@ def _chain(sides: Sequence[Place], beside: Callable[[Place, Place], Condition], 
     return Condition.junction("and" if turns_left else "or", one, other)
 
 
-def _beyond(a: Place, b: Place, far: float) -> Place:
-    """From a through b, far away."""
+def _far_point(a: Place, b: Place, far: float) -> Place:
+    """Return a far point on the ray from a through b."""
     length = math.dist(a, b)
     return b[0] + far * (b[0] - a[0]) / length, b[1] + far * (b[1] - a[1]) / length
 
 
 def _around(at: Point, origin: Vector3, axis: Vector3) -> tuple[Term, Term]:
-    """The place along an axis, m, and the square of the distance from it, m^2."""
+    """Return the place along an axis, m, and the square of the distance from it, m^2."""
     off = [_less(c, o) for c, o in zip(at, origin, strict=True)]
     s, u, v = (_sum(_scaled(c, e) for c, e in zip(off, way, strict=True) if e) for way in (axis, *transverse(axis)))
     return s, _sum([_times(u, u), _times(v, v)])
 
 
-def _apart(square: Term, radius: float) -> Term:
-    """How far from a circle, m, by the square of the distance from its axis: positive outside."""
+def _distance_from_circle(square: Term, radius: float) -> Term:
+    """Return the distance from a circle, m, by the square of the distance from its axis: positive outside."""
     return _scaled(_less(square, radius**2), 0.5 / radius)
 
 
 def _between(value: Term, low: float, high: float, below: str) -> Condition:
-    return _all([_under(_less(value, low).negated(), below), _under(_less(value, high), below)])
+    return _all([_is_below_zero(_less(value, low).negated(), below), _is_below_zero(_less(value, high), below)])
 
 
-def _under(level: Term, below: str) -> Condition:
-    """That a level, m, is no more than zero, or less."""
+def _is_below_zero(level: Term, below: str) -> Condition:
+    """Return the condition that a level, m, is at most zero, or below zero."""
     return Condition.comparison(below, level, Term.constant(0.0), 1)
 
 

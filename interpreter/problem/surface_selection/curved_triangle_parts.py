@@ -1,9 +1,9 @@
-"""Parts of triangles behind curved borders: cut small until a border is simple in each, and followed ray by ray.
+"""Parts of triangles behind curved borders: cut until each border is simple, then integrated ray by ray.
 
-In a triangle that one border crosses once, with slopes of one sign along every ray from a corner, the part is what lies
-along the rays before the border or behind it: its root on every ray, Gauss points on both sides of it. The error falls
-faster than any power of their number; two rules tell it. Bounds of levels and slopes over whole triangles make sure
-that nothing lies between the points (as Saye 2015 does for boxes). What is left where borders meet is told.
+In a triangle that one border crosses once, with slopes of one sign along every ray from a corner, the part is the set
+of ray segments before or behind the border: one root on every ray, with Gauss points on both sides. The error falls
+faster than any power of their number; two rules estimate it. Bounds of levels and slopes over whole triangles guarantee
+that nothing lies between the points (as Saye 2015 does for boxes). The remainder where borders meet is reported.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ INSIDE = (8, 8, 8, 8, 5, 5, 5, 5, 3)  # along each side of a triangle of so many
 
 @dataclass
 class Points:
-    """Points of quadrature over parts of facets: facets (k,), local points (k, 2), weights (k,) in local area."""
+    """Quadrature points over parts of facets: facets (k,), local points (k, 2), weights (k,) in local area."""
 
     f: list[Ints] = field(default_factory=list)
     xi: list[Floats] = field(default_factory=list)
@@ -35,13 +35,13 @@ class Points:
     left: list[tuple[Ints, Floats, Floats]] = field(default_factory=list)  # facets, places and areas not decided
 
     def add(self, f: Ints, xi: Floats, w: Floats) -> None:
-        """Points xi (n, q, 2) with weights (n, q) of facets f (n,)."""
+        """Add points xi (n, q, 2) with weights (n, q) of facets f (n,)."""
         self.f.append(np.repeat(f, w.shape[1]))
         self.xi.append(xi.reshape(-1, 2))
         self.w.append(w.ravel())
 
     def triangles(self, f: Ints, tri: Floats, depth: int) -> None:
-        """Whole triangles (n, 3, 2) of facets that were halved so often."""
+        """Add whole triangles (n, 3, 2) of facets after `depth` halvings."""
         n = INSIDE[min(depth, len(INSIDE) - 1)]
         s, t, w = _fan(n, n)
         ends = tri[:, 1, None] + t[:, None] * (tri[:, 2] - tri[:, 1])[:, None]
@@ -65,44 +65,44 @@ def follow(asked: ConditionOnPatches, f: Ints, tri: Floats, points: Points) -> N
     for depth in range(DEPTH + 1):
         looked = asked.look(f, tri)
         plain = ~looked.crossed.any(axis=0)
-        _decided(asked, f[plain], tri[plain], points, depth)
+        _add_decided(asked, f[plain], tri[plain], points, depth)
         simple = np.zeros(len(f), dtype=np.bool_)
         once = looked.crossed.sum(axis=0) == 1
         for b in range(len(looked.values)):
             some = np.flatnonzero(once & looked.crossed[b])
             if len(some):
-                touched = some[_touching(asked, looked, b, some, f, tri)]
-                _decided(asked, f[touched], tri[touched], points, depth)
+                touched = some[_meets_side_only(asked, looked, b, some, f, tri)]
+                _add_decided(asked, f[touched], tri[touched], points, depth)
                 simple[touched] = True
                 some = np.setdiff1d(some, touched)
-                corner, fit = _simple(looked, b, some, asked.slack[b])
-                done = _along_rays(asked, b, f[some[fit]], first(tri[some[fit]], corner[fit]), points, depth)
+                corner, fit = _cut_off_corner(looked, b, some, asked.slack[b])
+                done = _integrate_rays(asked, b, f[some[fit]], first(tri[some[fit]], corner[fit]), points, depth)
                 simple[some[fit]] = done
         rest = ~(plain | simple)
         f, tri = f[rest], tri[rest]
         if not len(f) or depth == DEPTH or 4 * len(f) > MOST:
             break
-        f, tri = np.repeat(f, 4), _quartered(tri)
-    _decided(asked, f, tri, points, depth)
+        f, tri = np.repeat(f, 4), _quarter(tri)
+    _add_decided(asked, f, tri, points, depth)
     if len(f):
         points.left.append((f, tri.mean(axis=1), np.abs(areas(tri))))
 
 
-def _decided(asked: ConditionOnPatches, f: Ints, tri: Floats, points: Points, depth: int) -> None:
+def _add_decided(asked: ConditionOnPatches, f: Ints, tri: Floats, points: Points, depth: int) -> None:
     if len(f):
         inside = asked.holds(f, asked.patches.at(f, tri.mean(axis=1, keepdims=True))[:, 0])
         points.triangles(f[inside], tri[inside], depth)
 
 
-def _quartered(tri: Floats) -> Floats:
+def _quarter(tri: Floats) -> Floats:
     a, b, c = (tri[:, i] for i in range(3))
     ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
     four = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
     return np.stack([np.stack(t, axis=1) for t in four], axis=1).reshape(-1, 3, 2)
 
 
-def _simple(looked: Looked, b: int, some: Ints, slack: float) -> tuple[Ints, Mask]:
-    """The corner that a border cuts off each of some triangles, and where it does that and no more."""
+def _cut_off_corner(looked: Looked, b: int, some: Ints, slack: float) -> tuple[Ints, Mask]:
+    """Return the corner that a border cuts off each of some triangles, and whether it does only that."""
     v = looked.values[b][some]
     v = np.where(np.abs(v) <= slack, 0.0, v)
     low, high = (side[:, some] for side in looked.slopes[b])
@@ -119,8 +119,8 @@ def _simple(looked: Looked, b: int, some: Ints, slack: float) -> tuple[Ints, Mas
     return corner, both & falling & (one_way | (beyond <= slack))
 
 
-def _touching(asked: ConditionOnPatches, looked: Looked, b: int, some: Ints, f: Ints, tri: Floats) -> Mask:
-    """Which of some triangles a border meets along a side and nowhere else."""
+def _meets_side_only(asked: ConditionOnPatches, looked: Looked, b: int, some: Ints, f: Ints, tri: Floats) -> Mask:
+    """Return which of some triangles a border meets only along a side."""
     v = looked.values[b][some]
     v = np.where(np.abs(v) <= asked.slack[b], 0.0, v)
     off = np.argmax(np.abs(v), axis=1)
@@ -139,8 +139,8 @@ def _touching(asked: ConditionOnPatches, looked: Looked, b: int, some: Ints, f: 
     return found
 
 
-def _along_rays(asked: ConditionOnPatches, b: int, f: Ints, tri: Floats, points: Points, depth: int) -> Mask:
-    """Add what a border cuts off at the first corner, or the rest, of triangles that it crosses once; where it did."""
+def _integrate_rays(asked: ConditionOnPatches, b: int, f: Ints, tri: Floats, points: Points, depth: int) -> Mask:
+    """Add the part of triangles that a border cuts off at the first corner, or the rest; return where it did."""
     if not len(f):
         return np.zeros(0, dtype=np.bool_)
     t = np.concatenate([_gauss(n)[0] for n in RAYS])
@@ -172,9 +172,9 @@ def _along_rays(asked: ConditionOnPatches, b: int, f: Ints, tri: Floats, points:
 
 
 def _roots(level: Callable[[Ints, Floats], Floats], n: int, m: int) -> Floats:
-    """Where levels vanish along rays s in [0, 1] (n, m), at the end of those where they do not (Illinois method).
+    """Return roots of levels along rays s in [0, 1] (n, m), the end of the ray without a root (Illinois method).
 
-    `level` is asked of some rows at a time: those of which all rays are done are asked no more.
+    `level` is evaluated for some rows at a time; rows whose rays have all converged are skipped.
     """
     found, rows = np.ones((n, m)), np.arange(n)
     a, b = np.zeros((n, m)), np.ones((n, m))

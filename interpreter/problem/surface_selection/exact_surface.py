@@ -1,4 +1,4 @@
-"""The surface of a shape itself, no mesh: how much of it a condition selects, and which way that looks."""
+"""Exact surface of a shape without a mesh: selected area and integral of its normal."""
 
 from __future__ import annotations
 
@@ -36,20 +36,20 @@ Measured = tuple[float, Floats, float]  # area, m^2; of the outward normal n, (3
 
 @dataclass(frozen=True)
 class Piece:
-    """A part of a body's surface: what of it a condition selects, in a body of an extent.
+    """Part of a body's surface, with the area and normal that a condition selects of it, in a body of an extent.
 
-    `moved` are its points, moved out of the body by so much (m), back into it where that is less than zero.
+    `moved` returns its points, moved out of the body by a distance (m), or into it if that is negative.
     """
 
     measure: Callable[[Condition, float], Measured]
     add_multiples: Callable[[float], Point]
 
     def within(self, *held: Condition) -> Piece:
-        """The part of it where some conditions hold."""
-        return Piece(lambda asked, extent: self.measure(reduce(_and, held, asked), extent), self.moved)
+        """Return the part where some conditions hold."""
+        return Piece(lambda asked, extent: self.measure(reduce(_both_hold, held, asked), extent), self.moved)
 
     def turned(self) -> Piece:
-        """The same, seen from the other side of it."""
+        """Return the piece with its normal reversed."""
 
         def measure(condition: Condition, extent: float) -> Measured:
             area, vector, through = self.measure(condition, extent)
@@ -59,34 +59,36 @@ class Piece:
 
 
 def selected(shape: Shape, condition: Condition) -> tuple[float, Floats] | None:
-    """Area, m^2, and the integral of the outward normal (3,), m^2, of what is selected; None of shapes from files.
+    """Return selected area, m^2, and the integral of the outward normal (3,), m^2; None for shapes from files.
 
-    Found once for all models of a body. Of combined bodies each part's own surface is taken, where it is one of theirs.
+    Computed once for all models of a body. For combined bodies the exact surface of each part is used where it lies on
+    the
+    combined surface.
     """
-    found = None if condition.groups else _measured(shape, condition)
+    found = None if condition.groups else _measure_surface(shape, condition)
     return found and found[:2]
 
 
 def volume(shape: Shape) -> float | None:
-    """m^3, of combined bodies too, a third of what goes through their surface (Gauss); None where it is not known."""
+    """Return the volume of a shape, m^3, also combined, by the divergence theorem; None if it is not known."""
     if not isinstance(shape, Combined):
         return shape.volume
-    found = _measured(shape, EVERYWHERE)
+    found = _measure_surface(shape, EVERYWHERE)
     return found and found[2] / 3.0
 
 
 @lru_cache(maxsize=64)
-def _measured(shape: Shape, condition: Condition) -> Measured | None:
-    """Of what is selected of all its surface, once; None of shapes from files."""
+def _measure_surface(shape: Shape, condition: Condition) -> Measured | None:
+    """Return the selected part of the whole surface, computed once; None for shapes from files."""
     if (found := pieces(shape)) is None:
         return None
-    return _added([piece.measure(condition, shape.diagonal) for piece in found])
+    return _add_up([piece.measure(condition, shape.diagonal) for piece in found])
 
 
 def tended(shape: Combined, condition: Condition, size: float) -> float | None:
-    """Area, m^2, that facets for cells of a size (m) tend to as they are halved, and miss a fourth; None of groups.
+    """Return the limit of facet areas, m^2, for cells of a size (m) as they are halved; None with groups.
 
-    For parts of which no more is known. Raises UnreadableMesh.
+    Each halving reduces the error to a fourth. Used for parts without exact surfaces. Raises UnreadableMesh.
     """
     if condition.groups:
         return None
@@ -95,32 +97,32 @@ def tended(shape: Combined, condition: Condition, size: float) -> float | None:
 
 
 def pieces(shape: Shape) -> list[Piece] | None:
-    """All of a shape's surface; None of those from files, or along curved axes."""
+    """Return all pieces of a shape's surface; None for files and curved axes."""
     if isinstance(shape, Combined):
-        return _of_both(shape)
+        return _combined_pieces(shape)
     if isinstance(shape, Box):
         return [_plate(corners[None]) for corners in _faces(shape)]
     if isinstance(shape, RoundBody):
         flat, inner = planes(shape)
         balls = [_ball(shape, side) for side in shape.sides]
-        return [*_outside_first(balls), *(_plate(corners[None], inner) for corners in flat)]
+        return [*_reverse_inner(balls), *(_plate(corners[None], inner) for corners in flat)]
     if isinstance(shape, Cylinder | Tube):
         inner = _around(shape.origin, shape.axis, shape.radius, shape.section.hollow)
-        sides = [_roll([side]) for side in shape.sides]
-        return [*_outside_first(sides), *(_plate(corners[None], inner) for corners in _ends(shape))]
+        sides = [_side_piece([side]) for side in shape.sides]
+        return [*_reverse_inner(sides), *(_plate(corners[None], inner) for corners in _ends(shape))]
     if isinstance(shape, Revolution):
-        return _turned(shape)
+        return _revolved_pieces(shape)
     if isinstance(shape, Extruded):
         return [_plate(corners) for corners in _polygonal(shape)]
     return None
 
 
-def _of_both(shape: Combined) -> list[Piece] | None:
-    """Of what is made of two: of the surface of each what is outside the other, or in it.
+def _combined_pieces(shape: Combined) -> list[Piece] | None:
+    """Return the surface of a combination: of each shape's surface the part outside the other, or inside it.
 
-    Where both have the same surface, it is taken of the first if both are on the same side of it (on opposite sides, of
-    what one leaves of the other), and of the second never. What is on a border between parts of which the first is made
-    is on no surface of it.
+    Where both surfaces coincide, the first counts if both bodies lie on the same side (on opposite sides for a
+    difference),
+    and the second never. Borders between parts of the first shape are not part of its surface.
     """
     first, second = pieces(shape.one), pieces(shape.other)
     if first is None or second is None:
@@ -129,15 +131,15 @@ def _of_both(shape: Combined) -> list[Piece] | None:
     beside = BESIDE * shape.diagonal
     same = (beside,) if union else (-beside,)
     both = (-beside, beside) if isinstance(shape.one, Combined) else ()
-    found = [_kept(piece, shape.other, union or taken, same) for piece in first]
-    found += [_kept(piece.turned() if taken else piece, shape.one, union, both) for piece in second]
+    found = [_restrict_piece(piece, shape.other, union or taken, same) for piece in first]
+    found += [_restrict_piece(piece.turned() if taken else piece, shape.one, union, both) for piece in second]
     return None if None in found else [piece for piece in found if piece is not None]
 
 
-def _kept(piece: Piece, other: Shape, outside: bool, beside: tuple[float, ...]) -> Piece | None:
-    """Of a piece what is outside another shape, or in it, and of what is on its surface where it is so beside that.
+def _restrict_piece(piece: Piece, other: Shape, outside: bool, beside: tuple[float, ...]) -> Piece | None:
+    """Return the part of a piece outside or inside another shape, and coincident parts if that holds next to them.
 
-    `beside` are the places to ask of the latter, m out of the body; none, where nothing of it is taken.
+    `beside` are the distances, m out of the body, at which coincident parts are tested; none if they do not count.
     """
     open_, closed = (within(other, HERE, held) for held in (False, True))
     if open_ is None or closed is None:
@@ -151,21 +153,21 @@ def _kept(piece: Piece, other: Shape, outside: bool, beside: tuple[float, ...]) 
         found = sure.measure(condition, extent)
         if not beside or on.measure(condition, extent)[0] <= SOME * extent**2:
             return found
-        return _added([found, doubtful.measure(condition, extent)])
+        return _add_up([found, doubtful.measure(condition, extent)])
 
     return Piece(measure, piece.moved)
 
 
-def _and(one: Condition, other: Condition) -> Condition:
+def _both_hold(one: Condition, other: Condition) -> Condition:
     return Condition.junction("and", one, other)
 
 
-def _outside_first(found: list[Piece]) -> list[Piece]:
-    """An outer surface, and that of a hollow, which looks inward."""
+def _reverse_inner(found: list[Piece]) -> list[Piece]:
+    """Return an outer surface, and that of a cavity, which points inward."""
     return [piece if i == 0 else piece.turned() for i, piece in enumerate(found)]
 
 
-def _added(found: list[Measured]) -> Measured:
+def _add_up(found: list[Measured]) -> Measured:
     if not found:
         return 0.0, np.zeros(3), 0.0
     areas, vectors, through = zip(*found, strict=True)
@@ -173,7 +175,7 @@ def _added(found: list[Measured]) -> Measured:
 
 
 def _plate(corners: Floats, *held: Condition) -> Piece:
-    """Of flat facets (f, k, 3) in one plane, where conditions hold."""
+    """Return a piece of flat facets (f, k, 3) in one plane, where conditions hold."""
     normal = np.cross(corners[0, 1] - corners[0, 0], corners[0, 2] - corners[0, 0])
     normal /= np.linalg.norm(normal)
 
@@ -198,7 +200,7 @@ def _ball(shape: RoundBody, side: EllipsoidSide) -> Piece:
 
 
 def _linear(matrix: Floats, rest: Floats) -> Point:
-    """matrix x + rest."""
+    """Return the linear map matrix x + rest."""
 
     def of(row: list[float], more: float) -> Term:
         parts = [own.combine("*", Term.constant(c)) for own, c in zip(HERE, row, strict=True) if c]
@@ -208,8 +210,8 @@ def _linear(matrix: Floats, rest: Floats) -> Point:
     return x, y, z
 
 
-def _roll(bands: Sequence[CylinderSide | ConeSide]) -> Piece:
-    """The side of a cylinder, or a cone's in bands, which looks away from the axis."""
+def _side_piece(bands: Sequence[CylinderSide | ConeSide]) -> Piece:
+    """Return the side of a cylinder, or of a cone in bands, with its normal away from the axis."""
     side, widest = bands[0], max(max(band.radii) for band in bands)
     axis, origin = np.array(side.axis), np.array(side.origin)
 
@@ -217,11 +219,11 @@ def _roll(bands: Sequence[CylinderSide | ConeSide]) -> Piece:
         stretch = np.eye(3) + out / widest * (np.eye(3) - np.outer(axis, axis))
         return _linear(stretch, origin - stretch @ origin)
 
-    return Piece(lambda condition, extent: _added([_side(band, condition, extent) for band in bands]), moved)
+    return Piece(lambda condition, extent: _add_up([_side(band, condition, extent) for band in bands]), moved)
 
 
 def _flat(corners: Floats, condition: Condition, extent: float) -> tuple[float, Floats]:
-    """Of flat parallelograms (f, 4, 3) or triangles (f, 3, 3)."""
+    """Return the selected part of flat parallelograms (f, 4, 3) or triangles (f, 3, 3)."""
     patches = Patches(corners, extent)
     found = part(ConditionOnPatches.of(condition, patches))
     vectors = np.concatenate([
@@ -232,7 +234,7 @@ def _flat(corners: Floats, condition: Condition, extent: float) -> tuple[float, 
 
 
 def _faces(box: Box) -> Floats:
-    """The six faces (6, 4, 3), counter-clockwise from outside."""
+    """Return the six faces of a box (6, 4, 3), counter-clockwise from outside."""
     low, size, faces = np.array(box.origin), np.diag(box.size), []
     for axis in range(3):
         a, b, c = size[axis], size[(axis + 1) % 3], size[(axis + 2) % 3]
@@ -241,7 +243,7 @@ def _faces(box: Box) -> Floats:
 
 
 def _ends(prism: Cylinder | Tube) -> Floats:
-    """Squares (2, 4, 3) around both ends, counter-clockwise from outside."""
+    """Return squares (2, 4, 3) around both ends, counter-clockwise from outside."""
     root, a = np.array(prism.origin), np.array(prism.axis)
     u, v = (prism.radius * np.array(e) for e in transverse(prism.axis))
     turning = [-u - v, u - v, u + v, v - u]
@@ -250,7 +252,7 @@ def _ends(prism: Cylinder | Tube) -> Floats:
 
 
 def _around(origin: Vector3, axis: Vector3, radius: float, hollow: float | None) -> Condition:
-    """Nearer to an axis than the radius, and no nearer than that of a hollow."""
+    """Return the condition that a point is within the radius of an axis and outside that of a hollow."""
     square = Term.constant(0.0)
     for e in transverse(axis):
         along = Term.constant(-sum(o * c for o, c in zip(origin, e, strict=True)))
@@ -264,10 +266,10 @@ def _around(origin: Vector3, axis: Vector3, radius: float, hollow: float | None)
     return Condition.junction("and", inner, Condition.comparison(">=", square, Term.constant(hollow**2), 2))
 
 
-def _turned(shape: Revolution) -> list[Piece]:
-    """Of a body of revolution: its curved sides, and the flat rings around its axis."""
+def _revolved_pieces(shape: Revolution) -> list[Piece]:
+    """Return the curved sides of a body of revolution, and the flat rings around its axis."""
     axis = np.array(shape.axis)
-    rolls = [(_roll(_bands(side)), outward) for side, outward in shape.slanted]
+    rolls = [(_side_piece(_bands(side)), outward) for side, outward in shape.slanted]
     found = [roll if outward else roll.turned() for roll, outward in rolls]
     u, v = (np.array(e) for e in transverse(shape.axis))
     for ring in shape.rings:
@@ -279,7 +281,7 @@ def _turned(shape: Revolution) -> list[Piece]:
 
 
 def _bands(side: ConeSide) -> list[ConeSide]:
-    """Frustums of a cone, the smaller the nearer to a tip, where points of its side have no direction away from it."""
+    """Return frustums of a cone, smaller towards a tip, where the direction of the normal is undefined."""
     if min(side.radii) > 0.0:
         return [side]
     ends = [0.0, *TIPS] if side.first == 0.0 else [1.0 - t for t in (*reversed(TIPS), 0.0)]
@@ -292,7 +294,7 @@ def _bands(side: ConeSide) -> list[ConeSide]:
 
 
 def _polygonal(shape: Extruded) -> list[Floats]:
-    """The sides of an extruded polygon, each (1, 4, 3), and triangles of its ends (t, 3, 3), seen from outside."""
+    """Return the sides of an extruded polygon (1, 4, 3) and triangles of its ends (t, 3, 3), seen from outside."""
     from softmark.solvers.mesh.quadrilateral_meshing import triangulate
 
     section = shape.section
@@ -306,10 +308,11 @@ def _polygonal(shape: Extruded) -> list[Floats]:
 
 
 def _side(side: CylinderSide | ConeSide, condition: Condition, extent: float) -> Measured:
-    """Of the side of a cylinder or a cone, its normal away from the axis.
+    """Return the selected part of the side of a cylinder or a cone, with its normal away from the axis.
 
-    Strips lie between the axis and it, of which every point stands for one right outside: there an angle and a length
-    along the axis have the area r (e - r' a), with the direction e from the axis a and the radius r there.
+    It is integrated over strips between the axis and the side, each point representing the one right outside: an angle
+    and
+    an axial length have the area r (e - r' a), with the direction e from the axis a and the radius r there.
     """
     r, q = side.radii
     slope, root, a = (q - r) / side.length, np.array(side.origin), np.array(side.axis)

@@ -1,11 +1,10 @@
-"""By how much flat or quadratic facets miss the smooth surface that they stand for, and what that decides.
+"""Deviation of flat or quadratic facets from the smooth surface they represent, and its effect on selections.
 
-A mesh of a file gives points of a curved surface and nothing between them: facets of a sphere lie inside it, or bulge
-out of it. A border that runs along such a surface, as `r <= 10.001 mm` does on a sphere of 10 mm, then seems to cut
-facets whose nodes are all on one side. Neighbours tell how far a facet may be off: where they meet at an angle, the
-surface between them turns. A border that crosses a facet within that distance alone, and to which the facet runs
-parallel as far as its nodes tell, does not cut it: its nodes decide. A border that runs across the surface is never
-moved, nor is one on flat faces, where there is no angle.
+A mesh file gives points of a curved surface and nothing between them: facets of a sphere lie inside it, or bulge
+out of it. A border along such a surface, as `r <= 10.001 mm` on a sphere of 10 mm, would cut facets whose nodes are all
+on one side. Angles to the neighbours show how far a facet may be off. A border that crosses a facet only within that
+distance, and runs parallel to it as far as its nodes show, does not cut it: its nodes decide. A border across the
+surface is never moved, nor is one on flat faces, where there is no angle.
 """
 
 from __future__ import annotations
@@ -30,11 +29,11 @@ REACH = 2.0  # times the deviation: how deep a border may seem to cut
 
 
 def deviations(mesh: Mesh) -> Floats:
-    """How far each boundary facet (f,) may lie off the smooth surface, m: zero where its neighbours go on as it."""
+    """Return the possible distance of each boundary facet (f,) from the smooth surface, m: zero on flat parts."""
     facets = mesh.facets
     corners = facets[:, : mesh.element.facet.corners]
     size = np.ptp(mesh.points[corners], axis=1).max(axis=1)
-    first, second, angle = _turns(mesh)
+    first, second, angle = _edge_angles(mesh)
     smooth = np.cos(angle) > EDGE
     found = np.zeros(len(facets))
     for own, other in ((first, second), (second, first)):
@@ -43,8 +42,8 @@ def deviations(mesh: Mesh) -> Floats:
     return found
 
 
-def _turns(mesh: Mesh) -> tuple[Ints, Ints, Floats]:
-    """Pairs of facets that share an edge, and the angle between their normals in its middle."""
+def _edge_angles(mesh: Mesh) -> tuple[Ints, Ints, Floats]:
+    """Return pairs of facets that share an edge, and the angle between their normals at its middle."""
     facet, n = mesh.element.facet, mesh.element.facet.corners
     places = np.array(facet.rim)
     middles = 0.5 * (places + np.roll(places, -1, axis=0))
@@ -63,22 +62,22 @@ def _turns(mesh: Mesh) -> tuple[Ints, Ints, Floats]:
 
 
 def settled(asked: ConditionOnPatches, f: Ints, deviation: Floats) -> ConditionOnPatches:
-    """The same, where borders that cut facets f within their deviation (f,) only are decided by the nodes."""
+    """Return the condition with borders that cut facets f only within their deviation (f,) decided by the nodes."""
     some = f[deviation[f] > 0.0]
     mask, values = asked.settled.copy(), asked.settling.copy()
-    for b, which, level in _along(asked, some, deviation):
+    for b, which, level in _parallel_borders(asked, some, deviation):
         mask[which, b] = True
         values[which, b] = level
     return replace(asked, settled=mask, settling=values)
 
 
-def _along(asked: ConditionOnPatches, f: Ints, deviation: Floats) -> Iterator[tuple[int, Ints, Floats]]:
-    """Borders that run along facets as far as these tell: the border, the facets, and the level at their nodes."""
+def _parallel_borders(asked: ConditionOnPatches, f: Ints, deviation: Floats) -> Iterator[tuple[int, Ints, Floats]]:
+    """Yield borders along facets as far as these show: the border, the facets, and the level at their nodes."""
     patches = asked.patches
     if not len(f):
         return
     corners, centre = patches.corners[f], np.tile(np.array(FACETS[patches.nodes].centre), (len(f), 1))
-    xi = moment_fitted_quadrature.places(patches.nodes)
+    xi = moment_fitted_quadrature.point_positions(patches.nodes)
     X = patches.at(f, np.broadcast_to(xi, (len(f), *xi.shape)))
     n = patches.area(f, centre)
     off = deviation[f][:, None] * n / np.linalg.norm(n, axis=1, keepdims=True)
@@ -89,11 +88,11 @@ def _along(asked: ConditionOnPatches, f: Ints, deviation: Floats) -> Iterator[tu
         mean = nodes.mean(axis=1)
         parallel = np.ptp(nodes, axis=1) <= SLOPE * rise
         near = np.abs(points - mean[:, None]).max(axis=1) <= REACH * rise
-        fit = parallel & near & _agreed(nodes, asked.slack[b])
+        fit = parallel & near & _is_on_one_side(nodes, asked.slack[b])
         yield b, f[fit], mean[fit]
 
 
-def _agreed(nodes: Floats, slack: float) -> Mask:
-    """Whether all nodes of a facet are on one side of a border, give or take the tolerance of conditions."""
+def _is_on_one_side(nodes: Floats, slack: float) -> Mask:
+    """Return whether all nodes of a facet are on one side of a border, within the tolerance of conditions."""
     found: Mask = (nodes.min(axis=1) >= -slack) | (nodes.max(axis=1) <= slack)
     return found

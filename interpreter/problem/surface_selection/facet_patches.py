@@ -1,4 +1,4 @@
-"""Where facets lie, whole and in small triangles of their local coordinates, and what a condition says there."""
+"""Geometry of facets, whole and in small local triangles, and conditions on them."""
 
 from __future__ import annotations
 
@@ -40,41 +40,41 @@ class Patches:
 
     @property
     def nodes(self) -> int:
-        """Of each facet."""
+        """Number of nodes of each facet."""
         return int(self.corners.shape[1])
 
     @property
     def facet(self) -> type[Facet]:
-        """What each is."""
+        """Facet type."""
         return FACETS[self.nodes]
 
     def at(self, f: Ints, xi: Floats) -> Floats:
-        """Points (n, q, 3) of facets f (n,) at local points xi (n, q, 2), m."""
+        """Return points (n, q, 3) of facets f (n,) at local points xi (n, q, 2), m."""
         N = self.facet.shape(xi.reshape(-1, 2)).reshape(*xi.shape[:2], self.nodes)
         X: Floats = N @ self.corners[f]
         return X
 
     def area(self, f: Ints, xi: Floats) -> Floats:
-        """Area vectors (n, 3) of facets f at local points xi (n, 2), m^2 per unit of local area."""
+        """Return area vectors (n, 3) of facets f at local points xi (n, 2), m^2 per unit of local area."""
         tangents = self.facet.gradient(xi).swapaxes(1, 2) @ self.corners[f]  # (n, 2, 3)
         found: Floats = np.cross(tangents[:, 0], tangents[:, 1])
         return found
 
     def seen(self, X: Floats) -> tuple[Any, Any, Any]:
-        """x, y, z at which conditions look at points X (..., 3) of facets."""
+        """Return x, y, z at which conditions are evaluated for points X (..., 3) of facets."""
         place = (X[..., 0], X[..., 1], X[..., 2])
         return place if self.out is None else self.out(place)
 
     @cached_property
     def triangles(self) -> tuple[Ints, Floats]:
-        """Facets (n,) and the triangles of local coordinates (n, 3, 2) that they consist of."""
+        """Return facets (n,) and the local triangles (n, 3, 2) that they consist of."""
         each = np.array(self.facet.rim)[np.array(self.facet.halves)]
         f = np.repeat(np.arange(len(self.corners)), len(each))
         return f, np.tile(each, (len(self.corners), 1, 1))
 
     @cached_property
     def affine(self) -> Mask:
-        """Which facets are flat parallelograms or triangles, with straight lines of equal local coordinates."""
+        """Mask of facets that are flat parallelograms or triangles, with straight local coordinate lines."""
         X = self.corners
         size, bent = np.ptp(X, axis=1).max(axis=1), np.zeros(len(X))
         if self.facet.square:
@@ -85,7 +85,7 @@ class Patches:
         return found
 
     def bounds(self, f: Ints, tri: Floats) -> tuple[Bounds, Bounds, Bounds]:
-        """x, y, z over triangles (n, 3, 2) of facets f, with slopes along the sides 01, 12 and 20.
+        """Return bounds of x, y, z over triangles (n, 3, 2) of facets f, with slopes along the sides 01, 12 and 20.
 
         A triangle is a Bezier patch: it lies within the hull of its control points, and so do its slopes.
         """
@@ -99,9 +99,9 @@ class Patches:
 
 @cache
 def _bezier(n: int) -> tuple[Floats, Floats, Ints]:
-    """Of a triangular patch of degree n: barycentric places (k, 3), control points from values there (k, k).
+    """Return data of a triangular patch of degree n: barycentric places (k, 3), control points from values (k, k).
 
-    And for each side 01, 12, 20 the pairs of control points (3, l, 2) whose differences, times n, are slopes along it.
+    Also the pairs of control points (3, l, 2) for each side 01, 12, 20 whose differences, times n, are slopes along it.
     """
     powers = np.array([p for p in product(range(n + 1), repeat=3) if sum(p) == n])
     many = np.array([factorial(n) // math.prod(map(factorial, p)) for p in powers.tolist()])
@@ -119,7 +119,7 @@ def _raised(powers: tuple[int, ...], i: int) -> tuple[int, ...]:
 
 @dataclass(frozen=True)
 class ConditionOnPatches:
-    """A condition on patches. Borders that are `settled` (f, b) cut no facet: there their levels are `settling`."""
+    """Condition on patches. Borders that are `settled` (f, b) cut no facet: their levels there are `settling`."""
 
     condition: Condition
     patches: Patches
@@ -128,16 +128,16 @@ class ConditionOnPatches:
 
     @staticmethod
     def of(condition: Condition, patches: Patches) -> ConditionOnPatches:
-        """With nothing settled."""
+        """Return the condition on patches without settled borders."""
         size = (len(patches.corners), len(condition.borders))
         return ConditionOnPatches(condition, patches, np.zeros(size, dtype=np.bool_), np.zeros(size))
 
     def steady(self, f: Ints) -> ConditionOnPatches:
-        """The same, where borders that are as far from all points of a facet are settled, of facets f (n,).
+        """Return the condition with borders settled that have one level at all points of a facet, of facets f (n,).
 
         Such are borders along a curved surface, as of a distance from the axis on a cylinder's side.
         """
-        xi = moment_fitted_quadrature.places(self.patches.nodes)
+        xi = moment_fitted_quadrature.point_positions(self.patches.nodes)
         X = self.patches.at(f, np.broadcast_to(xi, (len(f), *xi.shape)))
         settled, settling = self.settled.copy(), self.settling.copy()
         for b in range(len(self.condition.borders)):
@@ -153,14 +153,14 @@ class ConditionOnPatches:
         return np.array([RELATIVE_TOLERANCE * self.patches.extent**b.power for b in self.condition.borders])
 
     def level(self, b: int, X: Floats) -> Floats:
-        """The level of one border at points (...) of facets."""
+        """Return the level of one border at points (...) of facets."""
         x, y, z = self.patches.seen(X)
         with np.errstate(all="ignore"):
             found: Floats = np.broadcast_to(self.condition.borders[b].at(x, y, z), X.shape[:-1])
         return found
 
     def holds(self, f: Ints, X: Floats) -> Mask:
-        """Whether the condition holds at a point X (n, 3) of each facet f."""
+        """Return whether the condition holds at a point X (n, 3) of each facet f."""
         levels = [
             np.where(self.settled[f, b], self.settling[f, b], self.level(b, X))
             for b in range(len(self.condition.borders))
@@ -170,7 +170,7 @@ class ConditionOnPatches:
 
     @cached_property
     def repeated(self) -> Mask:
-        """Which borders (b,) are one that came before, on these facets: what that cuts they do not cut again."""
+        """Mask of borders (b,) that repeat an earlier one on these facets and need no further cuts."""
         found = np.zeros(len(self.condition.borders), dtype=np.bool_)
         if len(found) < 2 or not len(self.patches.corners):
             return found
@@ -188,12 +188,12 @@ class ConditionOnPatches:
         return found
 
     def crossed_facets(self) -> Ints:
-        """Facets that a border may cut."""
+        """Return the facets that a border may cut."""
         f, tri = self.patches.triangles
         return np.unique(f[self.look(f, tri).crossed.any(axis=0)])
 
     def look(self, f: Ints, tri: Floats) -> Looked:
-        """What is known of every border over triangles (n, 3, 2) of facets f."""
+        """Return levels and bounds of every border over triangles (n, 3, 2) of facets f."""
         place, X = self.patches.bounds(f, tri), self.patches.at(f, tri)
         values, slopes, crossed = [], [], []
         for b, border in enumerate(self.condition.borders):
@@ -210,7 +210,7 @@ class ConditionOnPatches:
 
 @dataclass(frozen=True)
 class Looked:
-    """Levels at corners (b) (n, 3), bounds of slopes along sides (b) (3, n), and what may cross (b, n)."""
+    """Levels at corners (b) (n, 3), bounds of slopes along sides (b) (3, n), and possible crossings (b, n)."""
 
     values: Sequence[Floats]
     slopes: Sequence[tuple[Floats, Floats]]
@@ -218,7 +218,7 @@ class Looked:
 
 
 def over(v: Floats, D: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """Bounds over triangles from values at their corners (n, 3) and slopes along their sides (3, n)."""
+    """Return bounds over triangles from values at their corners (n, 3) and slopes along their sides (3, n)."""
     low, high = np.full(len(v), -np.inf), np.full(len(v), np.inf)
     for i in range(3):
         onward, back = (D[0][i], D[1][i]), (-D[1][i - 1], -D[0][i - 1])

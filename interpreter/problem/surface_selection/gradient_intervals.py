@@ -26,12 +26,12 @@ class Bounds(Enclosure):
     steep: Pair
 
     def __init__(self, value: Pair, steep: Pair) -> None:
-        for name, found in zip(("low", "high", "steep"), (*_known(value), _known(steep)), strict=True):
+        for name, found in zip(("low", "high", "steep"), (*_widen_nan(value), _widen_nan(steep)), strict=True):
             object.__setattr__(self, name, found)
 
     @staticmethod
     def of(value: Any, like: Bounds) -> Bounds:
-        """A number, or what is bounds already."""
+        """Return a number as bounds, or bounds as they are."""
         if isinstance(value, Bounds):
             return value
         low, high = (value.low, value.high) if isinstance(value, Enclosure) else (value, value)
@@ -59,7 +59,7 @@ class Bounds(Enclosure):
     def __mul__(self, other: Any) -> Bounds:
         if isinstance(other, float) and other != 0.0 and math.isfinite(other):
             ends = (self.low, self.high), self.steep
-            value, steep = (_turned((other * low, other * high), other < 0.0) for low, high in ends)
+            value, steep = (_swap_if((other * low, other * high), other < 0.0) for low, high in ends)
             return Bounds(value, steep)
         o = Bounds.of(other, self)
         a, b = (self.low, self.high), (o.low, o.high)
@@ -76,7 +76,7 @@ class Bounds(Enclosure):
         return Bounds.of(other, self) * self._inverse()
 
     def _inverse(self) -> Bounds:
-        """One over this."""
+        """Return 1 / self."""
         with np.errstate(all="ignore"):
             through = (self.low <= 0.0) & (self.high >= 0.0)
             low, high = (np.where(through, e, 1.0 / v) for e, v in ((-np.inf, self.high), (np.inf, self.low)))
@@ -91,33 +91,33 @@ class Bounds(Enclosure):
         return self._through(_power(a, n), (n * lower[0], n * lower[1]))
 
     def root(self) -> Bounds:
-        """The square root; of what is below zero, zero."""
+        """Return the square root; zero for negative values."""
         low, high = np.sqrt(np.maximum(self.low, 0.0)), np.sqrt(np.maximum(self.high, 0.0))
         with np.errstate(divide="ignore"):
             slope = np.where(self.low > 0.0, 0.5 / high, 0.0), 0.5 / low
         return self._through((low, high), slope)
 
     def magnitude(self) -> Bounds:
-        """The absolute value."""
+        """Return the absolute value."""
         ends = np.abs(self.low), np.abs(self.high)
         low = np.where((self.low < 0.0) & (self.high > 0.0), 0.0, np.minimum(*ends))
         slope = np.where(self.low < 0.0, -1.0, 1.0), np.where(self.high > 0.0, 1.0, -1.0)
         return self._through((low, np.maximum(*ends)), slope)
 
     def _through(self, value: Pair, slope: Pair) -> Bounds:
-        """A function of this, from its own bounds and those of its derivative."""
+        """Return a function of this, from its own bounds and those of its derivative."""
         return Bounds(value, _times(slope, self.steep))
 
 
-def _known(pair: Pair) -> Pair:
-    """Everything where a bound is not a number, as infinity times zero."""
+def _widen_nan(pair: Pair) -> Pair:
+    """Return the pair with infinite bounds where a bound is nan, as for infinity times zero."""
     low, high = pair
     if not (np.isnan(low).any() or np.isnan(high).any()):
         return pair
     return np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high)
 
 
-def _turned(pair: Pair, turned: bool) -> Pair:
+def _swap_if(pair: Pair, turned: bool) -> Pair:
     return pair[::-1] if turned else pair
 
 

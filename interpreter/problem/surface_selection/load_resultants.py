@@ -1,4 +1,4 @@
-"""What every load of a model comes to: force, moment and area, beside what the scene asks for."""
+"""Resultants of the loads of a model: force, moment and area, compared with the loads of the scene."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.surface_selection.exact_surface import selected, tended, volume
 from softmark.interpreter.problem.surface_selection.facet_patches import Floats
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import Loaded
-from softmark.interpreter.results.load_results import Resultant, Vector, vector
+from softmark.interpreter.results.load_results import Resultant, Vector, to_vector
 from softmark.interpreter.vocabulary.load_words import (
     BodyForce,
     LineForce,
@@ -26,7 +26,7 @@ from softmark.interpreter.vocabulary.load_words import (
     SurfaceTraction,
     TendonLoad,
 )
-from softmark.solvers.elements import WORDS, named
+from softmark.solvers.elements import WORDS, find_element
 from softmark.solvers.mesh.boolean_shapes import Combined
 
 SHOWN = 1e-3  # of a load: what may be missing, or undecided, without a word
@@ -36,64 +36,64 @@ FLATTER = "use a smaller size, or smaller `facets`: between their corners they a
 
 
 class Built(Protocol):
-    """What is asked of a model that was built: models/shared/prepared_model.py has all of it."""
+    """Required parts of a built model: models/shared/prepared_model.py has all of it."""
 
     @property
     def mesh(self) -> Any:
-        """Its mesh, if it has one."""
+        """Mesh of the model, if it has one."""
 
     @property
     def points(self) -> Floats:
-        """Undeformed points that its loads act at (n, 3), m."""
+        """Undeformed points at which its loads act (n, 3), m."""
 
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
-        """Of every load by itself at these points (n, 3), N; of a beam with moments (n, 6), N m."""
+        """Return the forces of every load at these points (n, 3), N; for a beam with moments (n, 6), N m."""
 
 
 def resultants(case: Case, prepared: Built) -> dict[str, Resultant]:
-    """Of every load of a model that was built, by name."""
+    """Return the resultant of every load of a built model, by name."""
     mesh, points = prepared.mesh, prepared.points
     return {load.name: _resultant(case, load, mesh, points, f) for load, f in prepared.forces()}
 
 
 def missing(found: Mapping[str, Resultant]) -> float | None:
-    """The largest part of a load on a surface that may be wrong, relative to it; None where there is no such load."""
+    """Return the largest relative error of a surface load; None without surface loads."""
     return max((r.missing for r in found.values() if r.area is not None), default=None)
 
 
 def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats) -> Resultant:
     if case.depth:
-        return _around(case, load, mesh, f)
+        return _revolved_resultant(case, load, mesh, f)
     forces, turns = f[:, :3], f[:, 3:]  # a beam's nodes take moments too
-    force, moment = vector(forces.sum(axis=0)), vector(np.cross(points, forces).sum(axis=0) + _total(turns))
+    force, moment = to_vector(forces.sum(axis=0)), to_vector(np.cross(points, forces).sum(axis=0) + _total(turns))
     action = load.thing.action
     if isinstance(action, PointLoad | LineForce):
-        return _placed(action, force, moment)
+        return _resultant_at_points(action, force, moment)
     if isinstance(action, TendonLoad):  # its ends and its guides are in the body: nothing is left of it
         return Resultant(force, moment, None, (0.0, 0.0, 0.0), 1.0, exact_moment=(0.0, 0.0, 0.0))
     on_surface = isinstance(action, SurfaceTraction | RemoteStress | PressureLoad | MomentLoad)
     known: Loaded | None = mesh.selections.get(action.where) if mesh is not None and on_surface else None
-    exact, area = _exact(case, load)
+    exact, area = _exact_load(case, load)
     if isinstance(action, MomentLoad):
-        return _turning(action, force, moment, known, area)
+        return _moment_resultant(action, force, moment, known, area)
     if known is None and isinstance(action, SurfaceTraction) and area:  # on the end of a beam
         taken = float(np.linalg.norm(force)) / (float(np.linalg.norm(action.traction)) or 1.0)
         return Resultant(force, moment, taken, exact, taken / area if taken else 1.0)
     if known is None:
         return Resultant(force, moment, None, exact, 1.0 if exact is None else _ratio(force, exact))
-    area = area or _tended(case, action.where, mesh)
+    area = area or _limit_area(case, action.where, mesh)
     share = known.area / area if area else 1.0
     return Resultant(force, moment, known.area, exact, share, known.remainder, known.leaning)
 
 
-def _tended(case: Case, where: Condition, mesh: Any) -> float | None:
-    """The area, m^2, that finer facets come to, of a body made of others of which some are known by their facets."""
+def _limit_area(case: Case, where: Condition, mesh: Any) -> float | None:
+    """Return the limit of the facet area, m^2, for a combined body with parts known only by their facets."""
     made = getattr(mesh, "filling", None)
     return tended(case.shape, where, made.size) if made is not None and isinstance(case.shape, Combined) else None
 
 
-def _around(case: Case, load: Declared, mesh: Any, f: Floats) -> Resultant:
-    """Of a load on a body of revolution, with forces f (n, 3) on whole rings, N: along the axis, the rest cancels."""
+def _revolved_resultant(case: Case, load: Declared, mesh: Any, f: Floats) -> Resultant:
+    """Return the resultant on a body of revolution, from forces f (n, 3) on whole rings, N: axial, the rest cancels."""
     force, none = (0.0, float(f[:, 1].sum()), 0.0), (0.0, 0.0, 0.0)
     action = load.thing.action
     known: Loaded | None = (
@@ -106,20 +106,22 @@ def _around(case: Case, load: Declared, mesh: Any, f: Floats) -> Resultant:
     return Resultant(force, none, area, None, 1.0, wider * known.remainder, wider * known.leaning)
 
 
-def _placed(action: PointLoad | LineForce, force: Vector, moment: Vector) -> Resultant:
-    """Of a load whose points are said: exact but for rounding, on a mesh that has them."""
+def _resultant_at_points(action: PointLoad | LineForce, force: Vector, moment: Vector) -> Resultant:
+    """Return the resultant of a load at given points: exact up to rounding, on a mesh that contains them."""
     length = action.length if isinstance(action, LineForce) else None
     if isinstance(action, LineForce):
         at = 0.5 * (np.array(action.begin) + np.array(action.end))
         exact = action.length * np.array(action.force)
     else:
         at, exact = np.array(action.at), np.array(action.force)
-    share, turn = _ratio(force, vector(exact)), vector(np.cross(at, exact))
-    return Resultant(force, moment, None, vector(exact), share, exact_moment=turn, length=length)
+    share, turn = _ratio(force, to_vector(exact)), to_vector(np.cross(at, exact))
+    return Resultant(force, moment, None, to_vector(exact), share, exact_moment=turn, length=length)
 
 
-def _turning(action: MomentLoad, force: Vector, moment: Vector, known: Loaded | None, area: float | None) -> Resultant:
-    """Of a moment, which is given; of a solid the part of the area that it is put on."""
+def _moment_resultant(
+    action: MomentLoad, force: Vector, moment: Vector, known: Loaded | None, area: float | None
+) -> Resultant:
+    """Return the resultant of a given moment; for a solid with the area it acts on."""
     nothing = (0.0, 0.0, 0.0)
     if known is None:
         return Resultant(force, moment, area, nothing, _ratio(moment, action.moment), exact_moment=action.moment)
@@ -129,25 +131,25 @@ def _turning(action: MomentLoad, force: Vector, moment: Vector, known: Loaded | 
 
 
 def _total(turns: Floats) -> Floats:
-    """Of moments at nodes (n, 3), or none (n, 0): (3,)."""
+    """Return the sum (3,) of moments at nodes (n, 3), or none (n, 0)."""
     found: Floats = turns.sum(axis=0) if turns.shape[1] else np.zeros(3)
     return found
 
 
-def _exact(case: Case, load: Declared) -> tuple[Vector | None, float | None]:
-    """The force on the body itself, and the area that it acts on; None where they are not known."""
+def _exact_load(case: Case, load: Declared) -> tuple[Vector | None, float | None]:
+    """Return the exact force on the body, and the area on which it acts; None if not known."""
     shape = case.shape
     match load.thing.action:
         case BodyForce(acceleration=g) if not case.parts and case.uniform and (held := volume(shape)) is not None:
-            return vector(case.material.density * held * np.array(g)), None
+            return to_vector(case.material.density * held * np.array(g)), None
         case SurfaceTraction(where=where, traction=t) if (found := selected(shape, where)) is not None:
-            return vector(found[0] * np.array(t)), found[0]
+            return to_vector(found[0] * np.array(t)), found[0]
         case MomentLoad(where=where) if (found := selected(shape, where)) is not None:
             return (0.0, 0.0, 0.0), found[0]
         case RemoteStress(where=where) as pull if (found := selected(shape, where)) is not None:
-            return vector(found[1] @ np.array(pull.tensor)), found[0]
+            return to_vector(found[1] @ np.array(pull.tensor)), found[0]
         case PressureLoad(where=where, pressure=p) if (found := selected(shape, where)) is not None:
-            return vector(-p * found[1]), found[0]
+            return to_vector(-p * found[1]), found[0]
     return None, None
 
 
@@ -161,11 +163,11 @@ def _remedy(case: Case, declared: Declared) -> str:
     if case.shape.enclosed:
         return FLATTER
     element = getattr(declared.thing, "element", "")
-    return NEARER if element in WORDS and named(element).order > 1 else CURVED
+    return NEARER if element in WORDS and find_element(element).order > 1 else CURVED
 
 
 def doubts(case: Case, declared: Declared, found: Mapping[str, Resultant]) -> tuple[Diagnostic, ...]:
-    """Warnings where a model's mesh carries less or more of a load on its surface than the scene asks for."""
+    """Return warnings if a model's mesh carries less or more of a surface load than the scene requires."""
     notes, at = [], declared.at("size") if "size" in declared.fields else declared.at()
     for name, r in found.items():
         if r.area is None:

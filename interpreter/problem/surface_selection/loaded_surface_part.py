@@ -1,4 +1,4 @@
-"""The part of a body's surface that a load acts on, on the mesh that stands for the body."""
+"""Part of a body's surface on which a load acts, on the mesh of the body."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.language.coordinate_conditions import Condition
-from softmark.interpreter.problem.group_conditions import apart, of_facets
+from softmark.interpreter.problem.group_conditions import split_by_groups, facet_membership
 from softmark.interpreter.problem.surface_selection.facet_deviation import deviations, settled
 from softmark.interpreter.problem.surface_selection.facet_patches import (
     ConditionOnPatches,
@@ -36,9 +36,9 @@ TOUCHED = 1e-6  # of what is selected: less of the faces of a slice is what tole
 
 @dataclass(frozen=True)
 class Loaded:
-    """Facets whole (w, k), and points on parts of others: nodes (p, k), local xi (p, 2), weights (p,) in local area.
+    """Whole facets (w, k), and points on parts of others: nodes (p, k), local xi (p, 2), weights (p,) in local area.
 
-    `remainder` is the area, m^2, that may belong to it or not.
+    `remainder` is the area, m^2, that may or may not belong to it.
     """
 
     points: Floats  # (n, 3) of the mesh, m
@@ -51,16 +51,16 @@ class Loaded:
 
     @property
     def empty(self) -> bool:
-        """Whether it has no area."""
+        """True if it has no area."""
         return not (len(self.whole) or np.any(self.w > 0.0))
 
     @property
     def touched(self) -> Ints:
-        """The facets (f, k) that it has an area on, one that it takes a part of as often as it has points there."""
+        """Facets (f, k) with loaded area; a partly loaded facet appears once for each of its points."""
         return np.concatenate([self.whole, self.nodes[self.w > 0.0]])
 
     def spread(self, dead: Floats, push: Any, linear: bool, depth: float = 0.0) -> None:
-        """Add to nodal forces (n, 3), N, those of a load: `push` makes forces of area vectors, linear or not.
+        """Add the forces of a load to nodal forces (n, 3), N: `push` maps area vectors to forces, linear or not.
 
         With a `depth`, m, the mesh is a slice through a body of revolution, and forces are those on whole rings.
         """
@@ -71,7 +71,7 @@ class Loaded:
         self._whole(dead, push, self.whole[~bent], facet.quadrature(), depth)
         curved = self.whole[bent]
         for at in range(0, len(curved), SOME):
-            self._whole(dead, push, curved[at : at + SOME], moment_fitted_quadrature.fine(nodes), depth)
+            self._whole(dead, push, curved[at : at + SOME], moment_fitted_quadrature.gauss_rule(nodes), depth)
         t = np.einsum("pkj,pki->jpi", facet.gradient(self.xi), self.points[self.nodes])
         forces = self.w[:, None] * push(np.cross(t[0], t[1]))
         if depth:
@@ -87,11 +87,11 @@ class Loaded:
         np.add.at(dead, facets, np.einsum("q,qa,fqi->fai", weights, facet.shape(xi), forces, optimize=True))
 
     def products(self) -> tuple[Ints, Floats]:
-        """Its nodes (k,) and the integrals of N_a N_b over it (k, k), m^2."""
+        """Return its nodes (k,) and the integrals of N_a N_b over it (k, k), m^2."""
         facet = FACETS[self.whole.shape[1]]
         nodes = np.unique(np.concatenate([self.whole, self.nodes]))
         found = np.zeros((len(nodes), len(nodes)))
-        xi, w = moment_fitted_quadrature.fine(self.whole.shape[1])
+        xi, w = moment_fitted_quadrature.gauss_rule(self.whole.shape[1])
         for at in range(0, len(self.whole), SOME):
             some = self.whole[at : at + SOME]
             t = np.einsum("qkj,fki->jfqi", facet.gradient(xi), self.points[some])
@@ -103,36 +103,36 @@ class Loaded:
         return nodes, found
 
     def of_facets(self, facets: Ints) -> Loaded:
-        """What lies on some facets (f, k)."""
+        """Return the part that lies on some facets (f, k)."""
         keys = {tuple(row) for row in facets.tolist()}
         own, cut = (np.array([tuple(r) in keys for r in f.tolist()], dtype=bool) for f in (self.whole, self.nodes))
         return replace(self, whole=self.whole[own], nodes=self.nodes[cut], xi=self.xi[cut], w=self.w[cut])
 
     def over(self, facets: Ints) -> float:
-        """m^2, of some facets (f, k) alone."""
+        """Return the area, m^2, on some facets (f, k) only."""
         return self.of_facets(facets).area
 
     @cached_property
     def area(self) -> float:
-        """m^2, on the mesh."""
+        """Area on the mesh, m^2."""
         return self.area_of(0.0)
 
     def area_of(self, depth: float) -> float:
-        """m^2, on the mesh; with a `depth`, m, of whole rings."""
+        """Return the area on the mesh, m^2; with a `depth`, m, of whole rings."""
         found = np.zeros_like(self.points)
         self.spread(found, lambda A: np.linalg.norm(A, axis=-1)[..., None] * np.array([1.0, 0.0, 0.0]), False, depth)
         return float(found[:, 0].sum())
 
     @property
     def weighted(self) -> tuple[Ints, Floats | None]:
-        """All facets (f, k) that it lies on, and their weights (f, q) at `moments.places`; None if all are whole."""
+        """Return all its facets (f, k), and their weights (f, q) at `moments.places`; None if all are whole."""
         if not len(self.nodes):
             return self.whole, None
         k = self.whole.shape[1]
         faces, which = np.unique(self.nodes, axis=0, return_inverse=True)
-        weights = np.zeros((len(faces), len(moment_fitted_quadrature.places(k))))
-        np.add.at(weights, which.ravel(), self.w[:, None] * moment_fitted_quadrature.basis(k, self.xi))
-        whole = np.tile(moment_fitted_quadrature.whole(k), (len(self.whole), 1))
+        weights = np.zeros((len(faces), len(moment_fitted_quadrature.point_positions(k))))
+        np.add.at(weights, which.ravel(), self.w[:, None] * moment_fitted_quadrature.basis_polynomials(k, self.xi))
+        whole = np.tile(moment_fitted_quadrature.full_facet_weights(k), (len(self.whole), 1))
         return np.concatenate([self.whole, faces]), np.concatenate([whole, weights])
 
 
@@ -148,22 +148,25 @@ def _add_pairs(found: Floats, rows: Ints, blocks: Floats) -> None:
 
 
 def loaded(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
-    """The part of a mesh's surface that a condition selects, found once.
+    """Return the part of a mesh's surface that a condition selects, computed once.
 
-    Conditions are about the body: facets of a curved side are asked where the side is, and those of a mesh of
-    a file with what they may miss of it in mind.
+    Conditions apply to the exact body: facets of a curved side are evaluated on that side, and those of a mesh file
+    within
+    their deviation from the smooth surface.
     """
     known: Loaded | None = mesh.selections.get(condition)
     if known is None:
-        known = mesh.selections[condition] = (_of_groups if condition.groups else _found)(shape, mesh, condition)
+        known = mesh.selections[condition] = (_loaded_groups if condition.groups else _select_facets)(
+            shape, mesh, condition
+        )
     return known
 
 
-def _of_groups(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
-    """The same of named facets: what is left of the condition, on those that have their groups in common."""
+def _loaded_groups(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
+    """Return the selected part for conditions with named facet groups."""
     found = [
-        _found(shape, mesh, own).of_facets(mesh.facets[which])
-        for own, which in apart(condition, of_facets(mesh))
+        _select_facets(shape, mesh, own).of_facets(mesh.facets[which])
+        for own, which in split_by_groups(condition, facet_membership(mesh))
     ]  # fmt: skip
     return Loaded(
         mesh.points,
@@ -177,21 +180,21 @@ def _of_groups(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
 
 
 def settled_of(shape: Shape, mesh: Mesh, condition: Condition) -> tuple[Mask, Floats]:
-    """What a condition means on facets of a mesh: borders that do not cut them (f, b), and their levels there."""
+    """Return borders that do not cut facets of a mesh (f, b), and their levels there."""
     asked = ConditionOnPatches.of(condition, Patches(mesh.points[mesh.facets], mesh.extent))
     if not shape.sides:
         crossed = asked.crossed_facets()
         if len(crossed):
             asked = settled(asked, crossed, deviations(mesh))
         return asked.settled, asked.settling
-    _beside_sides(shape, condition, asked)
+    _settle_beside_sides(shape, condition, asked)
     return asked.settled, asked.settling
 
 
-def _beside_sides(shape: Shape, condition: Condition, asked: ConditionOnPatches) -> None:
-    """Settle borders that are a curved side themselves on the flat facets beside it.
+def _settle_beside_sides(shape: Shape, condition: Condition, asked: ConditionOnPatches) -> None:
+    """Settle borders that coincide with a curved side on the flat facets next to it.
 
-    What such a facet has beyond the side is a sliver between an arc and its chord, and no part of the body.
+    The part of such a facet beyond the side is a sliver between an arc and its chord, and no part of the body.
     """
     corners = asked.patches.corners
     parts = list(by_sides(shape, corners))
@@ -209,7 +212,7 @@ def _beside_sides(shape: Shape, condition: Condition, asked: ConditionOnPatches)
 
 
 def by_sides(shape: Shape, corners: Floats) -> Iterator[tuple[Mask, Out | None]]:
-    """Facets with nodes (f, k, 3) that are flat, and those of each curved side (f,), with what moves them onto it."""
+    """Yield masks of facets with nodes (f, k, 3): the flat ones, and those of each curved side with the map onto it."""
     flat = np.ones(len(corners), dtype=np.bool_)
     for side in shape.sides:
         own = flat & side.of(corners)
@@ -218,8 +221,8 @@ def by_sides(shape: Shape, corners: Floats) -> Iterator[tuple[Mask, Out | None]]
     yield flat, None
 
 
-def _of_edge(found: Loaded) -> Loaded:
-    """Without what tolerances leave of the faces of a slice: of triangles with a side on the border of a condition."""
+def _without_slivers(found: Loaded) -> Loaded:
+    """Return the part without slivers on the faces of a slice: triangles with a side on a condition's border."""
     z = found.points[:, 2]
     faces = np.ptp(z[found.nodes], axis=1) <= SAME * np.ptp(z)
     if not faces.any():
@@ -228,7 +231,7 @@ def _of_edge(found: Loaded) -> Loaded:
     return edge if found.area - edge.area <= TOUCHED * edge.area else found
 
 
-def _found(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
+def _select_facets(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
     facets, corners = mesh.facets, mesh.points[mesh.facets]
     mask, values = settled_of(shape, mesh, condition)
     found: list[tuple[Ints, Part]] = []
@@ -245,5 +248,5 @@ def _found(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
         np.concatenate([p.w for _, p in found]),
         sum(p.remainder for _, p in found),
     )
-    whole = _of_edge(whole) if shape.flat else whole
+    whole = _without_slivers(whole) if shape.flat else whole
     return replace(whole, leaning=whole.over(facets[leaning])) if len(leaning) else whole

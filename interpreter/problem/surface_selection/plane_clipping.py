@@ -1,4 +1,4 @@
-"""Flat triangles cut along planes: exact."""
+"""Exact cutting of flat triangles along planes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from softmark.interpreter.problem.surface_selection.facet_patches import Conditi
 
 
 def cut(asked: ConditionOnPatches, f: Ints, tri: Floats) -> tuple[Ints, Floats]:
-    """Triangles (n, 3, 2) of affine facets f, cut into triangles that no plane among the borders crosses."""
+    """Cut triangles (n, 3, 2) of affine facets f until no plane among the borders crosses any."""
     for b, border in enumerate(asked.condition.borders):
         if border.plane is not None:
             f, tri = _along(asked, b, f, tri)
@@ -31,7 +31,7 @@ def _along(asked: ConditionOnPatches, b: int, f: Ints, tri: Floats) -> tuple[Int
 
 
 def odd(d: Floats) -> Ints:
-    """The corner (n,) whose level has a sign that neither of the others has, of levels (n, 3) of both signs."""
+    """Return the corner (n,) whose level has a sign unlike the two others, for levels (n, 3) of both signs."""
     positive, negative = (d > 0.0).sum(axis=1), (d < 0.0).sum(axis=1)
     sign = np.where(positive == 1, 1.0, -1.0)
     found: Ints = np.argmax(sign[:, None] * d, axis=1)
@@ -39,14 +39,14 @@ def odd(d: Floats) -> Ints:
 
 
 def first(rows: Floats, corner: Ints) -> Floats:
-    """Rows (n, 3, ...) turned so that a corner comes first."""
+    """Return rows (n, 3, ...) rotated so that a corner comes first."""
     turned = (corner[:, None] + np.arange(3)) % 3
     found: Floats = rows[np.arange(len(rows))[:, None], turned]
     return found
 
 
 def areas(tri: Floats) -> Floats:
-    """Areas (n,) of triangles (n, 3, 2) in local coordinates, negative where they turn the other way."""
+    """Return signed areas (n,) of triangles (n, 3, 2) in local coordinates, negative if clockwise."""
     u, v = tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0]
     found: Floats = 0.5 * (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
     return found

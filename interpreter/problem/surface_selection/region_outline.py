@@ -1,4 +1,4 @@
-"""The outline of a plane region itself, no mesh: what of its edge a condition selects, or of that of rings."""
+"""Exact outline of a plane region without a mesh: the selected part of its edge, or of revolved rings."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ Curve = Callable[[Floats], Floats]  # points (n, 3), m, of the places u (n,) fro
 
 @lru_cache(maxsize=64)
 def edged(shape: Shape, condition: Condition, depth: float) -> float | None:
-    """Area, m^2, of the edge of a slice that a condition selects; None of regions from files.
+    """Return the area, m^2, of the edge of a slice that a condition selects; None for regions from files.
 
-    With a `depth`, m, of the whole rings that a slice so thick stands for.
+    With a `depth`, m, it is that of the whole rings that a slice of this thickness represents.
     """
     if condition.groups or not isinstance(shape, Slice):
         return None
     found = 0.0
     for curve in _sides(shape):
-        for begin, end in _selected(curve, condition, shape.diagonal):
+        for begin, end in _selected_intervals(curve, condition, shape.diagonal):
             few, many = (
-                _swept(curve(np.linspace(begin, end, n + 1)), shape.depth, depth) for n in (CHORDS, 2 * CHORDS)
+                _swept_area(curve(np.linspace(begin, end, n + 1)), shape.depth, depth) for n in (CHORDS, 2 * CHORDS)
             )
             found += many + (many - few) / 3.0
     return found
 
 
 def _sides(shape: Slice) -> Iterator[Curve]:
-    """The four of the square that the region is the image of."""
+    """Yield the four sides of the square whose image is the region."""
     for s, t in ((None, 0.0), (1.0, None), (None, 1.0), (0.0, None)):
 
         def curve(u: Floats, s: float | None = s, t: float | None = t) -> Floats:
@@ -48,8 +48,8 @@ def _sides(shape: Slice) -> Iterator[Curve]:
         yield curve
 
 
-def _selected(curve: Curve, condition: Condition, extent: float) -> Iterator[tuple[float, float]]:
-    """Where along a curve the condition holds: from one place to another."""
+def _selected_intervals(curve: Curve, condition: Condition, extent: float) -> Iterator[tuple[float, float]]:
+    """Yield the intervals along a curve on which the condition holds."""
 
     def holds(u: Floats) -> Floats:
         x, y, z = curve(u).T
@@ -69,8 +69,8 @@ def _selected(curve: Curve, condition: Condition, extent: float) -> Iterator[tup
         yield places[i], places[i + 1]
 
 
-def _swept(points: Floats, thickness: float, depth: float) -> float:
-    """The area, m^2, of chords (n, 3) through a thickness, m; with a `depth`, around the axis."""
+def _swept_area(points: Floats, thickness: float, depth: float) -> float:
+    """Return the area, m^2, of chords (n, 3) through a thickness, m; with a `depth`, around the axis."""
     length = np.linalg.norm(np.diff(points, axis=0), axis=1)
     if not depth:
         return thickness * float(length.sum())

@@ -1,4 +1,4 @@
-"""The share of a body's cross-section that a condition selects."""
+"""Fraction of a body's cross-section that a condition selects."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ RINGS = (1.0, 0.5, 0.25, 1 / 16, 1 / 64, 1 / 512)  # of its radius; within the l
 
 
 def share(condition: Condition, shape: Swept, station: float) -> float:
-    """Of the cross-section at `station` (m from the root along the axis), by area: from 0 to 1."""
+    """Return the selected area fraction, 0 to 1, of the cross-section at `station` (m from the root along the axis)."""
     centre, frame = np.array(shape.centre(station)), np.array(shape.frame(station)[1:])
     extent, section = shape.diagonal, shape.section_at(station)
     if isinstance(section, Disc):
@@ -37,14 +37,14 @@ def share(condition: Condition, shape: Swept, station: float) -> float:
 
 
 def _of_flat(condition: Condition, corners: Floats, extent: float, out: Out | None = None) -> float:
-    """Of facets (f, k, 3) that are equally large."""
+    """Return the selected fraction of facets (f, k, 3) of equal size."""
     found = part(ConditionOnPatches.of(condition, Patches(corners, extent, out)))
     local = 4.0 if corners.shape[1] == 4 else 0.5
     return (len(found.whole) + float(found.w.sum()) / local) / len(corners)
 
 
 def _of_disc(condition: Condition, centre: Floats, frame: Floats, radius: float, extent: float) -> float:
-    """Its core as a polygon, and rings of wedges between chords whose points are moved out as far as arcs bulge."""
+    """Return that of a disc: its core as a polygon, and rings of wedges whose chords are moved out to arcs."""
     turns = 2.0 * math.pi * np.arange(WEDGES + 1) / WEDGES
     rim = radius * np.stack([np.cos(turns), np.sin(turns)], axis=1) @ frame
     core = centre + RINGS[-1] * np.stack([np.zeros_like(rim[1:]), rim[:-1], rim[1:]], axis=1)
@@ -55,13 +55,13 @@ def _of_disc(condition: Condition, centre: Floats, frame: Floats, radius: float,
 
 
 def _of_wedge(condition: Condition, a: Floats, b: Floats, centre: Floats, frame: Floats, extent: float) -> float:
-    """Of a disc's wedge between two radii (3,), less its core: by areas where its points are moved to.
+    """Return that of a disc's wedge between two radii (3,), without its core: by areas at the moved positions.
 
     They are cos^2 phi of those between chords, over that of the chords' ends, phi the angle from the wedge's middle.
     """
     far, near = np.array(RINGS[:-1]), np.array(RINGS[1:])
     corners = np.stack([np.outer(near, a), np.outer(far, a), np.outer(far, b), np.outer(near, b)], axis=1)
-    patches = Patches(centre + corners, extent, _bulging(centre, frame, a + b))
+    patches = Patches(centre + corners, extent, _move_to_arc(centre, frame, a + b))
     found = part(ConditionOnPatches.of(condition, patches))
     X = patches.at(found.f, found.xi[:, None])[:, 0] - centre
     cosine = X @ (a + b) / (np.linalg.norm(X, axis=1) * np.linalg.norm(a + b))
@@ -71,8 +71,8 @@ def _of_wedge(condition: Condition, a: Floats, b: Floats, centre: Floats, frame:
     return float((far**2 - near**2)[found.whole].sum()) + cut
 
 
-def _bulging(centre: Floats, frame: Floats, middle: Floats) -> Out:
-    """Moves points of a wedge between chords straight out, so that chords become arcs; numbers and bounds alike."""
+def _move_to_arc(centre: Floats, frame: Floats, middle: Floats) -> Out:
+    """Return a map of points of a wedge between chords radially outward, so that chords become arcs."""
     (first, second), m = frame.tolist(), (frame @ middle / np.linalg.norm(middle) / math.cos(math.pi / WEDGES)).tolist()
 
     def out(place: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The part of a surface that a condition selects: whole facets, and points of quadrature over parts of others."""
+"""Part of a surface that a condition selects: whole facets, and quadrature points over parts of others."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ __all__ = ["Part", "part", "taken"]
 
 @dataclass(frozen=True)
 class Part:
-    """Facets that are selected whole (w,), and of others points: facets f (k,), local xi (k, 2), weights w (k,).
+    """Wholly selected facets (w,), and quadrature points on others: facets f (k,), local xi (k, 2), weights w (k,).
 
-    `remainder` is the area, m^2, of which it is not known whether it belongs to the selection.
+    `remainder` is the area, m^2, that may or may not belong to the selection.
     """
 
     whole: Ints
@@ -35,18 +35,18 @@ class Part:
 
     @property
     def empty(self) -> bool:
-        """Whether it has no area."""
+        """True if it has no area."""
         return not (len(self.whole) or np.any(self.w > 0.0))
 
 
 def taken(condition: Condition, corners: Floats, extent: float, out: Out | None = None) -> Part:
-    """The selected part of facets with nodes `corners` (f, k, 3), m, whose points `out` moves onto the body."""
+    """Return the selected part of facets with nodes `corners` (f, k, 3), m, whose points `out` moves onto the body."""
     return part(ConditionOnPatches.of(condition, Patches(corners, extent, out)))
 
 
 @np.errstate(all="ignore")  # conditions divide by what may be zero, and bounds of that are infinite
 def part(asked: ConditionOnPatches) -> Part:
-    """The part of the patches that is asked for."""
+    """Return the selected part of the patches."""
     patches = asked.patches
     f, tri = patches.triangles
     if not len(f) or not asked.condition.borders:  # the same everywhere

@@ -1,6 +1,6 @@
-"""Parts of cells, facets and edges that a condition selects: simplices cut along its borders.
+"""Selected parts of cells, facets and edges: simplices cut along the borders of a condition.
 
-Exact for borders that are planes; curved ones are followed by pieces of a fraction of a cell.
+Plane borders are exact; curved ones are approximated by pieces of a fraction of a cell.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ GROUP = 16  # cells that are bounded together
 
 
 def within(condition: Condition, whole: Pieces, extent: float) -> Pieces:
-    """The part of some simplices that a condition selects, of a body of an extent (m), in their order.
+    """Return the selected part of some simplices of a body of an extent (m), in order.
 
-    A curved border is met on their edges, and is straight between: as near as the simplices are fine.
+    A curved border is located on their edges and straight between: as accurate as the simplices are fine.
     """
     corners = whole.corners
     crossed = np.zeros(len(corners), dtype=np.bool_)
@@ -37,13 +37,13 @@ def within(condition: Condition, whole: Pieces, extent: float) -> Pieces:
 
 
 def selects(condition: Condition, X: Floats, extent: float) -> Bools:
-    """Which points X (n, 3) a condition selects (n,)."""
+    """Return whether a condition selects points X (n, 3) (n,)."""
     x, y, z = X.T
     return np.array(np.broadcast_to(condition.holds(x, y, z, extent), len(X)), dtype=np.bool_)
 
 
 def cut(pieces: Pieces, border: Border, extent: float, halved: bool = True) -> Pieces:
-    """The pieces cut by a border, those near a curved one in several rounds where they are to be `halved`."""
+    """Cut the pieces along a border, those near a curved one in several rounds if they are to be `halved`."""
     dimension = pieces.corners.shape[1] - 1
     for _ in range(0 if border.plane or not halved else HALVINGS[dimension + 1] * dimension):
         beside = near(border, pieces.corners, extent)
@@ -58,15 +58,16 @@ def _level(border: Border) -> Any:
 
 
 def slack_of(border: Border, extent: float) -> float:
-    """Levels that count as on a border."""
+    """Return the level that counts as on a border."""
     return RELATIVE_TOLERANCE * float(extent) ** border.power
 
 
 def near(border: Border, corners: Floats, extent: float) -> Bools:
-    """Which simplices (p, k, 3) a border crosses (p,).
+    """Return whether a border crosses simplices (p, k, 3) (p,).
 
-    A curved one may where the level could reach zero beyond what it is at corners, middles of edges and the centroid:
-    it is looked for as far beyond these values as they differ.
+    A curved border may cross if its level could reach zero beyond the values at corners, edge midpoints and the
+    centroid:
+    by as much as these values differ.
     """
     if border.plane is not None:
         level = _level(border)(corners.reshape(-1, 3)).reshape(corners.shape[:2])
@@ -83,7 +84,7 @@ def near(border: Border, corners: Floats, extent: float) -> Bools:
 
 
 def undecided(condition: Condition, corners: Floats, extent: float) -> Bools:
-    """Which simplices (p, k, 3) lie in boxes in which a condition is not known to be the same everywhere (p,)."""
+    """Return which simplices (p, k, 3) have a box in which the condition is not known to be uniform (p,)."""
     found = np.zeros(len(corners), dtype=np.bool_)
     low, high = corners.min(axis=1), corners.max(axis=1)
     pending = [np.arange(len(corners))] if len(corners) else []

@@ -1,4 +1,4 @@
-"""The surface of spheres, ellipsoids and shells of spheres: how much of it is selected, and which way that looks."""
+"""Selected surface of spheres, ellipsoids and spherical shells, and the integral of its normal."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ GAUSS = 8  # points along each side of a whole facet: round-off is all that they
 
 
 def curved(shape: RoundBody, side: EllipsoidSide, condition: Condition, extent: float) -> tuple[float, Floats, float]:
-    """Area, m^2, the integral of the normal n away from the centre (3,), m^2, and of x . n, m^3, on a curved side.
+    """Return area, m^2, and integrals of the normal n away from the centre (3,), m^2, and of x . n, m^3, on a side.
 
     In the coordinates in which it is the unit sphere, an area da seen under a direction e from a distance r is
     e (e . da) / r^2 on the sphere, and cof(A) of that, A = diag(semi-axes), on the ellipsoid.
@@ -44,7 +44,7 @@ def curved(shape: RoundBody, side: EllipsoidSide, condition: Condition, extent: 
 
 
 def planes(shape: RoundBody) -> tuple[Floats, Condition]:
-    """Rectangles (k, 4, 3) around what is cut off by planes of symmetry, counter-clockwise, and what holds within."""
+    """Return rectangles (k, 4, 3) around the cuts by symmetry planes, counter-clockwise, and the condition inside."""
     low, high = (np.array(end) for end in shape.bounds)
     faces, size = [], np.diag(high - low)
     for axis in range(shape.kept):

@@ -1,7 +1,7 @@
-"""Triangles of a surface cut where a condition ends: the selected part of it, not the triangles that lie within.
+"""Triangles of a surface cut at the border of a condition, instead of only the triangles within it.
 
-They are cut along planes, exactly. A curved border does not cut them: facets of a round side lie inside of it, and cuts
-through all that it meets would give a probe more points there than anywhere else. What that leaves out is told.
+They are cut along planes exactly. A curved border does not cut them: facets of a round side lie inside it, and cutting
+all of them would concentrate a probe's points there. The area left out is reported.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.interpreter.language.coordinate_conditions import RELATIVE_TOLERANCE, Condition
-from softmark.interpreter.problem.group_conditions import apart
+from softmark.interpreter.problem.group_conditions import split_by_groups
 from softmark.interpreter.problem.surface_selection.facet_patches import Floats, Ints, Mask
 from softmark.solvers.mesh.simplex_clipping import Pieces, join_pieces
 
@@ -26,36 +26,37 @@ ONE = 1e-9  # of the extent: points that are nearer are one
 def clipped(
     condition: Condition, X: Floats, triangles: Ints, members: Members | None = None
 ) -> tuple[Floats, Ints, float]:
-    """Points (n, 3) and triangles (t, 3) of the part of a surface that a condition selects, and the share that this is.
+    """Return points (n, 3) and triangles (t, 3) of the selected part of a surface, and its share.
 
-    `members` tells which triangles are of a named group, where the condition has some.
-    Points are in the order of the surface. Where no area is taken, the points that are selected, none where there are
-    none. The share is of the area within the condition's borders, curved ones as chords of triangles that they cross.
+    `members` returns which triangles are in a named group, if the condition has some. Points are in the order of the
+    surface. Without selected area, the result is the selected points, if any. The share is relative to the area within
+    the
+    condition's borders, curved ones as chords of the triangles they cross.
     """
     extent = float(np.linalg.norm(np.ptp(X, axis=0)))
     if condition.groups and members is not None:
-        found = [(own, triangles[which]) for own, which in apart(condition, members)]
+        found = [(own, triangles[which]) for own, which in split_by_groups(condition, members)]
         parts = [_pieces(own, Pieces(X[some], np.arange(len(some))), extent) for own, some in found]
         taken = reduce(join_pieces, [own for own, _ in parts])
         whole = sum(area for _, area in parts)
-        return *_joined(X, taken, ONE * extent), float(taken.sizes.sum()) / whole if whole else 1.0
+        return *_join_pieces(X, taken, ONE * extent), float(taken.sizes.sum()) / whole if whole else 1.0
     taken, whole = _pieces(condition, Pieces(X[triangles], np.arange(len(triangles))), extent)
     share = float(taken.sizes.sum()) / whole if whole else 1.0
     if not len(taken.of):
         x, y, z = X.T
         held = np.broadcast_to(condition.holds(x, y, z, extent), len(X))
         return X[held], np.zeros((0, 3), dtype=np.int64), share
-    return *_joined(X, taken.chosen(np.argsort(taken.of, kind="stable")), ONE * extent), share
+    return *_join_pieces(X, taken.chosen(np.argsort(taken.of, kind="stable")), ONE * extent), share
 
 
 def _pieces(condition: Condition, pieces: Pieces, extent: float) -> tuple[Pieces, float]:
-    """The pieces that are taken, and the area, m^2, within the borders; 0 where nothing is left out."""
+    """Return the selected pieces, and the area, m^2, within the borders; 0 if nothing is left out."""
     curved = [b for b, border in enumerate(condition.borders) if border.plane is None]
     for b in range(len(condition.borders)):
-        pieces = pieces if b in curved else _cut(condition, b, pieces, extent)
+        pieces = pieces if b in curved else _cut_crossed(condition, b, pieces, extent)
     taken = pieces.chosen(np.flatnonzero(_selected(condition, pieces.corners, extent, curved)))
     for b in curved:
-        pieces = _cut(condition, b, pieces, extent)
+        pieces = _cut_crossed(condition, b, pieces, extent)
     if not curved:
         return taken, float(taken.sizes.sum())
     return taken, float(pieces.sizes[_selected(condition, pieces.corners, extent, [])].sum())
@@ -64,28 +65,28 @@ def _pieces(condition: Condition, pieces: Pieces, extent: float) -> tuple[Pieces
 def cut_along(condition: Condition, pieces: Pieces, extent: float) -> Pieces:
     """Cut pieces along every border of a condition, curved ones by chords, so that each lies on one side of all."""
     for b in range(len(condition.borders)):
-        pieces = _cut(condition, b, pieces, extent)
+        pieces = _cut_crossed(condition, b, pieces, extent)
     return pieces
 
 
-def _cut(condition: Condition, b: int, pieces: Pieces, extent: float) -> Pieces:
-    """The pieces with those that a border crosses, as their corners tell, cut along it."""
+def _cut_crossed(condition: Condition, b: int, pieces: Pieces, extent: float) -> Pieces:
+    """Cut the pieces that a border crosses, as their corners show."""
     border = condition.borders[b]
     slack = RELATIVE_TOLERANCE * extent**border.power
     return pieces.cut(lambda x: _levels(condition, b, x), slack, border.plane is None)
 
 
 def _levels(condition: Condition, b: int, X: Floats) -> Floats:
-    """Of one border at points (..., 3)."""
+    """Return levels of one border at points (..., 3)."""
     with np.errstate(all="ignore"):
         found: Floats = np.broadcast_to(condition.borders[b].at(X[..., 0], X[..., 1], X[..., 2]), X.shape[:-1])
     return found
 
 
 def _selected(condition: Condition, corners: Floats, extent: float, uncut: Sequence[int]) -> Mask:
-    """Which pieces (p, 3, 3) are selected: all corners, of which each tells of borders that did not cut it.
+    """Return which pieces (p, 3, 3) are selected: all corners, as to borders that did not cut the piece.
 
-    Of the others the corner that is farthest from a border tells on which side the piece lies.
+    For other borders the corner that is farthest from it decides on which side the piece lies.
     """
     levels = []
     for b in range(len(condition.borders)):
@@ -97,8 +98,8 @@ def _selected(condition: Condition, corners: Floats, extent: float, uncut: Seque
     return found
 
 
-def _joined(X: Floats, pieces: Pieces, near: float) -> tuple[Floats, Ints]:
-    """Pieces as points and triangles: points of the surface first, in its order, and then those of cuts."""
+def _join_pieces(X: Floats, pieces: Pieces, near: float) -> tuple[Floats, Ints]:
+    """Return pieces as points and triangles: points of the surface first, in its order, then those of cuts."""
     corners = pieces.corners.reshape(-1, 3)
     keys, first, number = np.unique(
         np.round(np.concatenate([X, corners]) / near), axis=0, return_index=True, return_inverse=True

@@ -12,13 +12,13 @@ from softmark.interpreter.report.page.html_document import document, moment
 from softmark.interpreter.report.page.html_markup import count, listed, plain, prose, section, tag, text
 from softmark.interpreter.report.run.tables.provenance_table import listing, table_of
 from softmark.interpreter.study.analysis.comparison_advice import Advice
-from softmark.interpreter.study.analysis.comparison_record import Compared
+from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
 from softmark.interpreter.study.configurations.task_outcome import PointWarning
 
 OPEN = 40  # configurations beyond which their table is folded
 
 
-def page(comparison: Compared) -> str:
+def page(comparison: ComparisonRecord) -> str:
     """A complete HTML5 document: no network, no other file."""
     own = views(comparison)
     return document(
@@ -50,7 +50,7 @@ def conclusion(own: Sequence[SceneView]) -> str:
     return f"{count(len(points), 'configuration')} of {count(models, 'model')}, {rest}."
 
 
-def _header(own: Sequence[SceneView], comparison: Compared) -> str:
+def _header(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
     where = [moment(comparison.created), text(comparison.environment.get("cpu") or "")]
     line = tag("p", " · ".join(tag("span", piece) for piece in where if piece), class_="where")
     above = tag("p", "softmark comparison", class_="eyebrow")
@@ -61,12 +61,12 @@ def _header(own: Sequence[SceneView], comparison: Compared) -> str:
 # ------------------------------------------------------------------ sections
 
 
-def _advice(own: Sequence[SceneView], comparison: Compared) -> str:
+def _advice(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
     """What to take, first of all."""
     return section("advice", "Advice", advice(own, comparison))
 
 
-def advice(own: Sequence[SceneView], comparison: Compared) -> str:
+def advice(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
     """A sentence for each scene, what must be said about it beneath."""
     blocks = []
     allowed = comparison.analysis.options.allow_contaminated
@@ -90,7 +90,7 @@ def _under(view: SceneView, own: Sequence[SceneView], markup: str) -> str:
     return (tag("h3", text(view.heading)) if len(own) > 1 else "") + markup if markup else ""
 
 
-def _diagrams(own: Sequence[SceneView], comparison: Compared) -> str:
+def _diagrams(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
     drawn = diagrams(own)
     return section("work", "Work and precision", drawn) if drawn else ""
 
@@ -128,10 +128,12 @@ def _failures(view: SceneView) -> str:
     return tag("div", title, tag("ul", *items, class_="failures"), class_="callout bad")
 
 
-def _tables(make: Callable[[SceneView], str], name: str, title: str) -> Callable[[Sequence[SceneView], Compared], str]:
+def _tables(
+    make: Callable[[SceneView], str], name: str, title: str
+) -> Callable[[Sequence[SceneView], ComparisonRecord], str]:
     """A section that has the same table for every scene."""
 
-    def made(own: Sequence[SceneView], comparison: Compared) -> str:
+    def made(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
         blocks = [_under(view, own, make(view)) for view in own if view.points]
         return section(name, title, *blocks) if any(blocks) else ""
 
@@ -148,7 +150,7 @@ def _levers(view: SceneView) -> str:
     return own if len(view.analysis.levers) <= OPEN else details(f"{len(view.analysis.levers)} changes", own)
 
 
-def _provenance(own: Sequence[SceneView], comparison: Compared) -> str:
+def _provenance(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
     """The command, the environment, the references and the scenes."""
     again = tag("p", "To repeat this comparison:")
     repeat = again + tag("pre", tag("code", text(comparison.command)), class_="command") if comparison.command else ""
@@ -179,7 +181,7 @@ def _warnings(own: Sequence[SceneView]) -> str:
     return tag("p", "Warnings") + tag("ul", *items, class_="warnings") if items else ""
 
 
-SECTIONS: tuple[tuple[str, Callable[[Sequence[SceneView], Compared], str]], ...] = (
+SECTIONS: tuple[tuple[str, Callable[[Sequence[SceneView], ComparisonRecord], str]], ...] = (
     ("advice", _advice),
     ("work", _diagrams),
     ("levels", _tables(comparison_tables.effort_to_error, "levels", "Time to an error")),

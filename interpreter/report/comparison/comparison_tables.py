@@ -8,10 +8,10 @@ from softmark.interpreter.language.number_formatting import format_quantity, gro
 from softmark.interpreter.report.comparison.comparison_view import SceneView, spread_range, status_of
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
 from softmark.interpreter.report.page.html_markup import broken, count, prose, tag, text
-from softmark.interpreter.study.analysis.comparison_analysis import AtLevel
+from softmark.interpreter.study.analysis.comparison_analysis import EffortAtLevel
 from softmark.interpreter.study.analysis.comparison_point import ComparedPoint, Spread
-from softmark.interpreter.study.analysis.configuration_pairs import ErrorChange, Lever
-from softmark.interpreter.study.analysis.pareto_front import Within
+from softmark.interpreter.study.analysis.configuration_pairs import ChangeEffect, ErrorChange
+from softmark.interpreter.study.analysis.pareto_front import BestInFrame
 from softmark.interpreter.study.analysis.refinement_convergence import Limit, LineOrders
 from softmark.references.convergence_orders import Refined
 
@@ -190,7 +190,7 @@ def _levels(view: SceneView, metric: str) -> str:
     return table(words, head, rows)
 
 
-def _level(view: SceneView, entry: AtLevel, best: bool, metric: str) -> str:
+def _level(view: SceneView, entry: EffortAtLevel, best: bool, metric: str) -> str:
     found, least = entry.reached, entry.least_error
     if found is None:
         above = entry.reason == "it stays above" and least
@@ -220,7 +220,7 @@ def best_at_rates(view: SceneView) -> str:
     return table(caption, head, rows)
 
 
-def _rate(view: SceneView, metric: str, rate: Within) -> str:
+def _rate(view: SceneView, metric: str, rate: BestInFrame) -> str:
     frame = tag("td", text(f"{rate.hz:g} Hz"), tag("small", text(format_quantity(1.0 / rate.hz, "s", 3))))
     unsure = tag("td", prose(", ".join(f"`{label}`" for label in rate.unsure) or DASH))
     begin = [tag("td", tag("code", broken(metric))), frame]
@@ -352,7 +352,7 @@ def levers(view: SceneView) -> str:
     return table("What a single change does: each number is the new value over the old one.", head, rows)
 
 
-def _lever(lever: Lever, errors: Sequence[ErrorChange]) -> str:
+def _lever(lever: ChangeEffect, errors: Sequence[ErrorChange]) -> str:
     change = tag("td", tag("code", broken(lever.what)), " ", text(f"{lever.from_} → {lever.to}"))
     others = ", ".join(f"{k} = {v}" for k, v in lever.others.items())
     cells = [_ratio(e.ratio, "within the uncertainty" if e.within_uncertainty else "") for e in errors]

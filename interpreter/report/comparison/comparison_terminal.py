@@ -13,15 +13,15 @@ from softmark.interpreter.report.comparison.comparison_view import CLOCKS, Scene
 from softmark.interpreter.report.comparison.study_answers import spoken
 from softmark.interpreter.report.page.html_markup import plain
 from softmark.interpreter.study.analysis.comparison_point import ComparedPoint
-from softmark.interpreter.study.analysis.comparison_record import Compared
-from softmark.interpreter.study.analysis.study_results import Front
+from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
+from softmark.interpreter.study.analysis.study_results import ParetoAnswer
 
 WIDE = 110  # characters of a line where nobody says how wide the window is
 TOLD = 4  # problems of a scene, and lines of an answer, that the terminal speaks of
 CODES = {"bold": "1", "good": "32", "bad": "31", "quiet": "2"}
 
 
-def table(comparison: Compared, colour: bool, path: str | None = None, width: int | None = None) -> str:
+def table(comparison: ComparisonRecord, colour: bool, path: str | None = None, width: int | None = None) -> str:
     """Every configuration of every scene, what failed, and what to take; the path of the page after it."""
     paint, room = _looks(colour, width)
     blocks = [block for own in _scenes(comparison) for block in _scene(own, paint, room)]
@@ -29,7 +29,7 @@ def table(comparison: Compared, colour: bool, path: str | None = None, width: in
     return "\n\n".join([*blocks, *([f"comparison: {path}"] if path else [])])
 
 
-def errors(comparison: Compared, colour: bool) -> str:
+def errors(comparison: ComparisonRecord, colour: bool) -> str:
     """The same tables before anything was timed, with what their marks mean, without what is to be taken."""
     paint, room = _looks(colour, None)
     each = (_errors(own, ": errors; times are being measured", paint, room) for own in _scenes(comparison))
@@ -42,7 +42,7 @@ def _looks(colour: bool, width: int | None) -> tuple[bool, int]:
     return colour and not os.environ.get("NO_COLOR"), room
 
 
-def _scenes(comparison: Compared) -> list[list[SceneView]]:
+def _scenes(comparison: ComparisonRecord) -> list[list[SceneView]]:
     """The problems of every scene."""
     scenes: dict[str, list[SceneView]] = {}
     for view in views(comparison):
@@ -59,7 +59,7 @@ def _scene(own: Sequence[SceneView], paint: bool, room: int) -> list[str]:
     blocks = _errors(own, "", paint, room)
     told = own[:TOLD]
     answers = [
-        _at(view, _spoken(s)) if isinstance(a, Front) else _spoken(s)
+        _at(view, _spoken(s)) if isinstance(a, ParetoAnswer) else _spoken(s)
         for view in told for a in view.analysis.answers for s in _fewer(spoken(a))
     ]  # fmt: skip
     blocks += ["\n".join(answers)] if answers else []

@@ -12,7 +12,7 @@ from softmark.interpreter.report.page.html_markup import listed
 from softmark.interpreter.results.json_records import Json
 from softmark.interpreter.study.analysis.comparison_analysis import ErrorAnalysis, References, SceneAnalysis
 from softmark.interpreter.study.analysis.comparison_point import UNKNOWNS, ComparedPoint, Spread
-from softmark.interpreter.study.analysis.comparison_record import Compared
+from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
 from softmark.interpreter.study.analysis.refinement_lines import RefinementLine
 from softmark.records import dataclass
 
@@ -146,7 +146,7 @@ def spread_range(spread: Spread) -> str:
     return f"[{low}–{high}]"
 
 
-def views(comparison: Compared) -> list[SceneView]:
+def views(comparison: ComparisonRecord) -> list[SceneView]:
     """The scenes of a comparison."""
     scenes = comparison.analysis.scenes
     titles = scene_titles(comparison.scenes, list(dict.fromkeys(own.scene for own in scenes.values())))

@@ -15,15 +15,21 @@ from softmark.interpreter.report.comparison.comparison_tables import (
 )
 from softmark.interpreter.report.comparison.comparison_view import SceneView
 from softmark.interpreter.study.analysis.comparison_point import UNKNOWNS
-from softmark.interpreter.study.analysis.study_results import Answer, Front, FrontMember, SettledLine, Settling
+from softmark.interpreter.study.analysis.study_results import (
+    Answer,
+    ConvergenceAnswer,
+    FrontMember,
+    LineConvergence,
+    ParetoAnswer,
+)
 
 
 def studies(view: SceneView) -> str:
     """A table for each answer; empty where the scene asks for nothing."""
-    return "".join(_front(a) if isinstance(a, Front) else _settling(a) for a in view.analysis.answers)
+    return "".join(_front(a) if isinstance(a, ParetoAnswer) else _settling(a) for a in view.analysis.answers)
 
 
-def _settling(answer: Settling) -> str:
+def _settling(answer: ConvergenceAnswer) -> str:
     words = ("Line", "Members", "Finest", "Order", "Limit", "± (GCI)", "Asymptotic")
     head = [heading(w, w not in ("Line", "Asymptotic")) for w in words]
     caption = (
@@ -33,12 +39,12 @@ def _settling(answer: Settling) -> str:
     return table(caption, head, [_line(entry) for entry in answer.lines])
 
 
-def _line(entry: SettledLine) -> str:
+def _line(entry: LineConvergence) -> str:
     members = cell(DASH if entry.members is None else str(entry.members))
     return row(row_head(entry.line), members, *limit_cells(entry.finest, entry.limit, entry.unit or "1"))
 
 
-def _front(answer: Front) -> str:
+def _front(answer: ParetoAnswer) -> str:
     cost = f"`{answer.cost}`" if answer.cost else answer.cost_name.capitalize()
     head = [heading("On the front"), heading(cost, True), heading(f"`{answer.error}`", True)]
     rows = [
@@ -51,20 +57,20 @@ def _front(answer: Front) -> str:
     return table(f"`{answer.study}`: which configurations{over} nobody beats in both.{empty}", head, rows)
 
 
-def _cost(answer: Front, member: FrontMember) -> str:
+def _cost(answer: ParetoAnswer, member: FrontMember) -> str:
     median = member.cost.median
     return group_digits(round(median)) if answer.cost_name == UNKNOWNS else amount(median, answer.cost_unit or "1", 3)
 
 
 def spoken(answer: Answer) -> list[str]:
     """For the terminal: `settling: drop over refine: tet10: order 2.01, limit 12.3 mm ± 0.1 mm`."""
-    if isinstance(answer, Front):
+    if isinstance(answer, ParetoAnswer):
         names = ", ".join(f"{c.label} ({_cost(answer, c)})" for c in answer.front) or "nobody"
         return [f"{answer.study}: on the front of {answer.error} and {answer.cost_name}: {names}"]
     return [f"{answer.study}: {answer.metric} of {entry.line}: {_said(entry)}" for entry in answer.lines]
 
 
-def _said(entry: SettledLine) -> str:
+def _said(entry: LineConvergence) -> str:
     found, unit = entry.limit, entry.unit or "1"
     if found.order is None:
         return f"no order: {found.reason}"

@@ -33,7 +33,7 @@ from softmark.interpreter.models.external.problem_transfer import (
 )
 from softmark.interpreter.models.model_preparation import Measurements, prepared_model
 from softmark.interpreter.models.shared.prepared_model import Workshop
-from softmark.interpreter.pipeline.run_options import Options
+from softmark.interpreter.pipeline.run_options import RunOptions
 from softmark.interpreter.problem.body_case import Case, Fault, case_for
 from softmark.interpreter.report.exam_export import exam_readme, exam_sheet
 from softmark.interpreter.results import atomic_files
@@ -54,7 +54,7 @@ class Exported:
     left: tuple[Reason, ...]
 
 
-def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: Options) -> Exported:
+def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: RunOptions) -> Exported:
     """The models of a scene, or `only` some, as files of the format `to`, and the exam sheet.
 
     Raises SceneError for what cannot be built, and where one of `only`, or none of all, has words in the format;
@@ -80,7 +80,7 @@ def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: Op
 
 
 def _ready(
-    scene: Scene, to: str, names: Sequence[str], options: Options
+    scene: Scene, to: str, names: Sequence[str], options: RunOptions
 ) -> tuple[dict[str, Told], dict[str, list[Reason]]]:
     """What is told of models, and of others why they cannot be. Raises SceneError for what cannot be built."""
     ready, refused, faults = dict[str, Told](), dict[str, list[Reason]](), list[Diagnostic]()

@@ -16,19 +16,19 @@ from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.language.scene_states import states_of
 from softmark.interpreter.models.model_preparation import from_a_model
 from softmark.interpreter.pipeline import probe_sampling, reference_runs, report_assembly, run_state
-from softmark.interpreter.pipeline.run_environment import describe
-from softmark.interpreter.pipeline.run_options import Options
+from softmark.interpreter.pipeline.run_environment import describe_scene
+from softmark.interpreter.pipeline.run_options import RunOptions
 from softmark.interpreter.planning.run_plan import plan_of
 from softmark.interpreter.problem.body_case import Fault
 from softmark.interpreter.results import atomic_files
-from softmark.interpreter.results.json_records import clean
+from softmark.interpreter.results.json_records import to_plain_json
 
 SCHEMA = "softmark-exam/1"
 FILE = "exam.json"
 UNITS = "SI: points and displacements in m, times in s, forces in N, moments in N*m, stresses in Pa, energies in J"
 
 
-def sheet(scene: Scene, options: Options) -> dict[str, Any]:
+def sheet(scene: Scene, options: RunOptions) -> dict[str, Any]:
     """The sheet, without the models that are exported. Raises SceneError for probes that cannot be found."""
     asked, left = plan_of(scene), []
     known = []
@@ -38,18 +38,18 @@ def sheet(scene: Scene, options: Options) -> dict[str, Any]:
             left.append({"what": f"reference `{name}`", "why": "it is made from what models compute, and none is run"})
         else:
             known.append(name)
-    works = run_state.works_of(scene, replace(asked, models=(), references=tuple(known)), options, [])
+    works = run_state.make_state_runs(scene, replace(asked, models=(), references=tuple(known)), options, [])
     for work in works:
-        reference_runs.read(work)
-        probe_sampling.place(work)
+        reference_runs.read_measurements(work)
+        probe_sampling.place_probes(work)
     for work in works:
-        reference_runs.solve(work)
-    report = report_assembly.unfinished(works).to_json()
+        reference_runs.solve_references(work)
+    report = report_assembly.unfinished_report(works).to_json()
     found = {
         "schema": SCHEMA,
         "softmark": softmark.__version__,
         "units": UNITS,
-        "scene": describe(scene),
+        "scene": describe_scene(scene),
         "states": list(states_of(scene)),
         "probes": {name: _place(works[-1], own, left) for name, own in scene.of_kind("probe").items()},
         "metrics": {name: _asked(own) for name, own in scene.of_kind("metric").items()},
@@ -57,7 +57,7 @@ def sheet(scene: Scene, options: Options) -> dict[str, Any]:
         "expectations": [{"text": e.text, "line": e.location.span.line} for e in scene.expectations],
         "left": left,
     }
-    return dict(clean(found))
+    return dict(to_plain_json(found))
 
 
 def _place(work: Any, probe: Declared, left: list[dict[str, str]]) -> dict[str, Any]:

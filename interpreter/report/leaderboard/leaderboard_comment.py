@@ -5,7 +5,7 @@ from __future__ import annotations
 from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.page.comment_markdown import MarkdownTable, Row, code, document, plain
 from softmark.interpreter.study.leaderboard.leaderboard_cells import Board, Cell
-from softmark.interpreter.study.leaderboard.leaderboard_changes import changed, words
+from softmark.interpreter.study.leaderboard.leaderboard_changes import describe_change, describe_status
 
 Key = tuple[str, str, str]
 COLUMNS = ("case", "model", "before", "after", "change")
@@ -34,7 +34,7 @@ def _row(key: Key, old: Cell | None, new: Cell | None, timed: bool) -> Row | Non
     who = f"{plain(model)} ({code(name)})" if name else plain(model)
     if old is None or new is None:
         return plain(case), who, _said(old), _said(new), "new" if old is None else "gone"
-    change = changed(old, new, timed)
+    change = describe_change(old, new, timed)
     return (plain(case), who, _said(old), _said(new), change) if change else None
 
 
@@ -42,6 +42,6 @@ def _said(cell: Cell | None) -> str:
     if cell is None:
         return "–"
     if cell.error is None:
-        return words(cell.status)
+        return describe_status(cell.status)
     time = "" if cell.time_s is None else f", {format_quantity(cell.time_s, 's', 3)}"
     return plain(f"{format_quantity(cell.error, cell.unit, 3, percent=True)}{time}")

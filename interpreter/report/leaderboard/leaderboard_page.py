@@ -9,15 +9,15 @@ from softmark.interpreter.report.leaderboard.result_matrix import matrix
 from softmark.interpreter.report.page.html_document import document, moment
 from softmark.interpreter.report.page.html_markup import count, listed, plain, prose, section, several, tag, text
 from softmark.interpreter.report.run.tables.provenance_table import table_of
-from softmark.interpreter.study.analysis.comparison_record import Compared
+from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
 from softmark.interpreter.study.leaderboard.leaderboard_cells import Board
-from softmark.interpreter.study.leaderboard.model_strengths import Merit, merits
+from softmark.interpreter.study.leaderboard.model_strengths import ModelStrengths, find_strengths
 
 
-def page(board: Board, compared: Compared) -> str:
+def page(board: Board, compared: ComparisonRecord) -> str:
     """A complete HTML5 document of a board and the comparison that it was made of: no network, no other file."""
     own = {view.scene: view for view in views(compared)}
-    ranked = merits(board)
+    ranked = find_strengths(board)
     sections = [
         ("matrix", matrix(board, [m.model for m in ranked])),
         ("profiles", profiles(board)),
@@ -54,7 +54,7 @@ def _header(board: Board) -> str:
                line)  # fmt: skip
 
 
-def _merits(ranked: list[Merit]) -> str:
+def _merits(ranked: list[ModelStrengths]) -> str:
     """What each model is good for."""
     heads = ("Model", "Right", "Quickest", "Most accurate", "Wrong", "No answer")
     head = tag("thead", tag("tr", *(tag("th", text(h), scope="col") for h in heads)))

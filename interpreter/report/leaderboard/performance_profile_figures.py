@@ -12,7 +12,11 @@ from softmark.interpreter.report.page.embedded_csv import csv_link
 from softmark.interpreter.report.page.figure_frame import SHOWN, PlateColumn, crowded, plate
 from softmark.interpreter.report.page.html_markup import section, tag, text
 from softmark.interpreter.study.leaderboard.leaderboard_cells import Board
-from softmark.interpreter.study.leaderboard.performance_profiles import Profile, error_profiles, time_profiles
+from softmark.interpreter.study.leaderboard.performance_profiles import (
+    PerformanceProfile,
+    error_profiles,
+    time_profiles,
+)
 
 STEPS = 120  # of the axis: a step of a profile is drawn no steeper
 WIDTH, HEIGHT = 620.0, 330.0
@@ -43,7 +47,7 @@ def profiles(board: Board) -> str:
     return section("profiles", "Performance profiles", *plates)
 
 
-def _plate(name: str, own: Sequence[Profile], ends: tuple[float, float], label: str, caption: str) -> str:
+def _plate(name: str, own: Sequence[PerformanceProfile], ends: tuple[float, float], label: str, caption: str) -> str:
     across = logarithmic(*ends, label, "1")
     taus = [math.exp(math.log(across.low) + i / STEPS * math.log(across.high / across.low)) for i in range(STEPS + 1)]
     taus[-1] = across.high

@@ -9,12 +9,12 @@ from softmark.interpreter.report.comparison.comparison_tables import configurati
 from softmark.interpreter.report.comparison.comparison_view import SceneView, views
 from softmark.interpreter.report.notebook.box_frame import ROWS, bounded, framed, shell
 from softmark.interpreter.report.page.html_markup import prose, tag, text
-from softmark.interpreter.study.analysis.comparison_record import Compared
+from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
 
 WHERE = "`comparison.write(FOLDER)`"
 
 
-def inline(comparison: Compared) -> str:
+def inline(comparison: ComparisonRecord) -> str:
     """A comparison as a piece of HTML, of bounded size."""
     own = views(comparison)
     said = [tag("p", prose(conclusion(own))), advice(own, comparison)]

@@ -12,8 +12,8 @@ from softmark.interpreter.report.page.figure_frame import details
 from softmark.interpreter.report.page.html_markup import count, listed, prose, tag, text
 from softmark.interpreter.report.run.tables import expectation_table
 from softmark.interpreter.report.run.tables.scene_listing import coloured, value_shown
-from softmark.interpreter.results.prompt_representation import cut
-from softmark.interpreter.results.run_report import Warned
+from softmark.interpreter.results.prompt_representation import shorten
+from softmark.interpreter.results.run_report import ReportWarning
 
 KINDS = ("body", "material", "model", "reference", "probe", "metric", "study")  # that are told of, in this order
 LINES = 200  # of its text
@@ -27,21 +27,23 @@ def inline(scene: Scene, warnings: Sequence[Diagnostic]) -> str:
 
 def _expected(scene: Scene) -> str:
     file = standard_name(scene.path) or scene.path or scene.source.name
-    return f"`{cut(file)}`: {count(len(scene.expectations), 'expectation')}; nothing was computed yet, `run()` does."
+    return (
+        f"`{shorten(file)}`: {count(len(scene.expectations), 'expectation')}; nothing was computed yet, `run()` does."
+    )
 
 
 def _doubts(warnings: Sequence[Diagnostic]) -> str:
     """How many warnings there are, and the first."""
     if not warnings:
         return ""
-    said = [Warned(d.code, d.message, d.span.line if d.span else None, d.help) for d in warnings[:ROWS]]
+    said = [ReportWarning(d.code, d.message, d.span.line if d.span else None, d.help) for d in warnings[:ROWS]]
     return details(count(len(warnings), "warning"), expectation_table.warned(said))
 
 
 def _parameters(scene: Scene) -> str:
-    from softmark.interpreter.pipeline.run_environment import describe
+    from softmark.interpreter.pipeline.run_environment import describe_scene
 
-    known = describe(scene)
+    known = describe_scene(scene)
     rows = [
         tag("tr", tag("th", tag("code", text(name)), scope="row"), tag("td", text(value_shown(p))),
             tag("td", "given" if name in known["overridden"] else "of the scene"))
@@ -57,7 +59,7 @@ def _declared(scene: Scene) -> str:
 
 
 def _kind(kind: str, own: dict[str, Declared]) -> str:
-    names = [f"`{cut(name)}` ({cut(d.constructor.name)})" for name, d in list(own.items())[:ROWS]]
+    names = [f"`{shorten(name)}` ({shorten(d.constructor.name)})" for name, d in list(own.items())[:ROWS]]
     names += [f"{len(own) - ROWS} more"] if len(own) > ROWS else []
     return tag("tr", tag("th", text(kind), scope="row"), tag("td", prose(listed(names))))
 

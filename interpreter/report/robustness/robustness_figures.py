@@ -9,14 +9,14 @@ from typing import Any
 from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
 from softmark.interpreter.report.page.html_markup import plain, tag, text
 from softmark.interpreter.report.robustness.robustness_view import Ruler, class_of, percent, ruler, shown, told, walked
-from softmark.interpreter.study.robustness.robustness_record import StressMap, StressPoint, StressStudy
+from softmark.interpreter.study.robustness.robustness_record import PairMap, RobustnessPoint, RobustnessStudyRecord
 
 WIDTH, LEFT, RIGHT, ROW, TOP = 900.0, 190.0, 24.0, 26.0, 10.0
 TICKS = 9  # at most, so that labels do not meet
 CELL, EDGE = 46.0, 74.0  # of a heat map
 
 
-def key(study: StressStudy) -> str:
+def key(study: RobustnessStudyRecord) -> str:
     """The classes that occur, with what they mean."""
     found = dict.fromkeys(p.found.word for p in study.points)
     items = [
@@ -38,7 +38,7 @@ def _mark(x: float, y: float, name: str, size: float, alone: bool = False, title
     return tag("svg", group, viewBox="0 0 24 20", width=24, height=20, aria_hidden="true")
 
 
-def strip(study: StressStudy, asked: WalkedQuantity) -> str:
+def strip(study: RobustnessStudyRecord, asked: WalkedQuantity) -> str:
     """All models along one quantity: bands where the class is the same from point to point. Empty without points."""
     rows = {m: walked(study, m, asked) for m in study.models}
     rows = {m: points for m, points in rows.items() if len(points) > 1}
@@ -68,7 +68,7 @@ def _x(scale: Ruler, value: Any) -> float:
     return LEFT + scale.at(value) * (WIDTH - LEFT - RIGHT)
 
 
-def _row(model: str, points: Sequence[tuple[Value, StressPoint]], scale: Ruler, index: int) -> str:
+def _row(model: str, points: Sequence[tuple[Value, RobustnessPoint]], scale: Ruler, index: int) -> str:
     y = TOP + ROW * (index + 0.5)
     ordered = sorted(points, key=lambda entry: scale.at(entry[0]))
     bands = [
@@ -108,14 +108,14 @@ def _some(marks: Sequence[Any]) -> Iterator[Any]:
 # ------------------------------------------------------------------ pairs
 
 
-def maps(study: StressStudy) -> str:
+def maps(study: RobustnessStudyRecord) -> str:
     """A heat map for each model and pair: the class by tint and glyph, the error in figures."""
     units = {q.name: q.unit for q in study.quantities}
     plates = [_map(own, units) for own in study.maps]
     return tag("div", *plates, class_="small-plates") if plates else ""
 
 
-def _map(own: StressMap, units: Mapping[str, str]) -> str:
+def _map(own: PairMap, units: Mapping[str, str]) -> str:
     width, height = EDGE + CELL * len(own.xs) + 8, CELL * len(own.ys) + 62
     cells = [
         _cell(own, i, j, EDGE + CELL * i, 6 + CELL * (len(own.ys) - 1 - j))
@@ -126,7 +126,7 @@ def _map(own: StressMap, units: Mapping[str, str]) -> str:
     return _figure(said, (width, height), [*cells, *pieces], tag("b", text(own.model)) + ": " + over)
 
 
-def _cell(own: StressMap, i: int, j: int, x: float, y: float) -> str:
+def _cell(own: PairMap, i: int, j: int, x: float, y: float) -> str:
     name, error = own.classes[j][i], own.errors[j][i]
     if name is None:
         return ""
@@ -138,7 +138,7 @@ def _cell(own: StressMap, i: int, j: int, x: float, y: float) -> str:
     return tag("g", box, glyph, figure, class_=f"stress-cell {name}")
 
 
-def _sides(own: StressMap, units: Mapping[str, str], bottom: float) -> list[str]:
+def _sides(own: PairMap, units: Mapping[str, str], bottom: float) -> list[str]:
     below = [
         tag("text", text(shown(v, units[own.x])), x=f"{EDGE + CELL * (i + 0.5) - 1:.1f}",
             y=f"{bottom + 14 + 13 * (i % 2):.1f}", text_anchor="middle", class_="tick")

@@ -21,17 +21,17 @@ from softmark.interpreter.report.robustness.robustness_view import (
 from softmark.interpreter.report.robustness.validity_range_text import gaps, nowhere
 from softmark.interpreter.report.run.tables.provenance_table import listing, scene_name, table_of
 from softmark.interpreter.study.robustness.robustness_record import (
-    Stress,
-    StressChoice,
-    StressEdge,
-    StressPoint,
-    StressStudy,
+    ChoiceEdge,
+    RobustnessPoint,
+    RobustnessRecord,
+    RobustnessStudyRecord,
+    ValidityEdge,
 )
 
 FOLDED = 60  # points beyond which their table is folded
 
 
-def page(stress: Stress) -> str:
+def page(stress: RobustnessRecord) -> str:
     """A complete HTML5 document of a `softmark-stress/1`: no network, no other file."""
     return document(
         f"{stress.scene['title']} – softmark stress",
@@ -45,7 +45,7 @@ def page(stress: Stress) -> str:
     )
 
 
-def conclusion(stress: Stress) -> str:
+def conclusion(stress: RobustnessRecord) -> str:
     """`2 340 points of 9 models: 1 402 right, 512 inaccurate and said so, ...; none was wrong without a word.`"""
     summary, counts = stress.summary, stress.summary.classes
     models = len(dict.fromkeys(m for study in stress.studies for m in study.models))
@@ -57,7 +57,7 @@ def conclusion(stress: Stress) -> str:
     return f"{count(summary.points, 'point')} of {count(models, 'model')}: {said or 'none computed'}. {last}"
 
 
-def _header(stress: Stress) -> str:
+def _header(stress: RobustnessRecord) -> str:
     where = [moment(stress.created or ""), text((stress.environment or {}).get("cpu") or "")]
     line = tag("p", " · ".join(tag("span", piece) for piece in where if piece), class_="where")
     above = tag("p", "softmark stress", class_="eyebrow")
@@ -65,11 +65,11 @@ def _header(stress: Stress) -> str:
     return tag("header", above, tag("h1", text(stress.scene["title"])), said, line)
 
 
-def _silent(stress: Stress) -> str:
+def _silent(stress: RobustnessRecord) -> str:
     return section("silent", "Wrong without a word", silent(stress)) if stress.silent else ""
 
 
-def silent(stress: Stress, most: int | None = None) -> str:
+def silent(stress: RobustnessRecord, most: int | None = None) -> str:
     """Every point that was wrong without a word, the first so many, with the command that repeats it."""
     file, plugins = scene_name(stress.scene, "-"), [p["file"] for p in stress.scene.get("plugins", ())]
     items = [
@@ -79,7 +79,7 @@ def silent(stress: Stress, most: int | None = None) -> str:
     return tag("div", tag("ul", *items), class_="callout bad")
 
 
-def again(file: str, point: StressPoint, plugins: Sequence[str] = ()) -> str:
+def again(file: str, point: RobustnessPoint, plugins: Sequence[str] = ()) -> str:
     """The command that computes a point again."""
     parts = ["dsl", "run", file, *(part for own in plugins for part in ("--plugin", own))]
     parts += [part for n, t in point.texts.items() for part in ("-p", f"{n}={t}")]
@@ -90,23 +90,23 @@ def _command(said: str) -> str:
     return tag("pre", tag("code", text(said)), class_="command")
 
 
-def _edges(stress: Stress) -> str:
+def _edges(stress: RobustnessRecord) -> str:
     return section("edges", "Where each model is right", edges(stress))
 
 
-def edges(stress: Stress) -> str:
+def edges(stress: RobustnessRecord) -> str:
     """For each study, where each model is right, and what comes beyond."""
     return "".join(_under(stress, study, _table(study)) for study in stress.studies)
 
 
-def _under(stress: Stress, study: StressStudy, markup: str) -> str:
+def _under(stress: RobustnessRecord, study: RobustnessStudyRecord, markup: str) -> str:
     """Under the study's name where there are several."""
     if not markup or len(stress.studies) < 2:
         return markup
     return tag("h3", tag("code", text(study.name))) + markup
 
 
-def _table(study: StressStudy) -> str:
+def _table(study: RobustnessStudyRecord) -> str:
     asked = study.quantities
     columns = (tag("th", tag("code", text(q.name)), scope="col") for q in asked)
     head = tag("tr", tag("th", "Model", scope="col"), *columns)
@@ -125,11 +125,11 @@ def _table(study: StressStudy) -> str:
                                                       aria_label="Edges")  # fmt: skip
 
 
-def _range(own: list[StressEdge], unit: str) -> str:
+def _range(own: list[ValidityEdge], unit: str) -> str:
     """`0.3 … 0.4995`, what comes beyond each end beneath."""
     if not own:
         return tag("td", "–")
-    if choices := [e for e in own if isinstance(e, StressChoice)]:
+    if choices := [e for e in own if isinstance(e, ChoiceEdge)]:
         none = "with none" if any(e.wrong for e in choices) else ""
         words = ", ".join(text(v) for v in reach(own, unit)) or none
         said = [tag("small", _beyond(e, unit)) for e in own]
@@ -142,20 +142,20 @@ def _range(own: list[StressEdge], unit: str) -> str:
     return tag("td", words, *said, class_=worst)
 
 
-def _beyond(edge: StressEdge, unit: str) -> str:
+def _beyond(edge: ValidityEdge, unit: str) -> str:
     met = beyond(edge, unit)
-    if isinstance(edge, StressChoice):  # which has no sides
+    if isinstance(edge, ChoiceEdge):  # which has no sides
         return text(met or "right with all")
     side = "above" if edge.direction == "up" else "below"
     return text(f"{side}: {met or 'right as far as it was walked, to ' + shown(edge.reached, unit)}")
 
 
-def _strips(stress: Stress) -> str:
+def _strips(stress: RobustnessRecord) -> str:
     drawn = strips(stress)
     return section("walks", "Along each quantity", drawn) if drawn else ""
 
 
-def strips(stress: Stress) -> str:
+def strips(stress: RobustnessRecord) -> str:
     """One figure for each quantity."""
     blocks = []
     for study in stress.studies:
@@ -164,13 +164,13 @@ def strips(stress: Stress) -> str:
     return "".join(blocks)
 
 
-def _maps(stress: Stress) -> str:
+def _maps(stress: RobustnessRecord) -> str:
     """Heat maps of pairs."""
     blocks = [_under(stress, study, stress_figures.maps(study)) for study in stress.studies]
     return section("maps", "Two at a time", *blocks) if any(blocks) else ""
 
 
-def _remedies(stress: Stress) -> str:
+def _remedies(stress: RobustnessRecord) -> str:
     """Why each edge is where it is, and what would move it."""
     found: dict[tuple[str, str, str], list[str]] = {}
     for study in stress.studies:
@@ -185,7 +185,7 @@ def _remedies(stress: Stress) -> str:
     return section("remedies", "What would move the edges", tag("ul", *items, class_="wanted")) if items else ""
 
 
-def _points(stress: Stress) -> str:
+def _points(stress: RobustnessRecord) -> str:
     """Every point."""
     rows = [_point(p) for p in stress.points]
     if not rows:
@@ -196,7 +196,7 @@ def _points(stress: Stress) -> str:
     return section("points", "Points", table if len(rows) <= FOLDED else details(count(len(rows), "point"), table))
 
 
-def _point(point: StressPoint) -> str:
+def _point(point: RobustnessPoint) -> str:
     found = point.found
     values = ", ".join(f"{n} = {t}" for n, t in point.texts.items()) or "as the scene has it"
     figures = [percent(v) if v is not None else "–" for v in (found.error, found.states)]
@@ -208,7 +208,7 @@ def _point(point: StressPoint) -> str:
     )  # fmt: skip
 
 
-def _provenance(stress: Stress) -> str:
+def _provenance(stress: RobustnessRecord) -> str:
     """The command, the environment and the scene."""
     repeat = tag("p", "To repeat this study:") + _command(stress.command) if stress.command else ""
     return section("provenance", "Provenance", repeat, table_of(stress.environment or {}), listing(stress.scene))

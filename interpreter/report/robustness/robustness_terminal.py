@@ -10,11 +10,11 @@ from softmark.interpreter.language import units
 from softmark.interpreter.planning.varied_quantities import WalkedQuantity
 from softmark.interpreter.report.robustness.validity_range_text import chosen, ends, gaps, nowhere
 from softmark.interpreter.study.robustness.robustness_record import (
-    Stress,
-    StressChoice,
-    StressEdge,
-    StressStudy,
-    StressSummary,
+    ChoiceEdge,
+    RobustnessRecord,
+    RobustnessStudyRecord,
+    RobustnessSummary,
+    ValidityEdge,
 )
 
 RED, OFF = "\033[1;31m", "\033[0m"
@@ -26,7 +26,7 @@ SAID = {
 }  # fmt: skip
 
 
-def table(found: Stress, file: str, overrides: Sequence[str], colour: bool, place: str | None) -> str:
+def table(found: RobustnessRecord, file: str, overrides: Sequence[str], colour: bool, place: str | None) -> str:
     """All studies, the counts, and every silent point with the command that repeats it."""
     lines = [str(found.scene["title"])]
     for study in found.studies:
@@ -38,7 +38,7 @@ def table(found: Stress, file: str, overrides: Sequence[str], colour: bool, plac
     return "\n".join(lines)
 
 
-def _study(study: StressStudy) -> Iterator[str]:
+def _study(study: RobustnessStudyRecord) -> Iterator[str]:
     yield (f"{study.name}: {study.metric} against {study.against}, right within {100 * study.within:g} %, "
            f"until {study.until}")  # fmt: skip
     for quantity in study.quantities:
@@ -58,9 +58,9 @@ def _is_vector(quantity: WalkedQuantity) -> bool:
     return quantity.kind == "factor" and quantity.text.startswith("(")
 
 
-def _range(edges: Sequence[StressEdge], unit: str) -> str:
+def _range(edges: Sequence[ValidityEdge], unit: str) -> str:
     """`right 0.3 .. 0.4995`, or that it is right nowhere, or that nothing was judged."""
-    if isinstance(edges[0], StressChoice):
+    if isinstance(edges[0], ChoiceEdge):
         return "; ".join(f"{SAID.get(word, word)}: {', '.join(own)}" for word, own in chosen(edges[0]))
     found = ends(edges, lambda value: number(value, unit))
     if not found:
@@ -69,7 +69,7 @@ def _range(edges: Sequence[StressEdge], unit: str) -> str:
     return "; ".join(piece for piece in (said, gaps(edges)) if piece)
 
 
-def _beyond(edge: StressEdge, unit: str) -> Iterator[str]:
+def _beyond(edge: ValidityEdge, unit: str) -> Iterator[str]:
     """What lies beyond an edge, and what would move it."""
     if edge.word is None:
         return
@@ -90,14 +90,14 @@ def number(value: float, unit: str) -> str:
     return units.format_value(float(f"{value:.4g}"), units.parse_unit(unit).dimension)
 
 
-def _counts(summary: StressSummary) -> str:
+def _counts(summary: RobustnessSummary) -> str:
     parts = [f"{n} {SAID.get(word, word)}" for word, n in summary.classes.items() if n and word != "silent"]
     said = f"{summary.points} points: {', '.join(parts)}; {summary.silent} silent"
     none = summary.points and summary.classes.get("unjudged") == summary.points
     return said + (": nothing was judged, so that says nothing" if none else "")
 
 
-def _silent(found: Stress, file: str, overrides: Sequence[str], colour: bool) -> Iterator[str]:
+def _silent(found: RobustnessRecord, file: str, overrides: Sequence[str], colour: bool) -> Iterator[str]:
     """Points that look right and are wrong, with the commands that repeat them."""
     silent = [(s.metric, p) for s in found.studies for p in s.points if p.found.word == "silent"]
     if not silent:

@@ -9,7 +9,12 @@ from typing import Any
 from softmark.interpreter.language.number_formatting import format_quantity, typeset_number
 from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
 from softmark.interpreter.report.robustness.validity_range_text import chosen, ends
-from softmark.interpreter.study.robustness.robustness_record import StressChoice, StressEdge, StressPoint, StressStudy
+from softmark.interpreter.study.robustness.robustness_record import (
+    ChoiceEdge,
+    RobustnessPoint,
+    RobustnessStudyRecord,
+    ValidityEdge,
+)
 from softmark.records import dataclass
 
 
@@ -100,25 +105,25 @@ def shown(value: Any, unit: str) -> str:
     return typeset_number(f"{value:.10g}" if 0.0 < GAP_LIMIT - value < 0.01 else f"{value:.{DIGITS}g}")
 
 
-def reach(own: Collection[StressEdge], unit: str) -> list[str]:
+def reach(own: Collection[ValidityEdge], unit: str) -> list[str]:
     """Both ends of where a model was found right, by its edges in each direction, or the choices with which it is."""
-    choice = next((e for e in own if isinstance(e, StressChoice)), None)
+    choice = next((e for e in own if isinstance(e, ChoiceEdge)), None)
     return ends(own, lambda value: shown(value, unit)) if choice is None else list(choice.right)
 
 
-def beyond(edge: StressEdge, unit: str) -> str | None:
+def beyond(edge: ValidityEdge, unit: str) -> str | None:
     """What a model is beyond an edge, and from where; None where it is right as far as it was walked."""
     if edge.word is None:
         return None
     words = class_of(edge.word).words
-    if isinstance(edge, StressChoice):
+    if isinstance(edge, ChoiceEdge):
         others = [(word, own) for word, own in chosen(edge) if word != "right"]
         return "; ".join(f"{class_of(word).words} with {', '.join(own)}" for word, own in others)
     at_once = edge.word == "unjudged" and edge.last_right is None
     return words if edge.met is None or at_once else f"{words} from {shown(edge.met, unit)}"
 
 
-def walked(study: StressStudy, model: str, quantity: WalkedQuantity) -> list[tuple[Value, StressPoint]]:
+def walked(study: RobustnessStudyRecord, model: str, quantity: WalkedQuantity) -> list[tuple[Value, RobustnessPoint]]:
     """The points of a model along one quantity, all others nominal; in no order."""
     nominal = {q.name: q.nominal for q in study.quantities}
     own = []
@@ -129,7 +134,7 @@ def walked(study: StressStudy, model: str, quantity: WalkedQuantity) -> list[tup
     return own
 
 
-def told(point: StressPoint) -> str:
+def told(point: RobustnessPoint) -> str:
     """What a pointer over a point shows: `rubber.poisson = 0.4999: right, error 0.3 %, states 2 %`."""
     found = point.found
     where = ", ".join(f"{n} = {t}" for n, t in (point.texts or point.values).items()) or "as the scene has it"

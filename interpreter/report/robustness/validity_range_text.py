@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 
-from softmark.interpreter.study.robustness.robustness_record import StressChoice, StressEdge
+from softmark.interpreter.study.robustness.robustness_record import ChoiceEdge, ValidityEdge
 
 Shown = Callable[[float], str]  # a value in its unit
 
 
-def ends(own: Collection[StressEdge], shown: Shown) -> list[str]:
+def ends(own: Collection[ValidityEdge], shown: Shown) -> list[str]:
     """Both ends of where a model was found right, in all directions that it was walked; one where they are the same."""
     found = [v for e in own for v in (e.first_right, e.last_right) if v is not None]
     return list(dict.fromkeys(shown(v) for v in (min(found), max(found)))) if found else []
 
 
-def nowhere(own: Collection[StressEdge]) -> str:
+def nowhere(own: Collection[ValidityEdge]) -> str:
     """What is said of a model that was found right at no point."""
     if not any(e.judged for e in own):
         return "not judged"
@@ -23,7 +23,7 @@ def nowhere(own: Collection[StressEdge]) -> str:
     return "not right where it was judged, which is not here" if here == "unjudged" else "not right, even here"
 
 
-def gaps(own: Collection[StressEdge]) -> str:
+def gaps(own: Collection[ValidityEdge]) -> str:
     """What was not judged between the ends, or nothing."""
     if next(iter(own)).here == "unjudged":
         return "not judged here"
@@ -31,7 +31,7 @@ def gaps(own: Collection[StressEdge]) -> str:
     return f"{blind} point{'s' if blind != 1 else ''} between not judged" if blind else ""
 
 
-def chosen(edge: StressChoice) -> list[tuple[str, list[str]]]:
+def chosen(edge: ChoiceEdge) -> list[tuple[str, list[str]]]:
     """The options of a quantity that is chosen, under the class that each came to: what is right first."""
     words = dict.fromkeys(("right", *edge.classes.values()))
     return [(word, own) for word in words if (own := edge.under(word))]

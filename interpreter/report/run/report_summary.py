@@ -9,13 +9,13 @@ import numpy as np
 
 from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.page.html_markup import count, listed
-from softmark.interpreter.results.declarations import Named
+from softmark.interpreter.results.declarations import DeclaredName
 from softmark.interpreter.results.run_report import ModelResult, ProbeResult, ReferenceResult, Report
-from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT, percent
+from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT, format_state
 from softmark.records import dataclass
 
 Result = ModelResult | ReferenceResult
-UNKNOWN = Named("")
+UNKNOWN = DeclaredName("")
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Findings:
     report: Report
 
     @property
-    def declared(self) -> Mapping[str, Named]:
+    def declared(self) -> Mapping[str, DeclaredName]:
         """What the scene's own text declares, by name."""
         return self.report.names.declared
 
@@ -149,7 +149,7 @@ class Findings:
     def of_last(self) -> str:
         """` in the last state, 18.25 %`: what numbers are of that stand alone; nothing of a scene in one situation."""
         last = next((r.states[-1] for r in self.everyone.values() if r.states), None)
-        return "" if last is None else f" in the last state, {percent(last)}"
+        return "" if last is None else f" in the last state, {format_state(last)}"
 
     @property
     def conclusion(self) -> str:

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.report.page.html_markup import several
-from softmark.interpreter.results.even_thinning import picked
-from softmark.interpreter.results.run_report import SeenSurface
+from softmark.interpreter.results.even_thinning import pick_evenly
+from softmark.interpreter.results.run_report import DrawnSurface
 from softmark.records import dataclass
 
 Floats = NDArray[np.float64]
@@ -28,11 +28,11 @@ FINEST = 65535
 class Small:
     """Surfaces as the page has them, and what was left out to make room."""
 
-    shapes: Mapping[str, SeenSurface]
+    shapes: Mapping[str, DrawnSurface]
     notes: tuple[str, ...]
 
 
-def fit(shapes: Mapping[str, SeenSurface], points: int = POINTS, room: int = ROOM) -> Small:
+def fit(shapes: Mapping[str, DrawnSurface], points: int = POINTS, room: int = ROOM) -> Small:
     """Thin surfaces to so many points, then keep as many frames as there is room for, then thin further."""
     limit = points
     while True:
@@ -45,7 +45,7 @@ def fit(shapes: Mapping[str, SeenSurface], points: int = POINTS, room: int = ROO
     return Small(kept, tuple(notes_of(shapes, kept)))
 
 
-def _affordable(shapes: Mapping[str, SeenSurface], room: int) -> int:
+def _affordable(shapes: Mapping[str, DrawnSurface], room: int) -> int:
     """How many frames of every surface that has some fit into so many bytes."""
     fixed = sum(
         8 * s.position.size / 3 + 3 * len(s.position) * (1 + len(s.carried)) + 8 * s.triangles.size / 3
@@ -55,18 +55,18 @@ def _affordable(shapes: Mapping[str, SeenSurface], room: int) -> int:
     return min(FRAMES, int((room - fixed) / each)) if each else FRAMES
 
 
-def _sampled(shape: SeenSurface, most: int) -> SeenSurface:
+def _sampled(shape: DrawnSurface, most: int) -> DrawnSurface:
     """The first and the last frame, and others evenly between them."""
     if shape.frames is None or shape.times is None or len(shape.times) <= most:
         return shape
-    chosen = picked(len(shape.times), most)
+    chosen = pick_evenly(len(shape.times), most)
     labels = tuple(shape.labels[i] for i in chosen) if shape.labels else ()
     times = np.arange(len(chosen), dtype=np.float64) if labels else shape.times[chosen]
     beside = tuple(i if len(i.turns) == 1 else i.sampled(chosen) for i in shape.instruments)
     return replace(shape, times=times, frames=shape.frames[chosen], labels=labels, instruments=beside)
 
 
-def notes_of(given: Mapping[str, SeenSurface], kept: Mapping[str, SeenSurface]) -> list[str]:
+def notes_of(given: Mapping[str, DrawnSurface], kept: Mapping[str, DrawnSurface]) -> list[str]:
     """Sentences about what is coarser in the page than in the results."""
     coarse: dict[tuple[str, int, str], dict[str, int]] = {}  # (with or at, how many there are, of what) -> who has left
     for name, shape in given.items():
@@ -87,7 +87,7 @@ def _coarser(how: str, total: int, things: str, left: Mapping[str, int]) -> str:
     return f"{several([f'`{n}`' for n in left])} {verb} drawn {how} {counts} of {total} {things}."
 
 
-def thinned(shape: SeenSurface, limit: int, triangles: bool = False) -> SeenSurface:
+def thinned(shape: DrawnSurface, limit: int, triangles: bool = False) -> DrawnSurface:
     """A surface with at most so many points (or triangles): those in one cell of a grid become their mean.
 
     Rossignac and Borrel (1993), vertex clustering. All frames, errors and what else is carried are averaged alike.
@@ -98,7 +98,7 @@ def thinned(shape: SeenSurface, limit: int, triangles: bool = False) -> SeenSurf
     extent = np.ptp(shape.position, axis=0)
     cell = float(np.linalg.norm(extent)) / (limit**0.5 * 2.0) or 1.0
     rest = shape.position if shape.frames is None else shape.frames[0]
-    bare = SeenSurface(rest, shape.triangles)  # cells are chosen by where points are at first: the rest comes once
+    bare = DrawnSurface(rest, shape.triangles)  # cells are chosen by where points are at first: the rest comes once
     for _ in range(60):
         small = _clustered(bare, cell)
         if (len(small.triangles) if triangles else len(small.position)) <= limit:
@@ -107,7 +107,7 @@ def thinned(shape: SeenSurface, limit: int, triangles: bool = False) -> SeenSurf
     return _clustered(shape, cell)
 
 
-def _clustered(shape: SeenSurface, cell: float) -> SeenSurface:
+def _clustered(shape: DrawnSurface, cell: float) -> DrawnSurface:
     """The surface with the points of each cubic cell (edge in m) put together."""
     rest = shape.position if shape.frames is None else shape.frames[0]
     keys = np.floor((rest - rest.min(axis=0)) / cell).astype(np.int64)
@@ -141,7 +141,7 @@ def _numbered(keys: Ints) -> Ints:
     return number
 
 
-def bounds(shape: SeenSurface) -> tuple[Floats, Floats]:
+def bounds(shape: DrawnSurface) -> tuple[Floats, Floats]:
     """The corners of the box that holds a surface at all times, m."""
     every = [shape.position] if shape.frames is None else [shape.position, shape.frames.reshape(-1, 3)]
     low = np.min([X.min(axis=0) for X in every], axis=0)
@@ -149,7 +149,7 @@ def bounds(shape: SeenSurface) -> tuple[Floats, Floats]:
     return low, high
 
 
-def packed(name: str, shape: SeenSurface, mesh: int) -> dict[str, Any]:
+def packed(name: str, shape: DrawnSurface, mesh: int) -> dict[str, Any]:
     """A surface as `shapes.js` reads it: positions in 1/65535 of the box, errors in 1/65535 of the largest."""
     low, high = bounds(shape)
     span = np.where(high > low, high - low, 1.0)
@@ -190,6 +190,6 @@ def _base64(array: NDArray[Any]) -> str:
     return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode("ascii")
 
 
-def step_of(shapes: Mapping[str, SeenSurface]) -> float:
+def step_of(shapes: Mapping[str, DrawnSurface]) -> float:
     """The largest step between two positions that the page can tell apart, m."""
     return max((float(np.ptp(bounds(s), axis=0).max()) / FINEST for s in shapes.values()), default=0.0)

@@ -13,7 +13,7 @@ import numpy as np
 
 from softmark.interpreter.report.page.html_markup import several
 from softmark.interpreter.report.view3d.compact_surfaces import Floats, bounds, packed_triangles, shorts
-from softmark.interpreter.results.run_report import SeenInstrument, SeenSurface
+from softmark.interpreter.results.run_report import DrawnRigidBody, DrawnSurface
 from softmark.records import dataclass
 
 AROUND = 0.35  # of the diagonal of all bodies: the room for rigid ones on each side
@@ -26,7 +26,7 @@ class Room:
     low: Floats
     high: Floats
 
-    def positions(self, shape: SeenSurface) -> list[Floats]:
+    def positions(self, shape: DrawnSurface) -> list[Floats]:
         """Points (n, 3) of the rigid bodies beside a shape at all times, m: what is outside at its edge."""
         each = ((own, i) for own in shape.instruments for i in range(len(own.turns)))
         return [self.within(own.at(i)) for own, i in each]
@@ -36,7 +36,7 @@ class Room:
         return np.clip(X, self.low, self.high)
 
 
-def room_of(shapes: Iterable[SeenSurface]) -> Room:
+def room_of(shapes: Iterable[DrawnSurface]) -> Room:
     """The room of bodies that deform at all times, and some around it."""
     ends = [bounds(shape) for shape in shapes]
     low, high = np.min([a for a, _ in ends], axis=0), np.max([b for _, b in ends], axis=0)
@@ -44,7 +44,7 @@ def room_of(shapes: Iterable[SeenSurface]) -> Room:
     return Room(low - more, high + more)
 
 
-def packed_instruments(shapes: Mapping[str, SeenSurface]) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+def packed_instruments(shapes: Mapping[str, DrawnSurface]) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
     """What `instruments.js` draws from: for the figure the surfaces, each once, and for each shape where they are."""
     known: dict[bytes, int] = {}
     surfaces: list[dict[str, Any]] = []
@@ -62,14 +62,14 @@ def packed_instruments(shapes: Mapping[str, SeenSurface]) -> tuple[dict[str, Any
     return {"instruments": surfaces, "room": [room.low.tolist(), room.high.tolist()]}, each
 
 
-def _surface(own: SeenInstrument) -> dict[str, Any]:
+def _surface(own: DrawnRigidBody) -> dict[str, Any]:
     low, high = own.X.min(axis=0), own.X.max(axis=0)
     span = np.where(high > low, high - low, 1.0)
     found = {"name": own.name, "points": len(own.X), "low": low.tolist(), "span": span.tolist()}
     return found | {"position": shorts((own.X - low) / span)} | packed_triangles(own.triangles)
 
 
-def caption(shapes: Iterable[SeenSurface], moment: str) -> str:
+def caption(shapes: Iterable[DrawnSurface], moment: str) -> str:
     """That rigid bodies are seen through."""
     names = [f"`{name}`" for name in dict.fromkeys(own.name for shape in shapes for own in shape.instruments)]
     if not names:

@@ -32,7 +32,7 @@ from softmark.interpreter.report.view3d.compact_surfaces import (
 from softmark.interpreter.report.view3d.shapes_toolbar import DECADES, FigureKind, colour_bar, time_bar, toolbar
 from softmark.interpreter.report.view3d.still_picture import CameraView, seen_box, still
 from softmark.interpreter.report.view3d.view_camera import letters, view_of
-from softmark.interpreter.results.run_report import SeenSurface
+from softmark.interpreter.results.run_report import DrawnSurface
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def _ordered(findings: Findings) -> Iterator[tuple[str, Result]]:
     yield from findings.report.models.items()
 
 
-def _drawable(shape: SeenSurface) -> bool:
+def _drawable(shape: DrawnSurface) -> bool:
     """Whether a surface has triangles and only finite positions."""
     known = bool(np.isfinite(shape.position).all())
     return known and len(shape.triangles) > 0 and (shape.frames is None or bool(np.isfinite(shape.frames).all()))
@@ -85,7 +85,7 @@ class _Shapes:
     stills: bool = True  # pictures for readers without scripts
 
     @property
-    def shapes(self) -> Mapping[str, SeenSurface]:
+    def shapes(self) -> Mapping[str, DrawnSurface]:
         """Who has a surface, as it is drawn."""
         return self.small.shapes
 
@@ -117,7 +117,7 @@ class _Shapes:
         return [n for n, h in self.high.items() if h > FAR / 2 * self.clipped]
 
     @cached_property
-    def first(self) -> dict[str, SeenSurface]:
+    def first(self) -> dict[str, DrawnSurface]:
         """What is shown at first: of many shapes references, and the models whose lines are drawn at first, too."""
         if len(self.shapes) <= PANELS:
             return dict(self.shapes)
@@ -328,7 +328,7 @@ class _Shapes:
         ]
 
     @property
-    def _given(self) -> list[SeenSurface]:
+    def _given(self) -> list[DrawnSurface]:
         return [s for n in self.shapes if (s := self.findings.everyone[n].shape) is not None]
 
     def _save(self) -> str:

@@ -11,7 +11,7 @@ from softmark.interpreter.report.charts.viridis import viridis
 from softmark.interpreter.report.page.html_markup import plain, tag, text
 from softmark.interpreter.report.view3d.compact_surfaces import Floats, thinned
 from softmark.interpreter.report.view3d.rigid_bodies_view import room_of
-from softmark.interpreter.results.run_report import SeenSurface
+from softmark.interpreter.results.run_report import DrawnSurface
 from softmark.records import dataclass
 
 POLYGONS = 400  # of one shape
@@ -46,7 +46,7 @@ def axes_of(view: CameraView) -> Floats:
     return level
 
 
-def seen_box(shapes: Mapping[str, SeenSurface], view: CameraView) -> tuple[Floats, Floats]:
+def seen_box(shapes: Mapping[str, DrawnSurface], view: CameraView) -> tuple[Floats, Floats]:
     """The corners (2,) of what the reader sees of all shapes at all times, m."""
     axes, flat, room = axes_of(view)[:2].T, [], room_of(shapes.values())
     for shape in shapes.values():
@@ -56,7 +56,7 @@ def seen_box(shapes: Mapping[str, SeenSurface], view: CameraView) -> tuple[Float
 
 
 def still(
-    shapes: Mapping[str, SeenSurface], view: CameraView, most: float, words: tuple[str, str], key: str = "shapes"
+    shapes: Mapping[str, DrawnSurface], view: CameraView, most: float, words: tuple[str, str], key: str = "shapes"
 ) -> str:
     """An SVG with a panel for each shape, `most` m being the top of the colours; `words`: title and description.
 
@@ -72,7 +72,7 @@ def still(
         x, y = (i % columns) * (CELL + GAP), (i // columns) * height
         inside = _polygons(thinned(shape, POLYGONS, triangles=True), view, low, high, scale, most)
         for own in shape.instruments:
-            beside = thinned(SeenSurface(room.within(own.at(-1)), own.triangles), POLYGONS, triangles=True)
+            beside = thinned(DrawnSurface(room.within(own.at(-1)), own.triangles), POLYGONS, triangles=True)
             inside += tag("g", _polygons(beside, view, low, high, scale, most), opacity=SEEN_THROUGH)
         label = tag("text", text(name), x=f"{CELL / 2:.0f}", y=f"{height - GAP:.0f}", text_anchor="middle")
         panels.append(tag("g", inside, label, transform=f"translate({x:.0f} {y:.0f})"))
@@ -82,7 +82,7 @@ def still(
     return tag("svg", title, desc, *panels, role="img", aria_labelledby=f"{key}-t {key}-d", viewBox=box)
 
 
-def _polygons(shape: SeenSurface, view: CameraView, low: Floats, high: Floats, scale: float, most: float) -> str:
+def _polygons(shape: DrawnSurface, view: CameraView, low: Floats, high: Floats, scale: float, most: float) -> str:
     """Triangles that face the reader, the furthest first."""
     axes = axes_of(view)
     X = shape.position @ axes.T  # (n, 3) right, up, near
@@ -95,7 +95,7 @@ def _polygons(shape: SeenSurface, view: CameraView, low: Floats, high: Floats, s
     return "".join(_polygon(flat[i], float(shade[i]), _error(shape, i), most) for i in order)
 
 
-def _error(shape: SeenSurface, facet: int) -> float | None:
+def _error(shape: DrawnSurface, facet: int) -> float | None:
     return None if shape.error is None else float(shape.error[shape.triangles[facet]].mean())
 
 

@@ -17,7 +17,7 @@ from softmark.interpreter.report.page.html_markup import several, tag
 from softmark.interpreter.report.view3d.compact_surfaces import Floats, shorts
 from softmark.interpreter.report.view3d.shapes_toolbar import colours, scale_below
 from softmark.interpreter.report.view3d.still_picture import CameraView, still
-from softmark.interpreter.results.run_report import CarriedNumber, SeenSurface
+from softmark.interpreter.results.run_report import DrawnSurface, SurfaceField
 from softmark.records import dataclass
 
 USUAL = 95.0  # per cent of the points of each shape that the scale holds at first
@@ -31,7 +31,7 @@ STATISTICS = ("least", "mean", "largest")
 class CarriedScale:
     """One number of all models: what it is, and the ends of its colours, of all points and of the usual ones."""
 
-    kind: CarriedNumber
+    kind: SurfaceField
     whole: tuple[float, float]
     usual: tuple[float, float]
 
@@ -42,7 +42,7 @@ class CarriedScale:
         return format_quantity(value, self.kind.unit, digits, percent=True)
 
 
-def scale_over(numbers: list[CarriedNumber]) -> CarriedScale | None:
+def scale_over(numbers: list[SurfaceField]) -> CarriedScale | None:
     """The scale of what several models carry; None where none of them has it."""
     known = [n.values for n in numbers if n.values is not None and len(n.values)]
     if not known:
@@ -76,12 +76,12 @@ def _apart(low: float, high: float, floor: float) -> tuple[float, float]:
 class CarriedColours:
     """What is in a figure beside the errors. `given` are shapes with all points, `shapes` those that are drawn."""
 
-    given: Mapping[str, SeenSurface]
-    shapes: Mapping[str, SeenSurface]
+    given: Mapping[str, DrawnSurface]
+    shapes: Mapping[str, DrawnSurface]
     when: str  # they are known, of shapes that move
 
     @cached_property
-    def models(self) -> dict[str, SeenSurface]:
+    def models(self) -> dict[str, DrawnSurface]:
         """Who is asked."""
         return {n: s for n, s in self.given.items() if s.carried}
 
@@ -116,7 +116,7 @@ class CarriedColours:
             found.append(bar)
         return "".join(found)
 
-    def still(self, first: Mapping[str, SeenSurface], view: CameraView, key: str) -> str:
+    def still(self, first: Mapping[str, DrawnSurface], view: CameraView, key: str) -> str:
         """The first number as one picture with its colours, for readers without a script."""
         scale = self.scales[0]
         low, high = scale.usual
@@ -224,7 +224,7 @@ def _below(scale: CarriedScale, ends: tuple[float, float], kind: str, words: str
     return scale_below(linear(*ends, scale.kind.words, scale.kind.unit, 6), kind, words)
 
 
-def _tinted(shape: SeenSurface, i: int, low: float) -> SeenSurface:
+def _tinted(shape: DrawnSurface, i: int, low: float) -> DrawnSurface:
     """A shape whose error is how far the number is above the low end of the colours: what a still picture draws."""
     values = shape.carried[i].values
     return replace(shape, error=None if values is None else values - low)

@@ -9,7 +9,7 @@ import numpy as np
 from softmark.interpreter.report.run.report_summary import Findings
 from softmark.interpreter.report.view3d.compact_surfaces import Floats
 from softmark.interpreter.report.view3d.still_picture import CameraView, frame_of
-from softmark.interpreter.results.run_report import SeenSurface
+from softmark.interpreter.results.run_report import DrawnSurface
 from softmark.interpreter.vocabulary import BODIES
 
 TURN, TILT = 26.0, 16.0  # degrees
@@ -17,7 +17,7 @@ LETTERS = "xyz"
 PLANE = frozenset(word for word, body in BODIES.items() if body.planar)  # of bodies that lie in the plane of x and y
 
 
-def view_of(findings: Findings, shapes: Iterable[SeenSurface]) -> CameraView:
+def view_of(findings: Findings, shapes: Iterable[DrawnSurface]) -> CameraView:
     """The first view: the longer level direction runs from left to right; plane bodies lie in the picture."""
     names = findings.report.names
     if (own := names.of_kind("body")) and all(names.declared[name].word in PLANE for name in own):

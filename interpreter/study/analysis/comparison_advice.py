@@ -1,4 +1,4 @@
-"""One sentence of advice for each error of a scene, with the numbers that it rests on and what they leave open."""
+"""Advice for each error of a scene: one sentence with the numbers behind it and its caveats."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from itertools import combinations
 
 from softmark.interpreter.language.field_schema import join_names
 from softmark.interpreter.language.number_formatting import format_quantity, group_digits
-from softmark.interpreter.results.json_records import Plain
+from softmark.interpreter.results.json_records import JsonRecord
 from softmark.interpreter.study.analysis.comparison_point import UNKNOWNS, ComparedPoint, Spread
-from softmark.interpreter.study.analysis.pareto_front import DISTURBED, Candidate, Judged
+from softmark.interpreter.study.analysis.pareto_front import DISTURBED, Candidate, JudgedPoints
 from softmark.records import dataclass
 
-NAMED = 6  # configurations that are named where they are not told apart
+NAMED = 6  # maximum number of indistinguishable configurations named
 
 
 @dataclass(frozen=True)
-class Question:
-    """What advice is asked about: an error of a scene, the levels of it that matter, and what is known of each point.
+class AdviceQuestion:
+    """Input of advice: an error of a scene, its relevant levels, and the data of each point.
 
     `doubts` has a sentence for points whose study is outside the asymptotic range, by key.
     """
@@ -28,21 +28,21 @@ class Question:
     unit: str
     against: str
     levels: Sequence[float]
-    judged: Judged
+    judged: JudgedPoints
     doubts: Mapping[str, str]
-    remarks: Mapping[str, Sequence[str]] = field(default_factory=dict)  # what must be said of a point, by key
+    remarks: Mapping[str, Sequence[str]] = field(default_factory=dict)  # remarks on a point, by key
 
     def amount(self, value: float) -> str:
-        """An error in words."""
+        """Format an error."""
         return format_quantity(value, self.unit, 3, percent=True)
 
     @property
     def measured_from(self) -> str:
-        """` against the reference`."""
+        """Reference of the error in words: ` against the reference`."""
         return f" against `{self.against}`" if self.against else ""
 
     def effort(self, spread: Spread) -> str:
-        """`84 ms (80 to 91 ms)`, or a number of unknowns."""
+        """Format an effort: `84 ms (80 to 91 ms)`, or a number of unknowns."""
         if self.judged.clock == UNKNOWNS:
             return f"{group_digits(int(spread.median))} unknowns"
         said = format_quantity(spread.median, "s", 3)
@@ -53,38 +53,38 @@ class Question:
         return f"{said} ({low.split(chr(0xA0))[0] if same else low} to {high})"
 
     def error(self, candidate: Candidate) -> str:
-        """`1.2 %`, or what stands for it where the reference does not know better."""
+        """Format a candidate's error: `1.2 %`, or a bound if the reference is not more accurate."""
         if candidate.within:
             return f"an error within the ± {self.amount(self.judged.uncertainty)} of the reference"
         return f"{self.amount(candidate.measured)} error"
 
 
 @dataclass(frozen=True)
-class Advice(Plain):
-    """A sentence, who it is about, and what it rests on; `winner` is None where nothing can be recommended."""
+class Advice(JsonRecord):
+    """Sentence, the models it concerns, and the data behind it; `winner` is None if nothing can be recommended."""
 
-    question: Question
+    question: AdviceQuestion
     sentence: str
     winner: Candidate | None
     runner_up: Candidate | None
     level: float | None
     decidable: bool
-    caveats: list[str]  # what must be said about the winner
+    caveats: list[str]  # caveats of the winner
 
     @property
     def text(self) -> str:
-        """The sentence with its caveats."""
+        """Sentence with its caveats."""
         return " ".join([self.sentence, *self.caveats])
 
     @property
     def factor(self) -> float | None:
-        """How many times the effort of the winner the next model takes."""
+        """Ratio of the next model's effort to that of the winner."""
         if self.winner is None or self.runner_up is None or self.winner.effort.median <= 0:
             return None
         return self.runner_up.effort.median / self.winner.effort.median
 
     def entries(self) -> Mapping[str, object]:
-        """With what it was asked about."""
+        """Return the entries, with those of the question."""
         return {
             "scene": self.question.scene, "metric": self.question.metric, "against": self.question.against,
             "text": self.text, "level": self.level, "decidable": self.decidable, "factor": self.factor,
@@ -93,8 +93,8 @@ class Advice(Plain):
         }  # fmt: skip
 
 
-def advise(question: Question) -> Advice:
-    """What to take."""
+def advise(question: AdviceQuestion) -> Advice:
+    """Return the advice on which configuration to use."""
     candidates = list(question.judged.candidates.values())
     if not candidates:
         return _nothing(question)
@@ -117,7 +117,7 @@ def _by_error(c: Candidate) -> tuple[float, float]:
     return c.error, c.effort.median
 
 
-def _nothing(question: Question) -> Advice:
+def _nothing(question: AdviceQuestion) -> Advice:
     reasons: dict[str, int] = {}
     for _, reason in question.judged.left_out.values():
         reasons[reason] = reasons.get(reason, 0) + 1
@@ -127,8 +127,8 @@ def _nothing(question: Question) -> Advice:
     return Advice(question, said, None, None, None, True, [])
 
 
-def _quickest(question: Question, level: float, able: Sequence[Candidate]) -> Advice:
-    """The quickest that is at or below a level, and the quickest of another model."""
+def _quickest(question: AdviceQuestion, level: float, able: Sequence[Candidate]) -> Advice:
+    """Recommend the fastest configuration at or below a level, and name the fastest of another model."""
     winner = able[0]
     other = next((c for c in able[1:] if c.model != winner.model), None)
     few = "smallest" if question.judged.clock == UNKNOWNS else "quickest"
@@ -142,8 +142,8 @@ def _quickest(question: Question, level: float, able: Sequence[Candidate]) -> Ad
     return Advice(question, said, winner, other, level, decided, _caveats(question, winner, winner.within))
 
 
-def _cheaper(question: Question, level: float, winner: Candidate) -> str:
-    """What a larger error is had for: the quickest at the next level above at which it is another one."""
+def _cheaper(question: AdviceQuestion, level: float, winner: Candidate) -> str:
+    """Return the fastest configuration at the next larger level, if it is a different one, in words."""
     for above in sorted(v for v in question.levels if v > level):
         able = [c for c in question.judged.candidates.values() if _reaches(c, above)]
         first = min(able, key=_by_effort)
@@ -153,12 +153,12 @@ def _cheaper(question: Question, level: float, winner: Candidate) -> str:
     return ""
 
 
-def _decided(question: Question, winner: Candidate, other: Candidate) -> bool:
+def _decided(question: AdviceQuestion, winner: Candidate, other: Candidate) -> bool:
     return question.judged.clock == UNKNOWNS or winner.effort.apart(other.effort)
 
 
-def _against(question: Question, winner: Candidate, other: Candidate | None, decided: bool) -> str:
-    """How far off the next model is."""
+def _against(question: AdviceQuestion, winner: Candidate, other: Candidate | None, decided: bool) -> str:
+    """Compare the winner with the next model, in words."""
     if other is None:
         models = {c.model for c in question.judged.candidates.values()}
         return "; no other model gets there." if len(models) > 1 else "."
@@ -173,13 +173,13 @@ def _against(question: Question, winner: Candidate, other: Candidate | None, dec
     return f"; the next model, `{other.label}`, takes {takes} ({question.error(other)})."
 
 
-def _nearest(question: Question, candidates: Sequence[Candidate], level: float | None) -> Advice:
-    """No level is reached, or none has a meaning: who errs least."""
+def _nearest(question: AdviceQuestion, candidates: Sequence[Candidate], level: float | None) -> Advice:
+    """Recommend the smallest error, if no level is reached or has a meaning."""
     ranked = sorted(candidates, key=_by_error)
     winner = ranked[0]
     other = next((c for c in ranked[1:] if c.model != winner.model), None)
     if winner.within:
-        return _not_told_apart(question, [c for c in ranked if c.error == winner.error], other, level)
+        return _indistinguishable(question, [c for c in ranked if c.error == winner.error], other, level)
     lowest = f"no configuration gets to {question.amount(max(question.levels))}" if question.levels else ""
     begin = f"{lowest}; " if level is None and lowest else ""
     said = (
@@ -194,10 +194,10 @@ def _nearest(question: Question, candidates: Sequence[Candidate], level: float |
     return Advice(question, said + ".", winner, other, None, not tied, _caveats(question, winner))
 
 
-def _not_told_apart(
-    question: Question, alike: Sequence[Candidate], other: Candidate | None, level: float | None
+def _indistinguishable(
+    question: AdviceQuestion, alike: Sequence[Candidate], other: Candidate | None, level: float | None
 ) -> Advice:
-    """The reference knows less than the errors that it finds: no level below that can be judged, nobody is closest."""
+    """Recommend nothing in particular: errors are below the uncertainty of the reference, so none is smallest."""
     winner = alike[0]
     several = len(alike) > 1
     named = join_names([f"`{c.label}`" for c in alike], NAMED)
@@ -213,8 +213,8 @@ def _not_told_apart(
     return Advice(question, said, winner, other, None, not several, _caveats(question, winner))
 
 
-def _caveats(question: Question, winner: Candidate, within: bool = False) -> list[str]:
-    """What must be said about a recommended point; `within` the reference's uncertainty, where nothing says so yet."""
+def _caveats(question: AdviceQuestion, winner: Candidate, within: bool = False) -> list[str]:
+    """Return the caveats of a recommended point; `within` the reference's uncertainty, if not yet mentioned."""
     found = []
     if winner.contaminated:
         found.append("Its timing was disturbed: do not trust the time.")
@@ -228,7 +228,7 @@ def _caveats(question: Question, winner: Candidate, within: bool = False) -> lis
 
 
 def remarks_of(point: ComparedPoint) -> list[str]:
-    """What must be said of a reduced model: what its error rests on, and what its time leaves out."""
+    """Return remarks on a reduced model: the basis of its error, and costs that its time omits."""
     reduced, setup = point.reduced, point.cost.setup_s
     if reduced is None:
         return []
@@ -250,8 +250,8 @@ def remarks_of(point: ComparedPoint) -> list[str]:
 
 
 @dataclass(frozen=True)
-class Disagreement(Plain):
-    """Two errors that rank configurations differently: `discordant` of `pairs` the other way round."""
+class Disagreement(JsonRecord):
+    """Two errors that rank configurations differently: `discordant` of `pairs` in opposite order."""
 
     metrics: list[str]
     text: str
@@ -259,8 +259,8 @@ class Disagreement(Plain):
     pairs: int
 
 
-def disagreements(judged: Mapping[str, Judged]) -> list[Disagreement]:
-    """Pairs of errors by which another model's best configuration comes first, with how many pairs they order apart."""
+def find_disagreements(judged: Mapping[str, JudgedPoints]) -> list[Disagreement]:
+    """Return pairs of errors with different best models, and how many configuration pairs they order differently."""
     found = []
     for (one, a), (two, b) in combinations(judged.items(), 2):
         shared = [key for key in a.candidates if key in b.candidates]
@@ -277,12 +277,12 @@ def disagreements(judged: Mapping[str, Judged]) -> list[Disagreement]:
     return found
 
 
-def _sign(judged: Judged, x: str, y: str) -> int:
+def _sign(judged: JudgedPoints, x: str, y: str) -> int:
     a, b = judged.candidates[x].error, judged.candidates[y].error
     return (a > b) - (a < b)
 
 
-def _closest(judged: Judged, keys: Sequence[str]) -> list[Candidate]:
-    """Those that err least, as far as the reference can tell, the quickest of them first."""
+def _closest(judged: JudgedPoints, keys: Sequence[str]) -> list[Candidate]:
+    """Return the candidates with the smallest error that the reference can distinguish, the fastest first."""
     found = sorted((judged.candidates[key] for key in keys), key=_by_error)
     return [c for c in found if c.error == found[0].error]

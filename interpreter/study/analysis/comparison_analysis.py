@@ -1,16 +1,16 @@
-"""`analyse`: everything that a comparison says about its points; SI, None with a reason."""
+"""Analysis of a comparison (`analyse`), with all results about its points; SI, None with a reason."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from softmark.interpreter.results.json_records import Json, Plain
+from softmark.interpreter.results.json_records import Json, JsonRecord
 from softmark.interpreter.study.analysis.comparison_advice import (
     Advice,
+    AdviceQuestion,
     Disagreement,
-    Question,
     advise,
-    disagreements,
+    find_disagreements,
     remarks_of,
 )
 from softmark.interpreter.study.analysis.comparison_point import (
@@ -21,21 +21,26 @@ from softmark.interpreter.study.analysis.comparison_point import (
     error_metrics,
     unit_of,
 )
-from softmark.interpreter.study.analysis.configuration_pairs import Distances, Lever, distances, levers
+from softmark.interpreter.study.analysis.configuration_pairs import (
+    ChangeEffect,
+    Distances,
+    compute_distances,
+    find_change_effects,
+)
 from softmark.interpreter.study.analysis.pareto_front import (
     RATES,
-    Judged,
-    Reached,
-    Within,
+    BestInFrame,
+    EffortEstimate,
+    JudgedPoints,
     best_within,
     effort_to,
-    judge,
+    find_pareto_front,
+    judge_points,
     levels_of,
-    pareto,
 )
 from softmark.interpreter.study.analysis.refinement_convergence import LineOrders, orders_of
 from softmark.interpreter.study.analysis.refinement_lines import RefinementLine, lines_of
-from softmark.interpreter.study.analysis.study_results import Answer, Study, front, settling
+from softmark.interpreter.study.analysis.study_results import Answer, Study, answer_convergence, answer_pareto
 from softmark.interpreter.study.configurations.task_outcome import SolvedReference
 from softmark.interpreter.vocabulary.study_words import Pareto
 from softmark.records import dataclass
@@ -44,21 +49,21 @@ References = Mapping[str, SolvedReference]  # by name
 
 
 @dataclass(frozen=True)
-class Terms(Plain):
-    """On what terms configurations are compared."""
+class ComparisonTerms(JsonRecord):
+    """Settings of an analysis: clock, levels, frame rates and treatment of disturbed timings."""
 
     allow_contaminated: bool = False  # disturbed timings count as well
     rates: tuple[float, ...] = RATES  # Hz
     clock: str | None = None  # cpu_s or wall_s; None: CPU time, and the number of unknowns where nothing was timed
 
     @classmethod
-    def from_json(cls, known: Json | None) -> Terms:
-        """By name, with defaults."""
+    def from_json(cls, known: Json | None) -> ComparisonTerms:
+        """Read settings by name, with defaults."""
         known = known or {}
         return cls(bool(known.get("allow_contaminated")), tuple(known.get("rates") or RATES), known.get("clock"))
 
     def entries(self) -> Mapping[str, object]:
-        """Without the clock, which each scene has its own of."""
+        """Return the entries without the clock, which each scene has separately."""
         return {"allow_contaminated": self.allow_contaminated, "rates": self.rates}
 
 
@@ -66,16 +71,16 @@ class Terms(Plain):
 
 
 @dataclass(frozen=True)
-class AtLevel(Plain):
-    """What a line needs to get to a level of an error; or why it does not get there, and the least that it has."""
+class EffortAtLevel(JsonRecord):
+    """Effort of a line to reach a level of error, or why it does not reach it, and its smallest error."""
 
     line: str
-    reached: Reached | None
+    reached: EffortEstimate | None
     reason: str | None = None
     least_error: float | None = None
 
     def entries(self) -> Mapping[str, object]:
-        """With the effort, or the reason."""
+        """Return the entries with the effort, or the reason."""
         if (own := self.reached) is not None:
             return {"line": self.line, "effort": own.effort, "interpolated": own.interpolated, "keys": own.between}
         why = {"reason": self.reason, "least_error": self.least_error}
@@ -83,32 +88,32 @@ class AtLevel(Plain):
 
 
 @dataclass(frozen=True)
-class Level(Plain):
-    """What every line needs to get to one level of an error."""
+class Level(JsonRecord):
+    """Efforts of all lines to reach one level of an error."""
 
     level: float
-    lines: list[AtLevel]
-    best: str | None  # the line that needs least
+    lines: list[EffortAtLevel]
+    best: str | None  # line with the least effort
 
 
 @dataclass(frozen=True)
-class ErrorAnalysis(Plain):
-    """One error of a scene: who is on the front, what levels take, and who is best within a frame."""
+class ErrorAnalysis(JsonRecord):
+    """Analysis of one error of a scene: its Pareto front, the effort for levels, and the best within a frame time."""
 
     unit: str
     against: str
-    judged: Judged
-    front: list[str]  # keys
+    judged: JudgedPoints
+    answer_pareto: list[str]  # keys
     levels: list[Level]
-    rates: list[Within]
+    rates: list[BestInFrame]
 
     @property
     def uncertainty(self) -> float:
-        """That of the reference; 0 where none is stated."""
+        """Uncertainty of the reference; 0 if none is stated."""
         return self.judged.uncertainty
 
     def entries(self) -> Mapping[str, object]:
-        """With those that do not count."""
+        """Return the entries with the excluded points."""
         left_out = [{"key": k, "label": label, "reason": why} for k, (label, why) in self.judged.left_out.items()]
         return {
             "unit": self.unit, "against": self.against, "uncertainty": self.uncertainty or None,
@@ -118,8 +123,8 @@ class ErrorAnalysis(Plain):
 
 
 @dataclass(frozen=True)
-class Failure(Plain):
-    """A configuration (kind model) or a reference without a solution, with what happened."""
+class Failure(JsonRecord):
+    """Configuration (kind model) or reference without a solution, with the reason."""
 
     kind: str
     label: str
@@ -129,8 +134,8 @@ class Failure(Plain):
 
 
 @dataclass(frozen=True)
-class TimingQuality(Plain):
-    """How good the timings are: what was disturbed, how many runs were left out, what was flagged how often."""
+class TimingQuality(JsonRecord):
+    """Quality of the timings: disturbances, excluded runs, and the number of each remark."""
 
     timed: int
     of: int  # configurations
@@ -142,8 +147,8 @@ class TimingQuality(Plain):
 
 
 @dataclass(frozen=True)
-class SceneAnalysis(Plain):
-    """What is said of configurations that compete: those of a scene, at one value of what changes the problem."""
+class SceneAnalysis(JsonRecord):
+    """Analysis of competing configurations: those of a scene, for one problem."""
 
     scene: str
     problem: Mapping[str, str]
@@ -152,33 +157,33 @@ class SceneAnalysis(Plain):
     displacement_scale: float | None  # m
     lines: list[RefinementLine]
     metrics: dict[str, ErrorAnalysis]
-    failures: list[Failure]
-    distances: Distances
-    levers: list[Lever]
+    find_failures: list[Failure]
+    compute_distances: Distances
+    find_change_effects: list[ChangeEffect]
     orders: list[LineOrders]
-    timing: TimingQuality
-    disagreements: list[Disagreement]
+    assess_timing: TimingQuality
+    find_disagreements: list[Disagreement]
     advice: list[Advice]
 
     def entries(self) -> Mapping[str, object]:
-        """All but the advice, which stands before the scenes."""
+        """Return the entries without the advice, which is written before the scenes."""
         return {name: value for name, value in super().entries().items() if name != "advice"}
 
 
 @dataclass(frozen=True)
-class Analysis(Plain):
-    """The analysis of `softmark-compare/1`, by parts (`Point.part`): only configurations of one part compete."""
+class Analysis(JsonRecord):
+    """Analysis of `softmark-compare/1`, by parts (`ComparedPoint.part`): only configurations of one part compete."""
 
-    options: Terms
+    options: ComparisonTerms
     scenes: dict[str, SceneAnalysis]
 
     @property
     def advice(self) -> list[Advice]:
-        """That of all scenes."""
+        """Advice of all scenes."""
         return [advice for own in self.scenes.values() for advice in own.advice]
 
     def entries(self) -> Mapping[str, object]:
-        """The advice comes first."""
+        """Return the entries, with the advice first."""
         return {"options": self.options, "advice": self.advice, "scenes": self.scenes}
 
 
@@ -189,16 +194,16 @@ def analyse(
     points: Sequence[ComparedPoint],
     references: Mapping[str, References],
     studies: Mapping[str, Mapping[str, Study]] | None = None,
-    terms: Terms | None = None,
+    terms: ComparisonTerms | None = None,
 ) -> Analysis:
-    """By scenes; where a sweep changes what errors are measured from, by its values as well.
+    """Analyse points by scene and, if a sweep changes the reference of errors, also by its values.
 
     References are by parts, studies by scenes.
     """
     own: dict[str, list[ComparedPoint]] = {part: [] for part in (*(p.part for p in points), *references)}
     for p in points:
         own[p.part].append(p)
-    agreed = terms or Terms()
+    agreed = terms or ComparisonTerms()
     return Analysis(
         agreed, {part: _scene(part, own, references.get(part) or {}, studies or {}, agreed) for part in own}
     )
@@ -209,13 +214,13 @@ def _scene(
     parts: Mapping[str, Sequence[ComparedPoint]],
     references: References,
     studies: Mapping[str, Mapping[str, Study]],
-    terms: Terms,
+    terms: ComparisonTerms,
 ) -> SceneAnalysis:
     points = parts[part]
     first = points[0] if points else None
     clock = clock_of(points, terms.clock)
     metrics, lines = error_metrics(points), lines_of(points)
-    judged = {m: judge(points, m, clock, terms.allow_contaminated) for m in metrics}
+    judged = {m: judge_points(points, m, clock, terms.allow_contaminated) for m in metrics}
     orders = [found for line in lines if (found := orders_of(line, metrics, points)) is not None]
     doubts = {m: {key: d for o in orders if (d := o.doubt_of(m)) for key in o.line.keys} for m in metrics}
     scale = displacement_scale(points, references)
@@ -228,43 +233,47 @@ def _scene(
         displacement_scale=scale,
         lines=lines,
         metrics={q.metric: _error_analysis(q, lines, terms.rates) for q in questions},
-        failures=failures(points, references),
-        distances=distances(points, references),
-        levers=levers(points, metrics, clock),
+        failures=find_failures(points, references),
+        distances=compute_distances(points, references),
+        levers=find_change_effects(points, metrics, clock),
         orders=orders,
-        timing=timing(points),
-        disagreements=disagreements(judged),
+        timing=assess_timing(points),
+        disagreements=find_disagreements(judged),
         advice=[advise(q) for q in questions],
     )
 
 
 def _answers(
-    part: str, parts: Mapping[str, Sequence[ComparedPoint]], asked: Mapping[str, Study], clock: str, terms: Terms
+    part: str,
+    parts: Mapping[str, Sequence[ComparedPoint]],
+    asked: Mapping[str, Study],
+    clock: str,
+    terms: ComparisonTerms,
 ) -> list[Answer]:
-    """Answers to what a scene asks: who beats whom for each part, how a metric settles once, over all of them."""
+    """Answer the studies of a scene: Pareto fronts for each part, convergence of a metric once over all parts."""
     scene = parts[part][0].scene
     own = {name: points for name, points in parts.items() if points and points[0].scene == scene}
     found: list[Answer] = []
     for name, study in asked.items():
         if isinstance(study, Pareto):
-            found.append(front(name, study, own[part], clock, terms.allow_contaminated))
+            found.append(answer_pareto(name, study, own[part], clock, terms.allow_contaminated))
         elif part == next(iter(own)):
-            found.append(settling(name, study, [p for points in own.values() for p in points]))
+            found.append(answer_convergence(name, study, [p for points in own.values() for p in points]))
     return found
 
 
 def _question(
-    part: str, judged: Judged, points: Sequence[ComparedPoint], scale: float | None, doubts: Mapping[str, str]
-) -> Question:  # fmt: skip
+    part: str, judged: JudgedPoints, points: Sequence[ComparedPoint], scale: float | None, doubts: Mapping[str, str]
+) -> AdviceQuestion:  # fmt: skip
     metric = judged.metric
     unit = unit_of(points, metric) or "1"
     levels = levels_of(unit, scale, [e for p in points if (e := p.error(metric)) is not None])
     remarks = {p.key: remarks_of(p) for p in points}
-    return Question(part, metric, unit, against_of(points, metric) or "", levels, judged, doubts, remarks)
+    return AdviceQuestion(part, metric, unit, against_of(points, metric) or "", levels, judged, doubts, remarks)
 
 
 def displacement_scale(points: Sequence[ComparedPoint], references: References) -> float | None:
-    """The largest displacement of a reference's probes, m; of the points' where references have none."""
+    """Return the largest displacement of the references' probes, m; of the points' if references have none."""
     for owners in ([r.probes for r in references.values()], [p.probes for p in points if p.solved]):
         moved = [u for probes in owners for probe in probes.values() for u in probe.displacement]
         largest = max((sum(c * c for c in u) ** 0.5 for u in moved), default=0.0)
@@ -273,38 +282,38 @@ def displacement_scale(points: Sequence[ComparedPoint], references: References) 
     return None
 
 
-def _error_analysis(question: Question, lines: Sequence[RefinementLine], rates: Sequence[float]) -> ErrorAnalysis:
+def _error_analysis(question: AdviceQuestion, lines: Sequence[RefinementLine], rates: Sequence[float]) -> ErrorAnalysis:
     judged = question.judged
     return ErrorAnalysis(
-        question.unit, question.against, judged, [c.key for c in pareto(judged.candidates.values())],
+        question.unit, question.against, judged, [c.key for c in find_pareto_front(judged.candidates.values())],
         [_level(level, lines, judged) for level in question.levels],
         [best_within(float(hz), judged) for hz in rates],
     )  # fmt: skip
 
 
-def _level(level: float, lines: Sequence[RefinementLine], judged: Judged) -> Level:
+def _level(level: float, lines: Sequence[RefinementLine], judged: JudgedPoints) -> Level:
     found = [_at_level(level, line, judged) for line in lines]
     efforts = [(own.reached.effort.median, own.line) for own in found if own.reached is not None]
     return Level(level, found, min(efforts, key=lambda pair: pair[0])[1] if efforts else None)
 
 
-def _at_level(level: float, line: RefinementLine, judged: Judged) -> AtLevel:
+def _at_level(level: float, line: RefinementLine, judged: JudgedPoints) -> EffortAtLevel:
     found = effort_to(level, line, judged)
-    if isinstance(found, Reached):
-        return AtLevel(line.name, found)
+    if isinstance(found, EffortEstimate):
+        return EffortAtLevel(line.name, found)
     errors = [judged.candidates[key].measured for key in line.keys if key in judged.candidates]
-    return AtLevel(line.name, None, found, min(errors, default=None))
+    return EffortAtLevel(line.name, None, found, min(errors, default=None))
 
 
-def failures(points: Sequence[ComparedPoint], references: References) -> list[Failure]:
-    """Configurations and references without a solution."""
+def find_failures(points: Sequence[ComparedPoint], references: References) -> list[Failure]:
+    """Return configurations and references without a solution."""
     found = [Failure("model", p.label, p.key, p.status, p.message) for p in points if not p.solved]
     lost = {name: r for name, r in references.items() if r.status != "converged"}
     return found + [Failure("reference", name, None, r.status, r.message) for name, r in lost.items()]
 
 
-def timing(points: Sequence[ComparedPoint]) -> TimingQuality:
-    """Of all points that were timed."""
+def assess_timing(points: Sequence[ComparedPoint]) -> TimingQuality:
+    """Return the quality of the timings of all timed points."""
     flags: dict[str, int] = {}
     for flag in (flag for p in points for flag in p.cost.flags):
         flags[flag] = flags.get(flag, 0) + 1

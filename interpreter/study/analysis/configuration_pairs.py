@@ -1,4 +1,4 @@
-"""Configurations two by two: how far apart their shapes are, and what one changed thing does to time and error."""
+"""Pairs of configurations: distances of their displacements, and the effect of one change on time and error."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import ClassVar
 
-from softmark.interpreter.results.json_records import Plain
+from softmark.interpreter.results.json_records import JsonRecord
 from softmark.interpreter.study.analysis.comparison_point import UNKNOWNS, ComparedPoint, ratio_of, uncertainty_of
-from softmark.interpreter.study.analysis.refinement_lines import finenesses
+from softmark.interpreter.study.analysis.refinement_lines import resolution_names
 from softmark.interpreter.study.configurations.task_outcome import ProbeTrace, SolvedReference
 from softmark.records import dataclass
 
@@ -19,8 +19,8 @@ Probes = Mapping[str, ProbeTrace]
 
 
 @dataclass(frozen=True)
-class NoDistance(Plain):
-    """Why there is no distance of a row from a column."""
+class NoDistance(JsonRecord):
+    """Reason why the distance of a row from a column is undefined."""
 
     row: str
     column: str
@@ -28,10 +28,10 @@ class NoDistance(Plain):
 
 
 @dataclass(frozen=True)
-class Distances(Plain):
-    """|u_row - u_column| / |u_column| over the probes that both have, for references and the finest of each model.
+class Distances(JsonRecord):
+    """Relative distances |u_row - u_column| / |u_column| over common probes, for references and each model's finest.
 
-    `matrix` has None where the two share no point or the one of the column does not move; `reasons` say which.
+    `matrix` has None if there is no common point or the column does not move; `reasons` say which.
     """
 
     names: list[str]
@@ -41,8 +41,8 @@ class Distances(Plain):
     reasons: list[NoDistance]
 
 
-def finest(points: Sequence[ComparedPoint]) -> list[ComparedPoint]:
-    """The solved configuration of every model with the most unknowns; a converged one before a capped one."""
+def finest_configurations(points: Sequence[ComparedPoint]) -> list[ComparedPoint]:
+    """Return the solved configuration with the most unknowns of every model; converged ones before capped ones."""
     best: dict[str, ComparedPoint] = {}
     for point in points:
         if point.solved and (point.model not in best or _rank(point) > _rank(best[point.model])):
@@ -54,15 +54,15 @@ def _rank(point: ComparedPoint) -> tuple[bool, int]:
     return point.status == "converged", point.dofs or 0
 
 
-def distances(points: Sequence[ComparedPoint], references: Mapping[str, SolvedReference]) -> Distances:
-    """Of everyone from everyone."""
-    chosen = finest(points)
+def compute_distances(points: Sequence[ComparedPoint], references: Mapping[str, SolvedReference]) -> Distances:
+    """Return the distance of each model and reference from each other."""
+    chosen = finest_configurations(points)
     known = {n: r for n, r in references.items() if r.probes}
     names = [*known, *(p.model for p in chosen)]
     owners: list[tuple[ComparedPoint | None, Probes]] = [(None, r.probes) for r in known.values()]
     owners += [(p, p.probes) for p in chosen]
-    fine = finenesses(points)
-    found = [[_apart(p, q, fine) or _distance(a, b) for q, b in owners] for p, a in owners]
+    fine = resolution_names(points)
+    found = [[_incomparable(p, q, fine) or _distance(a, b) for q, b in owners] for p, a in owners]
     reasons = [
         NoDistance(names[i], names[j], d)
         for i, row in enumerate(found) for j, d in enumerate(row) if isinstance(d, str)
@@ -73,15 +73,15 @@ def distances(points: Sequence[ComparedPoint], references: Mapping[str, SolvedRe
     )  # fmt: skip
 
 
-def _apart(a: ComparedPoint | None, b: ComparedPoint | None, fine: Collection[str]) -> str | None:
-    """That two configurations have different values of something that is no fineness: then they differ by that."""
+def _incomparable(a: ComparedPoint | None, b: ComparedPoint | None, fine: Collection[str]) -> str | None:
+    """Return why two configurations are not comparable: they differ in a value other than the resolution."""
     x, y = (p.variation if p else {} for p in (a, b))
     names = [n for n in x if n in y and x[n] != y[n] and n not in fine]
     return f"they were computed at different {' and '.join(names)}" if names else None
 
 
 def _distance(a: Probes, b: Probes) -> float | str:
-    """The distance of a from b, or why there is none."""
+    """Return the distance of a from b, or why it is undefined."""
     shared = [(a[name], b[name]) for name in a if name in b and a[name].alike(b[name])]
     if not shared:
         return "they share no points"
@@ -103,16 +103,16 @@ def _square(p: Sequence[float], q: Sequence[float]) -> float:
 
 
 @dataclass(frozen=True)
-class ErrorChange(Plain):
-    """What a change does to an error: the new one over the old one, and whether the reference can tell them apart."""
+class ErrorChange(JsonRecord):
+    """Effect of a change on an error: ratio new to old, and whether the reference can distinguish the two."""
 
     ratio: float | None
     within_uncertainty: bool
 
 
 @dataclass(frozen=True)
-class Lever(Plain):
-    """What one changed thing does to effort and errors: each ratio is the new value over the old one."""
+class ChangeEffect(JsonRecord):
+    """Effect of one change on effort and errors: each ratio is the new value over the old one."""
 
     NAMED: ClassVar = {"from_": "from"}
 
@@ -127,9 +127,11 @@ class Lever(Plain):
     errors: Mapping[str, ErrorChange]
 
 
-def levers(points: Sequence[ComparedPoint], metrics: Sequence[str], clock: str) -> list[Lever]:
-    """Pairs of solved points that differ in exactly one varied thing: neighbours where it is a number, else all others
-    against the first; with the ratios of effort and of each error."""
+def find_change_effects(points: Sequence[ComparedPoint], metrics: Sequence[str], clock: str) -> list[ChangeEffect]:
+    """Return the effect of each change of exactly one varied name on effort and errors.
+
+    Numbers are compared with their neighbours, other values with the first.
+    """
     floors = {metric: uncertainty_of(points, metric) for metric in metrics}
     return [_lever(name, a, b, clock, floors) for name, a, b in _single_changes(points)]
 
@@ -145,15 +147,15 @@ def _single_changes(points: Sequence[ComparedPoint]) -> Iterator[tuple[str, Comp
 
 
 def _steps(name: str, own: list[ComparedPoint]) -> Iterator[tuple[ComparedPoint, ComparedPoint]]:
-    """Neighbours by number; against the first where some are no numbers."""
+    """Yield neighbouring pairs for numbers, else pairs with the first."""
     if all(name in p.numbers for p in own):
         return pairwise(sorted(own, key=lambda p: -float(p.numbers[name])))
     return ((own[0], p) for p in own[1:])
 
 
-def _lever(name: str, a: ComparedPoint, b: ComparedPoint, clock: str, floors: Mapping[str, float]) -> Lever:
+def _lever(name: str, a: ComparedPoint, b: ComparedPoint, clock: str, floors: Mapping[str, float]) -> ChangeEffect:
     before, after = a.effort(clock), b.effort(clock)
-    return Lever(
+    return ChangeEffect(
         name, a.model, a.variation[name], b.variation[name], dict(a.rest(name)), [a.key, b.key],
         ratio_of(after.median, before.median) if before and after else None,
         before is not None and after is not None and clock != UNKNOWNS and not before.apart(after),

@@ -1,11 +1,12 @@
-"""Which configurations are worth their time: the Pareto front, the time to an error, the error within a frame.
+"""Pareto front of configurations, the time to reach an error, and the smallest error within a frame time.
 
 The rules, for one error of one scene:
 
-- a point counts if it was solved, has an error and an effort, and was not disturbed while it was timed;
-- an error below the uncertainty of its reference counts as that uncertainty: below it nobody beats anybody;
-- a point is on the front unless another one takes no longer *and* errs no more, and is better in one of the two;
-- between two neighbouring points of one line the error is taken as straight in the logarithms, nowhere else.
+- a point counts if it was solved, has an error and an effort, and its timing was not disturbed;
+- an error below the uncertainty of its reference counts as that uncertainty, so that differences below it do not
+matter;
+- a point is on the front unless another has no more effort *and* no more error, and less of one of the two;
+- the error is interpolated linearly in logarithms, only between two neighbouring points of one line.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 
-from softmark.interpreter.results.json_records import Plain
+from softmark.interpreter.results.json_records import JsonRecord
 from softmark.interpreter.study.analysis.comparison_point import (
     INSIDE_OUT,
     READ,
@@ -26,7 +27,7 @@ from softmark.interpreter.study.analysis.comparison_point import (
 from softmark.interpreter.study.analysis.refinement_lines import RefinementLine
 from softmark.records import dataclass
 
-RATES = (25.0, 300.0, 1000.0)  # Hz: pictures, tissue that is cut, forces that are felt
+RATES = (25.0, 300.0, 1000.0)  # Hz: display, tissue cutting, haptic feedback
 RELATIVE = (0.1, 0.05, 0.01)
 DISTURBED = "its timing was disturbed"
 STATUS = {
@@ -36,8 +37,8 @@ STATUS = {
 
 
 @dataclass(frozen=True)
-class Candidate(Plain):
-    """A point that counts: its effort, and its error raised to what the reference can tell."""
+class Candidate(JsonRecord):
+    """Point that counts: its effort, and its error raised to at least the reference's uncertainty."""
 
     key: str
     label: str
@@ -51,16 +52,16 @@ class Candidate(Plain):
 
     @property
     def within(self) -> bool:
-        """Whether its error is no more than the reference leaves open."""
+        """True if its error is within the reference's uncertainty."""
         return self.measured < self.error
 
     def beats(self, other: Candidate) -> bool:
-        """Whether it takes no longer, errs no more, and is better in one of the two."""
+        """Return whether it has no more effort, no more error, and less of one of the two."""
         no_worse = self.effort.median <= other.effort.median and self.error <= other.error
         return no_worse and (self.effort.median < other.effort.median or self.error < other.error)
 
     def entries(self) -> Mapping[str, object]:
-        """What advice rests on."""
+        """Return the entries that advice reports."""
         return {
             "key": self.key, "label": self.label, "model": self.model, "effort": self.effort, "error": self.measured,
             "within_uncertainty": self.within, "capped": self.capped, "contaminated": self.contaminated,
@@ -68,8 +69,8 @@ class Candidate(Plain):
 
 
 @dataclass(frozen=True)
-class Judged:
-    """The points of one scene by one error: those that count, and why the others do not."""
+class JudgedPoints:
+    """Points of one scene for one error: those that count, and why the others do not."""
 
     metric: str
     clock: str
@@ -78,10 +79,12 @@ class Judged:
     left_out: dict[str, tuple[str, str]]  # key -> (label, reason)
 
 
-def judge(points: Sequence[ComparedPoint], metric: str, clock: str, allow_contaminated: bool = False) -> Judged:
-    """Sort out the points of one scene."""
+def judge_points(
+    points: Sequence[ComparedPoint], metric: str, clock: str, allow_contaminated: bool = False
+) -> JudgedPoints:
+    """Divide the points of one scene into those that count and those that do not."""
     uncertainty = uncertainty_of(points, metric)
-    judged = Judged(metric, clock, uncertainty, {}, {})
+    judged = JudgedPoints(metric, clock, uncertainty, {}, {})
     first = {p.key: p for p in reversed(points)}  # of one configuration in several studies, the first gives the label
     for key in dict.fromkeys(p.key for p in points):
         found = _candidate(first[key], metric, clock, uncertainty, allow_contaminated)
@@ -95,7 +98,7 @@ def judge(points: Sequence[ComparedPoint], metric: str, clock: str, allow_contam
 def _candidate(
     point: ComparedPoint, metric: str, clock: str, uncertainty: float, allow_contaminated: bool
 ) -> Candidate | str:  # fmt: skip
-    """A point as one that counts, or why it does not."""
+    """Return a point as a candidate, or why it does not count."""
     error, effort = point.error(metric), point.effort(clock)
     if not point.solved:
         return STATUS.get(point.status, f"it is {point.status.replace('_', ' ')}")
@@ -124,8 +127,8 @@ def _why_no_effort(point: ComparedPoint, clock: str) -> str:
 # ------------------------------------------------------------------ the front
 
 
-def pareto(candidates: Iterable[Candidate]) -> list[Candidate]:
-    """Those that none beats, the quickest first; of equals, all. O(n log n)."""
+def find_pareto_front(candidates: Iterable[Candidate]) -> list[Candidate]:
+    """Return the candidates that none dominates, the fastest first, including all equal ones. O(n log n)."""
     ordered = sorted(candidates, key=lambda c: (c.effort.median, c.error))
     front: list[Candidate] = []
     for c in ordered:
@@ -140,20 +143,20 @@ def pareto(candidates: Iterable[Candidate]) -> list[Candidate]:
 
 
 @dataclass(frozen=True)
-class Reached:
-    """The effort after which a line's error is at or below a level; `between` are the keys where it is interpolated."""
+class EffortEstimate:
+    """Effort at which a line reaches a level of error; `between` are the keys between which it is interpolated."""
 
     effort: Spread
     between: tuple[str, ...]  # one key: a computed point
 
     @property
     def interpolated(self) -> bool:
-        """Whether it lies between two computed points."""
+        """True if it lies between two computed points."""
         return len(self.between) > 1
 
 
-def effort_to(level: float, line: RefinementLine, judged: Judged) -> Reached | str:
-    """The least effort at which a line is at or below a level, or why it never is.
+def effort_to(level: float, line: RefinementLine, judged: JudgedPoints) -> EffortEstimate | str:
+    """Return the least effort at which a line reaches a level of error, or why it never does.
 
     Between neighbours a, b of the line log t = log ta + s (log tb - log ta), s = log(level / ea) / log(eb / ea).
     """
@@ -163,27 +166,27 @@ def effort_to(level: float, line: RefinementLine, judged: Judged) -> Reached | s
     usable = [c for c in members if c is not None]
     if not usable:
         return _why_none(line, judged)
-    found = [Reached(c.effort, (c.key,)) for c in usable if c.error <= level]
+    found = [EffortEstimate(c.effort, (c.key,)) for c in usable if c.error <= level]
     found += [r for a, b in pairwise(members) if (r := _crossing(level, a, b)) is not None]
     if not found:
         return "it stays above"
     return min(found, key=lambda r: r.effort.median)
 
 
-def _why_none(line: RefinementLine, judged: Judged) -> str:
+def _why_none(line: RefinementLine, judged: JudgedPoints) -> str:
     reasons = dict.fromkeys(judged.left_out[key][1] for key in line.keys if key in judged.left_out)
     return "; ".join(reasons) or "it has no points"
 
 
-def _crossing(level: float, a: Candidate | None, b: Candidate | None) -> Reached | None:
-    """Where a stretch between two neighbours crosses a level."""
+def _crossing(level: float, a: Candidate | None, b: Candidate | None) -> EffortEstimate | None:
+    """Return the point where the segment between two neighbours crosses a level."""
     if a is None or b is None or a.error <= 0 or b.error <= 0:
         return None
     if not min(a.error, b.error) < level < max(a.error, b.error):
         return None
     s = (math.log(level) - math.log(a.error)) / (math.log(b.error) - math.log(a.error))
     low, middle, high = (_between(x, y, s) for x, y in _sides(a.effort, b.effort))
-    return Reached(Spread(middle, low, high), (a.key, b.key))
+    return EffortEstimate(Spread(middle, low, high), (a.key, b.key))
 
 
 def _sides(a: Spread, b: Spread) -> list[tuple[float, float]]:
@@ -195,12 +198,15 @@ def _between(x: float, y: float, s: float) -> float:
 
 
 def levels_of(unit: str, scale: float | None, errors: Iterable[float]) -> list[float]:
-    """Errors that people ask for, the largest first: 10, 5 and 1 % of what a plain number is relative to, or lengths
-    near 10, 5 and 1 % of `scale`, the largest displacement; in other units, powers of ten among the errors."""
+    """Return useful levels of error, the largest first.
+
+    For plain numbers these are 10, 5 and 1 %, for lengths round values near 10, 5 and 1 % of `scale` (the largest
+    displacement), in other units powers of ten among the errors.
+    """
     if unit in ("1", ""):
         return list(RELATIVE)
     if unit == "m" and scale:
-        return list(dict.fromkeys(near_round(part * scale) for part in RELATIVE))
+        return list(dict.fromkeys(nearest_round_number(part * scale) for part in RELATIVE))
     positive = [e for e in errors if e > 0]
     if not positive:
         return []
@@ -208,8 +214,8 @@ def levels_of(unit: str, scale: float | None, errors: Iterable[float]) -> list[f
     return [float(f"1e{k}") for k in range(high, low - 1, -1)][:3]
 
 
-def near_round(value: float) -> float:
-    """The 1, 2 or 5 times a power of ten that is nearest by ratio."""
+def nearest_round_number(value: float) -> float:
+    """Return the nearest (by ratio) 1, 2 or 5 times a power of ten."""
     decade = math.floor(math.log10(value))
     choices = [float(f"{m}e{decade + k}") for k in (0, 1) for m in (1, 2, 5)]
     return min(choices, key=lambda c: abs(math.log(c / value)))
@@ -219,23 +225,23 @@ def near_round(value: float) -> float:
 
 
 @dataclass(frozen=True)
-class Within(Plain):
-    """The least error that fits a frame with its third quartile, who has it, and who comes next."""
+class BestInFrame(JsonRecord):
+    """Smallest error whose third quartile of time fits a frame, its configuration, and the next best."""
 
     hz: float
     best: Candidate | None
     runner_up: Candidate | None
     reason: str | None = None
     unsure: tuple[str, ...] = ()  # labels whose median fits and whose third quartile does not
-    takes: Spread | None = None  # seconds that the best takes
+    takes: Spread | None = None  # seconds of the best
 
     @property
     def margin(self) -> float | None:
-        """The part of the frame that the best leaves."""
+        """Unused fraction of the frame."""
         return None if self.takes is None else 1.0 - self.takes.q3 * self.hz
 
     def entries(self) -> Mapping[str, object]:
-        """What there is none of is left out."""
+        """Return the entries without missing ones."""
         best, other, found = self.best, self.runner_up, {"hz": self.hz, "frame_s": 1.0 / self.hz, "key": None}
         own: dict[str, object] = {**found, "reason": self.reason, "unsure": self.unsure}
         if best is not None:
@@ -246,17 +252,17 @@ class Within(Plain):
         return own
 
 
-def best_within(hz: float, judged: Judged) -> Within:
-    """The most accurate whose frame, third quartile included, is no longer than 1/hz; of equals, the quickest."""
+def best_within(hz: float, judged: JudgedPoints) -> BestInFrame:
+    """Return the most accurate configuration whose third quartile of time is at most 1/hz; among equals, the fastest."""
     framed = [(c, c.frame) for c in judged.candidates.values() if c.frame is not None]
     limit = 1.0 / hz
     fitting = [(c.error, f.median, c.key, c) for c, f in framed if f.q3 <= limit]
     unsure = tuple(c.label for c, f in framed if f.median <= limit < f.q3)
     if not fitting:
-        return Within(hz, None, None, _too_slow(framed), unsure)
+        return BestInFrame(hz, None, None, _too_slow(framed), unsure)
     ranked = [c for *_, c in sorted(fitting, key=lambda entry: entry[:3])]
     other = next((c for c in ranked if c.model != ranked[0].model), None)
-    return Within(hz, ranked[0], other, None, unsure, ranked[0].frame)
+    return BestInFrame(hz, ranked[0], other, None, unsure, ranked[0].frame)
 
 
 def _too_slow(framed: Sequence[tuple[Candidate, Spread]]) -> str:

@@ -1,4 +1,4 @@
-"""What the refinement of a line tells: order of its errors, limit of its displacements, and whether to rely on them."""
+"""Convergence under refinement: orders of errors, limits of displacements, and their reliability."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import takewhile
 
-from softmark.interpreter.results.json_records import Plain
+from softmark.interpreter.results.json_records import JsonRecord
 from softmark.interpreter.study.analysis.comparison_point import ComparedPoint, Fineness, uncertainty_of, unit_of
 from softmark.interpreter.study.analysis.refinement_lines import RefinementLine
 from softmark.records import dataclass
 from softmark.references.convergence_orders import ErrorOrder, Refined, order_of_errors, refined, unlike
 
 AXES = "xyz"
-TARGETS = ("size", "segments", "step")  # fields that decide how finely a thing is solved
+TARGETS = ("size", "segments", "step")  # fields that control the resolution
 
 
 @dataclass(frozen=True)
 class Refinement:
-    """Solved members of a line that differ in how finely they are solved, and in nothing else."""
+    """Solved members of a line that differ only in their resolution."""
 
     target: str  # size, segments or step
     formal: float | None  # order in displacements that theory gives it
@@ -27,22 +27,24 @@ class Refinement:
 
 
 @dataclass(frozen=True)
-class ErrorTrend(Plain):
-    """The order of a line's errors; `cut`: finer members are left out, being within the reference's uncertainty."""
+class ErrorTrend(JsonRecord):
+    """Order of convergence of a line's errors; `cut` if finer members are omitted, within the reference's uncertainty."""
 
     unit: str | None
     cut: bool
     order: ErrorOrder
 
     def entries(self) -> Mapping[str, object]:
-        """What is known of the order beside the rest."""
+        """Return the entries together with those of the order."""
         return {"unit": self.unit, "cut": self.cut, **self.order.to_json()}
 
 
 @dataclass(frozen=True)
-class Limit(Plain):
-    """Where something tends to as a line refines: the displacement of a probe's point that moves furthest, m; without
-    such probes, and of what they do not tell, such as forces, the value of a metric."""
+class Limit(JsonRecord):
+    """Limit under refinement: of the largest displacement of a probe, m, or of a metric's value.
+
+    Metrics are used for lines without such probes, and for quantities such as forces.
+    """
 
     of: str
     kind: str  # probe or metric
@@ -52,13 +54,13 @@ class Limit(Plain):
     refined: Refined
 
     def entries(self) -> Mapping[str, object]:
-        """What is known of the limit beside the rest."""
+        """Return the entries together with those of the limit."""
         own = {self.kind: self.of, "what": self.what, "unit": self.unit}
         return {**own, "finest": self.finest, **self.refined.to_json()}
 
     @property
     def doubt(self) -> str | None:
-        """Why it is not to be relied upon, None where it is; of a metric with its name."""
+        """Reason why the limit is unreliable, None if it is reliable; for a metric with its name."""
         if self.refined.asymptotic:
             return None
         why = str(self.refined.doubt or self.refined.reason)
@@ -66,8 +68,8 @@ class Limit(Plain):
 
 
 @dataclass(frozen=True)
-class LineOrders(Plain):
-    """Orders of every error, and limits, along a line; `doubt` where they are not to be relied upon."""
+class LineOrders(JsonRecord):
+    """Orders of every error, and limits, along a line; `doubt` if they are unreliable."""
 
     line: RefinementLine
     refinement: Refinement
@@ -77,16 +79,18 @@ class LineOrders(Plain):
 
     @property
     def asymptotic(self) -> bool:
-        """Whether they can be relied upon."""
+        """True if the orders are reliable."""
         return self.doubt is None
 
     def doubt_of(self, metric: str) -> str | None:
-        """The same of one metric: of forces, and where no displacements are shared, its own values alone decide."""
+        """Return the doubt about one metric, which for forces, or without shared displacements, follows from its own
+        values.
+        """
         own = [limit for limit in self.limits if limit.kind == "metric"]
         return next((limit.doubt for limit in own if limit.of == metric), self.doubt)
 
     def entries(self) -> Mapping[str, object]:
-        """With what the line is, and what it refines."""
+        """Return the entries with the line and its refined number."""
         return {
             "line": self.line.name, "model": self.line.model, "study": self.line.study, "varied": self.line.varied,
             "refines": self.refinement.target, "formal": self.refinement.formal,
@@ -96,22 +100,22 @@ class LineOrders(Plain):
 
 
 def orders_of(line: RefinementLine, metrics: Sequence[str], points: Sequence[ComparedPoint]) -> LineOrders | None:
-    """What a line tells; None for a single configuration and for what is no refinement: there is nothing to rely on."""
+    """Return orders and limits of a line; None for a single configuration and for a line that is no refinement."""
     found = refinement_of(line)
     if isinstance(found, str):
         return None
     probes = [_limit(found, probe) for probe in _shared([p for _, p in found.members])]
     alone = [m for m in metrics if not probes or any(p.metric(m).by_itself for _, p in found.members)]
-    values = {m: _tends(found, m) for m in alone}
+    values = {m: _metric_limit(found, m) for m in alone}
     limits = probes or [own for own in values.values() if own is not None]
     nothing = [] if limits else ["its members share neither a probe nor a metric"]
     doubt = next(iter([*nothing, *(d for limit in limits if (d := limit.doubt) is not None)]), None)
-    limits = [*probes, *(own or _unknown(m) for m, own in values.items())] if probes else limits
+    limits = [*probes, *(own or _missing_limit(m) for m, own in values.items())] if probes else limits
     return LineOrders(line, found, doubt, {m: _errors(found.members, m, points) for m in metrics}, limits)
 
 
 def refinement_of(line: RefinementLine) -> Refinement | str:
-    """What a line refines, or why it is no refinement: its number must decide a size, segments or a step alone."""
+    """Return the refinement of a line, or why it is none: its number must control only a size, segments or a step."""
     if line.varied is None:
         return "one configuration tells no order"
     solved = [(p, p.fineness) for p in line.members if p.solved and p.fineness]
@@ -128,7 +132,7 @@ def refinement_of(line: RefinementLine) -> Refinement | str:
 
 def _refinement(target: str, solved: Sequence[tuple[ComparedPoint, Fineness]]) -> Refinement:
     formal = {fine.formal.get(target) for _, fine in solved}
-    by_h = {_h(target, p, fine): (p, fine) for p, fine in solved}  # of two of one mesh, the last
+    by_h = {_h(target, p, fine): (p, fine) for p, fine in solved}  # of two with the same mesh, the last
     rows = sorted(by_h.items(), key=lambda row: -row[0])
     counts = [fine.counts for _, (_, fine) in rows if fine.counts]
     why = unlike(counts) if target == "size" and len(counts) == len(rows) else None
@@ -136,7 +140,7 @@ def _refinement(target: str, solved: Sequence[tuple[ComparedPoint, Fineness]]) -
 
 
 def _h(target: str, point: ComparedPoint, fine: Fineness) -> float:
-    """The size of a cell as ASME V&V 20-2009 has it, (V / N)^(1/3), but for a factor; or the step."""
+    """Return the step, or the cell size (V / N)^(1/3) of ASME V&V 20-2009 up to a constant factor."""
     if target == "size" and fine.meshed and point.elements:
         return float(point.elements ** (-1 / 3))
     value = float(fine.of[target])
@@ -155,13 +159,13 @@ def _errors(members: Sequence[tuple[float, ComparedPoint]], metric: str, points:
 
 
 def _shared(members: Sequence[ComparedPoint]) -> list[str]:
-    """Probes that all have at the same points."""
+    """Return probes with the same points in all members."""
     first, *others = (p.probes for p in members)
     return [n for n, probe in first.items() if all(n in own and probe.alike(own[n]) for own in (first, *others))]
 
 
 def _limit(line: Refinement, probe: str) -> Limit:
-    """Order, limit and grid convergence index of the displacement that is largest on the finest mesh."""
+    """Return order, limit and grid convergence index of the displacement that is largest on the finest mesh."""
     finest = line.members[-1][1].probes[probe].displacement
     i, axis = max(
         ((i, a) for i in range(len(finest)) for a in range(3)),
@@ -169,25 +173,25 @@ def _limit(line: Refinement, probe: str) -> Limit:
     )
     family = [(h, float(p.probes[probe].displacement[i][axis])) for h, p in line.members]
     what = f"displacement along {AXES[axis]} of the point that moves furthest"
-    return Limit(probe, "probe", what, "m", family[-1][1], settled(line, family, line.formal))
+    return Limit(probe, "probe", what, "m", family[-1][1], estimate_limit(line, family, line.formal))
 
 
-def _tends(line: Refinement, metric: str) -> Limit | None:
-    """The same of a metric's value, None where only some have it; theory gives an order of displacements alone."""
+def _metric_limit(line: Refinement, metric: str) -> Limit | None:
+    """Return the limit of a metric's value, None if only some have it; only displacements have a theoretical order."""
     family = [(h, float(v)) for h, p in line.members if (v := p.metric(metric).value) is not None]
     if len(family) < len(line.members):
         return None
     unit = unit_of([p for _, p in line.members], metric)
-    return Limit(metric, "metric", "value", unit, family[-1][1], settled(line, family, None))
+    return Limit(metric, "metric", "value", unit, family[-1][1], estimate_limit(line, family, None))
 
 
-def _unknown(metric: str) -> Limit:
-    """Of a metric that only some have."""
+def _missing_limit(metric: str) -> Limit:
+    """Return the missing limit of a metric that only some members have."""
     return Limit(metric, "metric", "value", None, None, Refined("unusable", "only some of its members have it"))
 
 
-def settled(line: Refinement, family: Sequence[tuple[float, float]], formal: float | None) -> Refined:
-    """What values along a line tell of their limit, in doubt where its meshes are not similar."""
+def estimate_limit(line: Refinement, family: Sequence[tuple[float, float]], formal: float | None) -> Refined:
+    """Estimate the limit of values along a line; it is in doubt if the meshes are not similar."""
     found = refined(family, formal)
     if line.unlike is None or found.order is None:
         return found

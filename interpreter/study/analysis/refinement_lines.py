@@ -1,4 +1,4 @@
-"""Lines of a comparison: a model over its refinement, configurations that differ in one number alone."""
+"""Refinement lines of a comparison: configurations of a model that differ in only one number."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
-from softmark.interpreter.results.json_records import Plain
-from softmark.interpreter.study.analysis.comparison_point import ComparedPoint, said_values
+from softmark.interpreter.results.json_records import JsonRecord
+from softmark.interpreter.study.analysis.comparison_point import ComparedPoint, format_values
 from softmark.records import dataclass
 
 
 @dataclass(frozen=True)
-class RefinementLine(Plain):
-    """A model over its refinement: configurations that differ in one number alone, in the order of that number."""
+class RefinementLine(JsonRecord):
+    """Configurations of a model that differ in only one number, ordered by that number."""
 
     scene: str
     model: str
@@ -30,13 +30,13 @@ class RefinementLine(Plain):
 
     @property
     def label(self) -> str:
-        """`corot_tet, nu = 0.49`; of one configuration, its own label."""
+        """Label of the line, `corot_tet, nu = 0.49`; for one configuration its own label."""
         if self.varied is None:
             return self.members[0].label
-        return ", ".join([self.model, *said_values(self.model, dict(self.fixed))])
+        return ", ".join([self.model, *format_values(self.model, dict(self.fixed))])
 
     def entries(self) -> Mapping[str, object]:
-        """With the keys of its members."""
+        """Return the entries with the keys of its members."""
         return {
             "label": self.name, "model": self.model, "study": self.study, "varied": self.varied,
             "fixed": dict(self.fixed), "keys": self.keys,
@@ -44,7 +44,7 @@ class RefinementLine(Plain):
 
 
 def lines_of(points: Sequence[ComparedPoint]) -> list[RefinementLine]:
-    """The lines of one scene: each study of a model by the number that it refines by, all else being the same.
+    """Return the lines of one scene: each study of a model by the number that it refines, all else being equal.
 
     Lines of one model follow each other, in the order of the models.
     """
@@ -53,11 +53,11 @@ def lines_of(points: Sequence[ComparedPoint]) -> list[RefinementLine]:
         groups.setdefault((point.scene, point.model, point.study), []).append(point)
     lines = [line for who, members in groups.items() for line in _lines(who, members)]
     models = list(dict.fromkeys(line.model for line in lines))
-    return _named_apart(sorted(lines, key=lambda line: models.index(line.model)))
+    return _with_unique_names(sorted(lines, key=lambda line: models.index(line.model)))
 
 
 def _lines(who: tuple[str, str, str | None], members: Sequence[ComparedPoint]) -> list[RefinementLine]:
-    varied = refinement(members)
+    varied = refinement_name(members)
     if varied is None:
         return [RefinementLine(*who, None, p.rest(None), (p,)) for p in members]
     groups: dict[tuple[tuple[str, str], ...], list[ComparedPoint]] = {}
@@ -72,10 +72,10 @@ def _lines(who: tuple[str, str, str | None], members: Sequence[ComparedPoint]) -
     return found
 
 
-def refinement(members: Sequence[ComparedPoint]) -> str | None:
-    """The number that makes lines: the first that decides a size, segments or a step.
+def refinement_name(members: Sequence[ComparedPoint]) -> str | None:
+    """Return the name that makes lines: the first that controls a size, segments or a step.
 
-    Else the first that changes the number of unknowns, else the first.
+    Otherwise the first that changes the number of unknowns, else the first.
     """
     numbers: dict[str, set[float]] = {}
     for point in members:
@@ -89,8 +89,8 @@ def refinement(members: Sequence[ComparedPoint]) -> str | None:
     return names[0] if names else None
 
 
-def finenesses(points: Sequence[ComparedPoint]) -> set[str]:
-    """Names that decide how finely some model is solved, and not what is solved."""
+def resolution_names(points: Sequence[ComparedPoint]) -> set[str]:
+    """Return the names that only control the resolution of some model, and not its problem."""
     names = dict.fromkeys(n for p in points for n in p.variation)
     what = _resolution if any(_resolution(p) for p in points) else _unknowns
     families = [[p for p in points if p.model == m] for m in dict.fromkeys(p.model for p in points)]
@@ -98,7 +98,7 @@ def finenesses(points: Sequence[ComparedPoint]) -> set[str]:
 
 
 def _resolution(point: ComparedPoint) -> Hashable:
-    """How finely it is solved, if that is known."""
+    """Return the resolution of a point, if known."""
     return tuple(sorted(point.fineness.of.items())) if point.fineness else None
 
 
@@ -107,7 +107,7 @@ def _unknowns(point: ComparedPoint) -> Hashable:
 
 
 def _changes(members: Sequence[ComparedPoint], name: str, what: Callable[[ComparedPoint], Hashable]) -> bool:
-    """Whether two configurations that differ in this number alone differ in this as well."""
+    """Return whether two configurations that differ in only this number also differ in `what`."""
     seen: dict[tuple[tuple[str, str], ...], set[Hashable]] = {}
     for point in members:
         if value := what(point):
@@ -116,13 +116,13 @@ def _changes(members: Sequence[ComparedPoint], name: str, what: Callable[[Compar
 
 
 def _from_coarse(ordered: list[ComparedPoint]) -> list[ComparedPoint]:
-    """From coarse to fine: a number of segments grows where a cell size falls."""
+    """Order members from coarse to fine: by growing number of segments or falling cell size."""
     sizes = [p.dofs for p in ordered if p.dofs]
     return ordered[::-1] if len(sizes) > 1 and sizes[0] > sizes[-1] else ordered
 
 
-def _named_apart(lines: Sequence[RefinementLine]) -> list[RefinementLine]:
-    """With a name for each; where two would be the same, with the study's name or a number."""
+def _with_unique_names(lines: Sequence[RefinementLine]) -> list[RefinementLine]:
+    """Give each line a unique name, with the study's name or a number where needed."""
     plain = [line.label for line in lines]
     several = [f"{p} ({line.study})" if line.study and plain.count(p) > 1 else p
                for p, line in zip(plain, lines, strict=True)]  # fmt: skip

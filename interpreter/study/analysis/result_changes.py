@@ -1,8 +1,8 @@
-"""`changes`: what differs between two results of the same kind, and what of it is more than noise.
+"""Changes between two results of the same kind, and which of them exceed the noise.
 
-Both may be reports of `dsl run` (softmark-report/1) or comparisons of `dsl compare` (softmark-compare/1). Things are
-matched by name: models and references of a report by theirs, configurations of a comparison by scene, model, study
-and what was varied, never by their keys, which change with every source file.
+Both are reports of `dsl run` (softmark-report/1) or comparisons of `dsl compare` (softmark-compare/1). Entries are
+matched by name: models and references of a report by theirs, configurations of a comparison by scene, model, study and
+varied values, but not by their keys, which change with every source file.
 """
 
 from __future__ import annotations
@@ -14,48 +14,48 @@ from pathlib import Path
 from typing import Any
 
 from softmark.interpreter.results import json_validation
-from softmark.interpreter.results.json_records import Json, Plain, by_name
+from softmark.interpreter.results.json_records import Json, JsonRecord, mapping_reader
 from softmark.interpreter.study.analysis.comparison_point import Spread, ratio_of
 from softmark.interpreter.study.configurations.task_outcome import PointError
 from softmark.records import dataclass
 from softmark.safe_files import read_regular
 
 REPORT, COMPARISON = "softmark-report/1", "softmark-compare/1"
-RELATIVE = 1e-6  # a metric that changes by less is the same: rounding, and threads that add in another order
-SLOWER = 0.05  # of the shorter one: a time that changes by less is the same
+RELATIVE = 1e-6  # relative change of a metric due to rounding and the order of sums in threads
+SLOWER = 0.05  # relative to the shorter time: smaller changes are noise
 TIMES = ("setup_s", "solve_s", "step_s", "cpu_s", "wall_s")
-UNNAMED = ("started", "created")  # of an environment: these always differ and explain nothing
+UNNAMED = ("started", "created")  # entries of an environment that always differ
 
 
-class Foreign(ValueError):
-    """Files that cannot be compared; the message says which and why."""
+class NotComparable(ValueError):
+    """Files cannot be compared; the message names the file and the reason."""
 
 
-def read(path: str | Path) -> Json:
-    """A report or a comparison from a file. Raises Foreign."""
+def read_result(path: str | Path) -> Json:
+    """Read a report or a comparison from a file. Raises NotComparable."""
     if os.path.exists(path) and not os.path.isfile(path):  # a device may have no end, a pipe no writer
-        raise Foreign(f"`{path}` is not a regular file")
+        raise NotComparable(f"`{path}` is not a regular file")
     try:
         found = json.loads(read_regular(path).decode("utf-8"))
     except OSError as error:
-        raise Foreign(f"`{path}` cannot be read: {error.strerror or error}") from error
+        raise NotComparable(f"`{path}` cannot be read: {error.strerror or error}") from error
     except (ValueError, RecursionError) as error:
-        raise Foreign(f"`{path}` is not JSON: {error}") from error
+        raise NotComparable(f"`{path}` is not JSON: {error}") from error
     kind_of(found, str(path))
     return dict(found)
 
 
 def kind_of(found: Any, name: str) -> str:
-    """The schema of a file. Raises Foreign if it is none of ours."""
+    """Return the schema of a file. Raises NotComparable if it is none of ours."""
     schema = found.get("schema") if isinstance(found, dict) else None
     if not isinstance(schema, str) or schema not in (REPORT, COMPARISON):
-        named = f"`{schema[:80]}`" if isinstance(schema, str) else json_validation.said(schema)
+        named = f"`{schema[:80]}`" if isinstance(schema, str) else json_validation.describe_type(schema)
         said = f"its schema is {named}" if schema else "it has no `schema`"
-        raise Foreign(f"`{name}` is neither a {REPORT} nor a {COMPARISON}: {said}")
-    if problem := json_validation.misfit(
+        raise NotComparable(f"`{name}` is neither a {REPORT} nor a {COMPARISON}: {said}")
+    if problem := json_validation.find_misfit(
         found, json_validation.REPORT if schema == REPORT else json_validation.COMPARISON
     ):
-        raise Foreign(f"`{name}` says that it is a {schema}, but {problem}")
+        raise NotComparable(f"`{name}` says that it is a {schema}, but {problem}")
     return str(schema)
 
 
@@ -63,8 +63,8 @@ def kind_of(found: Any, name: str) -> str:
 
 
 @dataclass(frozen=True)
-class FactChange(Plain):
-    """A fact that is not the same; None where one of the two does not have it."""
+class FactChange(JsonRecord):
+    """Fact that differs; None for the result that lacks it."""
 
     what: str
     old: Any
@@ -72,8 +72,8 @@ class FactChange(Plain):
 
 
 @dataclass(frozen=True)
-class StatusChange(Plain):
-    """What became of a model or a reference then and now, and what it says now."""
+class StatusChange(JsonRecord):
+    """Old and new status of a model or a reference, and its new message."""
 
     name: str
     old: str | None
@@ -82,8 +82,10 @@ class StatusChange(Plain):
 
 
 @dataclass(frozen=True)
-class MetricChange(Plain):
-    """`verdict`: changed, changed below the uncertainty, lost its value or found one, was added or removed."""
+class MetricChange(JsonRecord):
+    """Change of a metric; `verdict`: changed, changed below the uncertainty, lost or gained its value, added or
+    removed.
+    """
 
     name: str
     metric: str
@@ -96,7 +98,7 @@ class MetricChange(Plain):
     reason: str | None = None
 
     def entries(self) -> Mapping[str, object]:
-        """Each verdict with what it rests on."""
+        """Return the entries that the verdict needs."""
         named = {"name": self.name, "metric": self.metric, "unit": self.unit}
         ends, verdict = {"old": self.old, "new": self.new}, {"relative": self.relative, "verdict": self.verdict}
         if self.verdict in ("added", "removed"):
@@ -107,8 +109,8 @@ class MetricChange(Plain):
 
 
 @dataclass(frozen=True)
-class TimeChange(Plain):
-    """`verdict`: slower or quicker beyond noise; undecided, with a reason, where the noise is not known."""
+class TimeChange(JsonRecord):
+    """Change of a time; `verdict`: slower or quicker beyond noise; undecided, with a reason, if the noise is unknown."""
 
     name: str
     clock: str
@@ -119,17 +121,17 @@ class TimeChange(Plain):
 
     @property
     def ratio(self) -> float:
-        """The new time over the old one."""
+        """New time over the old one."""
         return self.new.median / self.old.median
 
     def entries(self) -> Mapping[str, object]:
-        """With a reason where there is one."""
+        """Return the entries, with a reason if there is one."""
         own = {"name": self.name, "clock": self.clock, "old": self.old, "new": self.new, "ratio": self.ratio}
         return {**own, "verdict": self.verdict} | ({"reason": self.reason} if self.reason else {})
 
 
 @dataclass(frozen=True)
-class Changes(Plain):
+class Changes(JsonRecord):
     """All changes from one result to another of the same kind."""
 
     schema: str
@@ -143,14 +145,14 @@ class Changes(Plain):
     metrics: list[MetricChange]
     times: list[TimeChange]
     expectations: list[FactChange]
-    compared: int  # things that both have
+    compared: int  # entries that both have
 
 
-def changes(old: Json, new: Json, names: tuple[str, str] = ("the old file", "the new file")) -> Changes:
-    """All changes from one result to another of the same kind, both as JSON. Raises Foreign."""
+def find_changes(old: Json, new: Json, names: tuple[str, str] = ("the old file", "the new file")) -> Changes:
+    """Return all changes from one result to another of the same kind, both as JSON. Raises NotComparable."""
     kinds = kind_of(old, names[0]), kind_of(new, names[1])
     if kinds[0] != kinds[1]:
-        raise Foreign(f"`{names[0]}` is a {kinds[0]} and `{names[1]}` a {kinds[1]}: give two files of one kind")
+        raise NotComparable(f"`{names[0]}` is a {kinds[0]} and `{names[1]}` a {kinds[1]}: give two files of one kind")
     before, after = _subjects(old), _subjects(new)
     shared = [(name, before[name], after[name]) for name in before if name in after]
     return Changes(
@@ -174,7 +176,7 @@ def changes(old: Json, new: Json, names: tuple[str, str] = ("the old file", "the
 
 @dataclass(frozen=True)
 class ComparedSubject:
-    """A model, a configuration or a reference, as far as it is compared."""
+    """Model, configuration or reference with the data that are compared."""
 
     status: str | None
     message: str | None
@@ -184,15 +186,15 @@ class ComparedSubject:
 
     @classmethod
     def from_json(cls, found: Json, errors: Json | None, times: Json | None = None) -> ComparedSubject:
-        """From an entry of a file, its metrics and what it cost."""
+        """Read an entry of a file with its metrics and costs."""
         known = times or {}
         spreads = {n: s for n in TIMES if isinstance(t := known.get(n), Mapping) and (s := Spread.read(t))}
-        measured = by_name(PointError.from_json)(errors or {})
+        measured = mapping_reader(PointError.from_json)(errors or {})
         return cls(found.get("status"), found.get("message"), measured, spreads, bool(known.get("contaminated")))
 
 
 def _subjects(result: Json) -> dict[str, ComparedSubject]:
-    """Models, configurations and references by what they are called."""
+    """Return models, configurations and references by name."""
     named: dict[str, ComparedSubject] = {}
     for name, own in _of_report(result) if result["schema"] == REPORT else _of_comparison(result):
         alike = sum(n == name or n.startswith(f"{name} #") for n in named)
@@ -221,7 +223,7 @@ def _of_comparison(result: Json) -> Iterator[tuple[str, ComparedSubject]]:
 
 
 def _texts(result: Json) -> Json:
-    """What scenes are: digests of their texts, and the parameters of a report."""
+    """Return digests of the scenes' texts, and the parameters of a report."""
     if result["schema"] == COMPARISON:
         return {f"text of {s.get('file') or s.get('title')}": s.get("sha256") for s in result.get("scenes") or ()}
     scene = result.get("scene") or {}
@@ -236,7 +238,7 @@ def _expectations(result: Json) -> Json:
 
 
 def _facts(old: Json, new: Json) -> list[FactChange]:
-    """Facts by name that are not the same."""
+    """Return the facts by name that differ."""
     names = [n for n in dict.fromkeys([*old, *new]) if n not in UNNAMED]
     return [FactChange(n, old.get(n), new.get(n)) for n in names if old.get(n) != new.get(n)]
 
@@ -257,7 +259,7 @@ def _metrics(name: str, old: ComparedSubject, new: ComparedSubject) -> Iterable[
 
 
 def _metric(name: str, metric: str, old: PointError, new: PointError) -> MetricChange | None:
-    """None if nothing changed."""
+    """Return the change of a metric, None if nothing changed."""
     a, b, unit = old.value, new.value, new.unit or old.unit
     if a is None and b is None:
         return None
@@ -279,7 +281,7 @@ def _times(name: str, old: ComparedSubject, new: ComparedSubject) -> Iterable[Ti
 
 
 def _verdict(a: Spread, b: Spread, disturbed: bool) -> tuple[str, str | None] | None:
-    """The verdict and its reason; None within the noise."""
+    """Return the verdict and its reason; None within the noise."""
     low, high = sorted((a.median, b.median))
     if high / low - 1 <= SLOWER or not a.apart(b):
         return None

@@ -1,14 +1,14 @@
-"""What the studies of a scene ask for: how a metric settles over a sweep, and which configurations no other beats."""
+"""Answers to the studies of a scene: convergence of a metric over a sweep, and Pareto fronts."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from softmark.interpreter.results.json_records import Json, Plain
+from softmark.interpreter.results.json_records import Json, JsonRecord
 from softmark.interpreter.study.analysis.comparison_point import UNKNOWNS, ComparedPoint, Spread, unit_of
-from softmark.interpreter.study.analysis.pareto_front import Candidate, judge, pareto
-from softmark.interpreter.study.analysis.refinement_convergence import refinement_of, settled
+from softmark.interpreter.study.analysis.pareto_front import Candidate, find_pareto_front, judge_points
+from softmark.interpreter.study.analysis.refinement_convergence import estimate_limit, refinement_of
 from softmark.interpreter.study.analysis.refinement_lines import RefinementLine, lines_of
 from softmark.interpreter.vocabulary.study_words import Convergence, Pareto
 from softmark.records import dataclass
@@ -18,7 +18,7 @@ Study = Convergence | Pareto
 
 
 def studies_from_json(known: Json) -> dict[str, Study]:
-    """What a scene's studies ask, by name; sweeps ask nothing."""
+    """Return the evaluations that a scene's studies ask for, by name; a sweep asks for none."""
     found: dict[str, Study] = {}
     for name, study in known.items():
         if study["kind"] == "convergence":
@@ -32,10 +32,10 @@ def studies_from_json(known: Json) -> dict[str, Study]:
 
 
 @dataclass(frozen=True)
-class SettledLine(Plain):
-    """Where a metric tends to along a line of a sweep, in `unit`; `reason` where nothing can be said.
+class LineConvergence(JsonRecord):
+    """Limit of a metric along a line of a sweep, in `unit`; `reason` if there is none.
 
-    Outside of the asymptotic range, `refined` says so and why.
+    Outside the asymptotic range, `refined` says so and why.
     """
 
     line: str
@@ -47,11 +47,11 @@ class SettledLine(Plain):
 
     @property
     def limit(self) -> Refined:
-        """What is known of it, be it why nothing is."""
+        """Estimated limit, or the reason why there is none."""
         return self.refined or Refined("unusable", self.reason)
 
     def entries(self) -> Mapping[str, object]:
-        """Everything that is known, None left out, but for the unit."""
+        """Return all known entries except the unit; None is left out."""
         own = {"line": self.line, "unit": self.unit}
         if self.refined is not None:
             return {**own, "members": self.members, "finest": self.finest, **self.refined.to_json()}
@@ -60,41 +60,43 @@ class SettledLine(Plain):
 
 
 @dataclass(frozen=True)
-class Settling(Plain):
-    """The answer to a `convergence`: how its metric settles along each line of the sweep."""
+class ConvergenceAnswer(JsonRecord):
+    """Answer to a `convergence` study: the limit of its metric along each line of the sweep."""
 
     study: str
     kind: str  # convergence
     metric: str
     over: str
-    lines: list[SettledLine]
+    lines: list[LineConvergence]
 
 
-def settling(name: str, asked: Convergence, points: Sequence[ComparedPoint]) -> Settling:
-    """Order, limit and index of the metric along each line of the sweep, over all points of a scene."""
+def answer_convergence(name: str, asked: Convergence, points: Sequence[ComparedPoint]) -> ConvergenceAnswer:
+    """Return order, limit and index of the metric along each line of the sweep, over all points of a scene."""
     unit = unit_of(points, asked.metric)
-    lines = [_settled(line, asked.metric, unit) for line in lines_of([p for p in points if p.study == asked.over])]
-    return Settling(name, "convergence", asked.metric, asked.over, lines)
+    lines = [
+        _line_convergence(line, asked.metric, unit) for line in lines_of([p for p in points if p.study == asked.over])
+    ]
+    return ConvergenceAnswer(name, "convergence", asked.metric, asked.over, lines)
 
 
-def _settled(line: RefinementLine, metric: str, unit: str | None) -> SettledLine:
+def _line_convergence(line: RefinementLine, metric: str, unit: str | None) -> LineConvergence:
     found = refinement_of(line)
     if isinstance(found, str):
-        return SettledLine(line.name, unit, reason=found)
+        return LineConvergence(line.name, unit, reason=found)
     family = [(h, float(v)) for h, p in found.members if (v := p.metric(metric).value) is not None]
     if not family:
-        return SettledLine(line.name, unit, 0, reason=f"{metric} was not measured on this line")
-    lengths = unit_of(line.members, metric) == "m"  # theory speaks of displacements
-    refined = settled(found, family, found.formal if lengths else None)
-    return SettledLine(line.name, unit, len(family), family[-1][1], refined)
+        return LineConvergence(line.name, unit, 0, reason=f"{metric} was not measured on this line")
+    lengths = unit_of(line.members, metric) == "m"  # theoretical orders are those of displacements
+    refined = estimate_limit(found, family, found.formal if lengths else None)
+    return LineConvergence(line.name, unit, len(family), family[-1][1], refined)
 
 
 # ------------------------------------------------------------------ pareto
 
 
 @dataclass(frozen=True)
-class FrontMember(Plain):
-    """A configuration that no other beats."""
+class FrontMember(JsonRecord):
+    """Configuration that no other dominates."""
 
     key: str
     label: str
@@ -104,8 +106,8 @@ class FrontMember(Plain):
 
 
 @dataclass(frozen=True)
-class Front(Plain):
-    """The answer to a `pareto`: who is on the front, by the cost that is asked for."""
+class ParetoAnswer(JsonRecord):
+    """Answer to a `pareto` study: the front for the requested cost."""
 
     study: str
     kind: str  # pareto
@@ -115,16 +117,16 @@ class Front(Plain):
     cost_unit: str | None
     cost_name: str
     error_unit: str | None
-    front: list[FrontMember]
+    answer_pareto: list[FrontMember]
     counted: int  # configurations
 
 
-def front(
+def answer_pareto(
     name: str, asked: Pareto, points: Sequence[ComparedPoint], clock: str, allow_contaminated: bool = False
-) -> Front:
-    """Who is on the front by the cost that is asked for: a metric, or the time of a step or of the whole solution."""
+) -> ParetoAnswer:
+    """Return the Pareto front for the requested cost: a metric, or the time of a step or of the whole solution."""
     own = [p for p in points if asked.over in (None, p.study)]
-    judged = judge(own, asked.error, UNKNOWNS if asked.cost else clock, allow_contaminated)
+    judged = judge_points(own, asked.error, UNKNOWNS if asked.cost else clock, allow_contaminated)
     if asked.cost is not None:
         what, unit = asked.cost, unit_of(own, asked.cost)
         candidates = _by_metric(judged.candidates, asked.cost, own)
@@ -133,17 +135,17 @@ def front(
     else:
         what, unit = "time", "s"
         candidates = [replace(c, effort=c.frame or c.effort) for c in judged.candidates.values()]
-    best = [FrontMember(c.key, c.label, c.effort, c.measured, c.capped) for c in pareto(candidates)]
+    best = [FrontMember(c.key, c.label, c.effort, c.measured, c.capped) for c in find_pareto_front(candidates)]
     error_unit = unit_of(own, asked.error)
-    return Front(
+    return ParetoAnswer(
         name, "pareto", asked.error, asked.cost, asked.over, unit, what, error_unit, best, len(candidates)
     )  # fmt: skip
 
 
 def _by_metric(candidates: Mapping[str, Candidate], metric: str, points: Sequence[ComparedPoint]) -> list[Candidate]:
-    """Those that have a metric, with it as their effort."""
+    """Return the candidates that have a metric, with it as their effort."""
     values = {p.key: p.metric(metric).value for p in points}
     return [replace(c, effort=Spread.exact(float(v))) for c in candidates.values() if (v := values[c.key]) is not None]
 
 
-Answer = Settling | Front
+Answer = ConvergenceAnswer | ParetoAnswer

@@ -1,14 +1,13 @@
-"""Whether a timed run was disturbed, and what several runs of one job come to. Plain functions of plain values.
+"""Detection of disturbed timings, and summary of several runs of one job, as plain functions of plain values.
 
-A run is a record of `timed_process.py`. A disturbed one is left out where enough others are clean; otherwise all are
-kept and called contaminated. The thresholds were chosen by measurement, on two virtual processors of an EPYC, with
-solutions of
+A run is a record of `timed_process.py`. Disturbed runs are left out if enough others are clean; otherwise all are kept
+and marked contaminated. The thresholds come from measurements on two virtual processors of an EPYC, with solutions of
 20 to 80 ms. With the other processor idle or busy, one thread got 99.3 to 100 % of its own, waited for 0 to 0.7 %, and
 the machine's tasks for 0 to 1.5 % of the time; with two to four tasks for two processors these were 31 to 82 %, 10 to
 70 % and 50 to 100 %, and wall times up to four times as long, while CPU times grew by up to a tenth. Involuntary
-switches tell nothing: up to 160 a second disturbed nobody. The mean pressure of ten seconds is recorded and not
-judged: it is of the time before as well, and the counter of the time itself says the same. What no counter shows is a
-stranger on the same core of the host: CPU times and the pace of a fixed loop then grew together, by half and more.
+switches are no criterion: up to 160 a second caused no disturbance. The mean pressure of ten seconds is recorded but
+not used, since it also covers the time before; the counter of the run itself shows the same. No counter shows another
+guest on the same core of the host: CPU times and the pace of a fixed loop then grew together, by half and more.
 Under a load of six, CPU times of 18 runs spread by 28 to 53 %, those of the 10 to 12 at the usual pace by 7 to 11 %
 (quartiles over median, three models).
 """
@@ -21,16 +20,16 @@ from typing import Any
 
 from softmark.interpreter.results.state_results import SOLVED
 
-OWN, WHOLE = "own clock", "whole process"  # of another program
-FEWEST = 3  # clean runs that a median can rest on
+OWN, WHOLE = "own clock", "whole process"  # of an external program
+FEWEST = 3  # minimum number of clean runs for a median
 
 SHARE = 0.95  # CPU seconds per wall second of one thread
-WAITED = 0.02  # share of the time on the queue of a processor
-PRESSURE = 0.05  # share of the time in which some task of the machine waited
-STOLEN = 0.01  # share of the time that the hypervisor gave to others ...
+WAITED = 0.02  # fraction of the time waiting for a processor
+PRESSURE = 0.05  # fraction of the time in which some task of the machine waited
+STOLEN = 0.01  # fraction of the time that the hypervisor gave to others ...
 TICKS = 0.02  # s ... and at least two of the ticks in which it is counted
 SWITCHES = 1000.0  # a second: each costs some 10 us of cold caches; idle machines show up to 200
-PACE = 0.15  # by how much the processor may be faster or slower than in the runs it is compared with
+PACE = 0.15  # relative deviation from the processor speed of the compared runs
 
 # why a run does not count
 DISTURBANCES: dict[str, str] = {
@@ -42,8 +41,8 @@ DISTURBANCES: dict[str, str] = {
     "pace": f"the processor was more than {100 * PACE:g} % faster or slower than in the other runs",
     "compiled": "kernels were compiled or loaded while the clock ran",
 }
-SLOWING = ("pace", "compiled")  # what disturbs CPU times too: waiting hardly does
-# what a reader should know of the whole
+SLOWING = ("pace", "compiled")  # disturbances that also affect CPU times; waiting hardly does
+# remarks on all runs
 REMARKS: dict[str, str] = {
     "contaminated": "too few runs were undisturbed: times are those of all runs, and CPU time is the better one",
     "few repeats": "one run takes long, so there are only a few",
@@ -58,21 +57,21 @@ Record = Mapping[str, Any]
 CostJson = dict[str, Any]  # what `point.Cost` is read from
 
 
-def good(record: Record) -> bool:
-    """Whether a record is a timed solution."""
+def is_timed_solution(record: Record) -> bool:
+    """Return whether a record is a timed solution."""
     return record.get("status") in SOLVED and bool(record.get("wall_s"))
 
 
 def usual_pace(records: Iterable[Record]) -> float | None:
-    """The lower quartile of the paces of all runs of a comparison: that of most, or of the quick ones among them."""
-    paces = [float(p) for r in records if good(r) and (p := r.get("pace_s"))]
-    return spread(paces)["q1"] if paces else None
+    """Return the lower quartile of the paces of all runs of a comparison, the pace of an undisturbed processor."""
+    paces = [float(p) for r in records if is_timed_solution(r) and (p := r.get("pace_s"))]
+    return summarize_spread(paces)["q1"] if paces else None
 
 
 def disturbances(record: Record, pace: float | None = None) -> list[str]:
-    """Names in DISTURBANCES of what went wrong while the clock ran; what is not known disturbs nothing.
+    """Return names in DISTURBANCES of disturbances during the run; an unknown counter counts as undisturbed.
 
-    `pace` is that of the runs which this one is compared with.
+    `pace` is that of the runs with which this one is compared.
     """
     seen = record.get("during") or {}
     wall = seen.get("wall_s") or 0.0
@@ -93,26 +92,28 @@ def disturbances(record: Record, pace: float | None = None) -> list[str]:
     return [name for name, true in found.items() if true]
 
 
-def clean(record: Record, pace: float | None = None) -> bool:
-    """Whether a record is a timed solution that nothing disturbed."""
-    return good(record) and not disturbances(record, pace)
+def is_undisturbed(record: Record, pace: float | None = None) -> bool:
+    """Return whether a record is an undisturbed timed solution."""
+    return is_timed_solution(record) and not disturbances(record, pace)
 
 
-def refusal(records: Sequence[Record]) -> str | None:
-    """Why there are no times, where there are none."""
-    if any(good(r) for r in records):
+def reason_without_times(records: Sequence[Record]) -> str | None:
+    """Return why there are no times, or None if there are."""
+    if any(is_timed_solution(r) for r in records):
         return None
     bad = [r for r in records if r.get("status") not in SOLVED]
     return str(bad[-1].get("message") or bad[-1].get("status")) if bad else "it was not timed"
 
 
-def cost(records: Sequence[Record], asked: int = FEWEST, pace: float | None = None) -> CostJson | None:
-    """Medians and quartiles over the clean runs of one job, `asked` of which were wanted; None without a solution.
+def summarize_cost(records: Sequence[Record], asked: int = FEWEST, pace: float | None = None) -> CostJson | None:
+    """Return medians and quartiles over the clean runs of one job, of which `asked` were wanted; None without a
+    solution.
 
-    `pace` is the usual one of the whole comparison; that of these runs alone if it is not given. Where too few runs are
-    clean, wall times are those of all, CPU times those of the runs at that pace if they are enough.
+    `pace` is the usual one of the whole comparison, by default of these runs. With too few clean runs, wall times are
+    those
+    of all runs, and CPU times those of the runs at that pace if these are enough.
     """
-    runs = [r for r in records if good(r)]
+    runs = [r for r in records if is_timed_solution(r)]
     if not runs:
         return None
     pace = pace or usual_pace(runs)
@@ -124,15 +125,15 @@ def cost(records: Sequence[Record], asked: int = FEWEST, pace: float | None = No
     wall, cpu = _solutions(used, "wall_s"), _solutions(steady, "cpu_s")
     step_cpu = _steps(steady, "cpu_s")
     by_cpu = contaminated and all((r.get("threads") or {}).get("asked", 1) == 1 for r in used)
-    foreign = any(r.get("clock") for r in used)  # no frame is known of another program
+    foreign = any(r.get("clock") for r in used)  # an external program has no known frame time
     frame, frame_cpu = steps or wall, step_cpu or cpu
     return {
         "wall_s": wall,
         "cpu_s": cpu,
         "step_s": steps,
         "step_cpu_s": step_cpu,
-        "setup_s": spread([_setup(r, 0) for r in used]),
-        "setup_cpu_s": spread([_setup(r, 1) for r in steady]),
+        "setup_s": summarize_spread([_setup(r, 0) for r in used]),
+        "setup_cpu_s": summarize_spread([_setup(r, 1) for r in steady]),
         "phases": _phases(records, steady, cpu["median"]),
         "memory_bytes": _median(used, lambda r: r["memory"].get("peak")),
         "memory_added_bytes": _median(used, _added),
@@ -146,25 +147,27 @@ def cost(records: Sequence[Record], asked: int = FEWEST, pace: float | None = No
 
 
 def _steady(runs: Sequence[Record], asked: int, pace: float | None) -> Sequence[Record]:
-    """Those whose CPU times nothing disturbed; all where they are too few."""
+    """Return runs with undisturbed CPU times, or all runs if these are too few."""
     kept = [r for r in runs if not set(SLOWING) & set(disturbances(r, pace))]
     return kept if len(kept) >= min(FEWEST, asked) else runs
 
 
-def spread(values: Sequence[float]) -> dict[str, float | int]:
-    """Median, quartiles (linear between order statistics: Hyndman and Fan 1996, type 7), least, largest, how many."""
+def summarize_spread(values: Sequence[float]) -> dict[str, float | int]:
+    """Return median, quartiles (linear between order statistics: Hyndman and Fan 1996, type 7), minimum, maximum,
+    number.
+    """
     single = len(values) < 2
     q1, median, q3 = [values[0]] * 3 if single else statistics.quantiles(values, n=4, method="inclusive")
     return {"median": median, "q1": q1, "q3": q3, "min": min(values), "max": max(values), "runs": len(values)}
 
 
 def _solutions(runs: Sequence[Record], name: str) -> dict[str, float | int]:
-    """Over runs, the median of the solutions of each: those of one process are not independent."""
-    return spread([statistics.median(r[name]) for r in runs])
+    """Return the spread over runs of each run's median: solutions of one process are not independent."""
+    return summarize_spread([statistics.median(r[name]) for r in runs])
 
 
 def _steps(runs: Sequence[Record], name: str) -> dict[str, float | int] | None:
-    """Medians over runs of each quantile of the seconds of a time step."""
+    """Return medians over runs of each quantile of the seconds of a time step."""
     known = [r["steps"] for r in runs if r.get("steps") and r["steps"].get(name)]
     if not known:
         return None
@@ -177,7 +180,7 @@ def _setup(run: Record, clock: int) -> float:
 
 
 def _added(run: Record) -> float | None:
-    """Bytes that building and solving took beyond what the program holds anyway."""
+    """Return the bytes that building and solving needed beyond the program itself."""
     peak, before = run["memory"].get("peak"), run["memory"].get("before")
     return None if peak is None or before is None else max(0, peak - before)
 
@@ -188,9 +191,9 @@ def _median(runs: Sequence[Record], value: Callable[[Record], float | None]) -> 
 
 
 def _phases(records: Sequence[Record], used: Sequence[Record], median: float) -> dict[str, float]:
-    """CPU seconds of a solution by phases, with mesh, set-up and output beside it.
+    """Return CPU seconds of a solution by phases, with those of mesh, set-up and output.
 
-    Clocks disturb the run that they are in, so of that only the shares are taken: they share out the median.
+    Clocks slow the run that they measure, so only their proportions are used, to divide the median.
     """
     made = {n: statistics.median(r["setup"][n][1] for r in used) for n in ("mesh", "set-up")}
     last = next((r for r in reversed(records) if r.get("phases")), None)
@@ -209,7 +212,7 @@ def _phases(records: Sequence[Record], used: Sequence[Record], median: float) ->
 def _flags(
     runs: Sequence[Record], used: Sequence[Record], contaminated: bool, asked: int, pace: float | None
 ) -> list[str]:
-    """What a reader should know: remarks, and what disturbed runs that count."""
+    """Return remarks for the reader, and disturbances of runs that count."""
     done = {tuple((r.get("solve") or {}).get(n) for n in ("iterations", "steps")) for r in runs}
     motion = [m for r in runs if (m := (r.get("solve") or {}).get("motion")) is not None]
     found = {

@@ -1,1 +1,1 @@
-"""From the studies of a scene to tasks: variations, the keys by which two are one, what each needs."""
+"""Configurations of studies: variations of a scene, their keys, and the tasks that compute them."""

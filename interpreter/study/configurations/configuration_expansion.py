@@ -1,8 +1,8 @@
-"""From scenes, their sweeps and `--vary` to configurations: one model of one scene under one set of overrides.
+"""Expansion of scenes, their sweeps and `--vary` to configurations: one model of one scene with one set of overrides.
 
-Every sweep makes a family of configurations around the scene as it is declared; `--vary` makes one family and takes the
-place of the sweeps; without either there is the scene as it is. Models that no sweep varies are there as declared.
-A configuration's key is a digest of all that decides its result: configurations of one key are computed once.
+Every sweep gives a family of configurations around the declared scene; `--vary` gives one family and replaces the
+sweeps; without either there is only the declared scene. Models that no sweep varies are included as declared. A
+configuration's key is a digest of everything that decides its result, and each key is computed once.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from softmark.interpreter.language.compiled_scene import Declared, Scene, SceneE
 from softmark.interpreter.language.parameter_overrides import Override
 from softmark.interpreter.language.scene_states import states_of
 from softmark.interpreter.language.sweep_values import with_unit
-from softmark.interpreter.pipeline.run_environment import describe
+from softmark.interpreter.pipeline.run_environment import describe_scene
 from softmark.interpreter.planning.declaration_dependencies import with_dependencies
 from softmark.interpreter.planning.sweep_expansion import chain, override_of, value_in
-from softmark.interpreter.results.state_results import percent
-from softmark.interpreter.study.analysis.comparison_point import said_values
+from softmark.interpreter.results.state_results import format_state
+from softmark.interpreter.study.analysis.comparison_point import format_values
 from softmark.interpreter.study.configurations.configuration_keys import key_of, key_of_text, needed_models
-from softmark.interpreter.study.configurations.configuration_task import told
+from softmark.interpreter.study.configurations.configuration_task import format_diagnostics
 from softmark.interpreter.study.configurations.task_outcome import PointTask
 from softmark.interpreter.validation.requested_names import at_name, unknown_models
 from softmark.interpreter.validation.scene_checks import apply_overrides
 from softmark.interpreter.vocabulary.study_words import Stability, Sweep
 from softmark.records import dataclass
 
-MOST = 100_000  # configurations of one comparison
+MOST = 100_000  # maximum number of configurations of one comparison
 DESCRIBED = (
     "title",
     "file",
@@ -48,7 +48,7 @@ DESCRIBED = (
 
 @dataclass(frozen=True)
 class Configuration:
-    """One model of one scene under one set of overrides; `task` is what performing it needs."""
+    """One model of one scene with one set of overrides; `task` has the input for computing it."""
 
     key: str
     scene: str
@@ -57,15 +57,15 @@ class Configuration:
     variation: Mapping[str, str]
     numbers: Mapping[str, float]
     task: PointTask
-    reason: str | None = None  # why it cannot be computed: the scene is in error with these values
+    reason: str | None = None  # error of the scene with these values, if any
 
     @property
     def label(self) -> str:
-        """`corot_tet, h = 5 mm`; for display alone, what it is stands in `variation`."""
-        return ", ".join((self.model, *said_values(self.model, self.variation)))
+        """Label for display, `corot_tet, h = 5 mm`; the exact values are in `variation`."""
+        return ", ".join((self.model, *format_values(self.model, self.variation)))
 
     def described(self) -> dict[str, Any]:
-        """The part of a point that says what it is."""
+        """Return the entries of a point that identify the configuration."""
         return {
             "key": self.key, "scene": self.scene, "model": self.model, "label": self.label, "study": self.study,
             "variation": dict(self.variation), "numbers": dict(self.numbers),
@@ -74,46 +74,46 @@ class Configuration:
 
 @dataclass(frozen=True)
 class SceneSubject:
-    """A scene that takes part: its short name, and the folder that its files are relative to."""
+    """Scene of a comparison, with its short name and the folder of its files."""
 
     name: str
     scene: Scene
     folder: Path
-    models: tuple[str, ...] = ()  # that take part; all of them without
+    models: tuple[str, ...] = ()  # selected models; empty: all
 
     def described(self) -> dict[str, Any]:
-        """Its entry among the results: what it is called, its text, and what it was made with."""
-        known = describe(self.scene)
-        if states := states_of(self.scene):  # of which a study looks at the last
-            known["title"] = f"{known['title']}, in the last of {len(states)} states, {percent(states[-1])}"
+        """Return its entry in the results: name, text, and origin."""
+        known = describe_scene(self.scene)
+        if states := states_of(self.scene):  # a study uses the last state
+            known["title"] = f"{known['title']}, in the last of {len(states)} states, {format_state(states[-1])}"
         return {"name": self.name, **{n: known[n] for n in DESCRIBED if n in known}}
 
 
 def subject_of(scene: Scene, taken: Sequence[str] = ()) -> SceneSubject:
-    """A scene under a name that none has taken: that of its file, with a number if need be."""
+    """Return a scene with a unique name: that of its file, with a number if necessary."""
     stem = Path(scene.path).stem if scene.path else "scene"
     names = (stem, *(f"{stem}-{i}" for i in range(2, len(taken) + 3)))
     folder = scene.table.modules[0].folder if scene.table else Path()
     return SceneSubject(next(n for n in names if n not in taken), scene, folder)
 
 
-class TooMany(ValueError):
-    """More configurations than one comparison may have."""
+class TooManyConfigurations(ValueError):
+    """A comparison has more configurations than are allowed."""
 
 
 @dataclass(frozen=True)
-class Vary:
-    """`--vary h=10mm,5mm`: a name, and the overrides that put each value in its place."""
+class Variation:
+    """Variation `--vary h=10mm,5mm`: a name, and the override for each value."""
 
     name: str
     values: tuple[Override, ...]
 
 
 @dataclass(frozen=True)
-class Additions:
-    """What the command line asks for beyond the scenes; `models` empty: all."""
+class CommandLineAdditions:
+    """Selections and variations on the command line; empty `models` means all."""
 
-    vary: tuple[Vary, ...] = ()
+    vary: tuple[Variation, ...] = ()
     models: tuple[str, ...] = ()
     study: str | None = None
     plain: bool = False  # scenes as they are declared, without what their studies vary
@@ -122,19 +122,19 @@ class Additions:
 # ------------------------------------------------------------------ the command line
 
 
-def read_vary(texts: Sequence[str]) -> tuple[tuple[Vary, ...], tuple[str, ...]]:
-    """The variations of `--vary` options, and the models that `model=a,b` names. Raises SceneError."""
+def read_vary(texts: Sequence[str]) -> tuple[tuple[Variation, ...], tuple[str, ...]]:
+    """Return the variations of `--vary` options, and the models named in `model=a,b`. Raises SceneError."""
     diagnostics: list[Diagnostic] = []
-    found: list[Vary] = []
+    found: list[Variation] = []
     models: list[str] = []
     for text in texts:
         name, equals, values = (part.strip() for part in text.partition("="))
         if name == "model" and values.strip(", "):
             models += [v.strip() for v in values.split(",") if v.strip()]
             continue
-        parts = split(values) or [""]
+        parts = split_values(values) or [""]
         read = [parameter_overrides.read_override(f"{name}{equals}{part}", diagnostics, "--vary") for part in parts]
-        found.append(Vary(name, tuple(v for o in read if o is not None for v in _opened(o))))
+        found.append(Variation(name, tuple(v for o in read if o is not None for v in _expand_list(o))))
     names = [v.name for v in found]
     twice = [n for n in names if names.count(n) > 1]
     if twice:
@@ -145,8 +145,8 @@ def read_vary(texts: Sequence[str]) -> tuple[tuple[Vary, ...], tuple[str, ...]]:
     return tuple(found), tuple(models)
 
 
-def split(text: str) -> list[str]:
-    """The values between commas; those inside brackets and quotes do not count."""
+def split_values(text: str) -> list[str]:
+    """Split values at commas, except inside brackets and quotes."""
     parts, depth, quoted = [""], 0, False
     for letter in text:
         quoted ^= letter == '"'
@@ -158,8 +158,8 @@ def split(text: str) -> list[str]:
     return [part.strip() for part in parts if part.strip()]
 
 
-def _opened(override: Override) -> Iterator[Override]:
-    """A list as its values, `h=[10, 5]mm` as two; anything else as itself."""
+def _expand_list(override: Override) -> Iterator[Override]:
+    """Yield the values of a list, `h=[10, 5]mm` as two; anything else unchanged."""
     node = override.node
     if not isinstance(node, tree.List):
         yield _written(override, node)
@@ -183,21 +183,23 @@ class _Family:
     models: tuple[str, ...]
 
 
-def expand(subjects: Sequence[SceneSubject], asked: Additions) -> list[Configuration]:
-    """Every configuration that is asked for, once for each family and key. Raises SceneError for a wrong request."""
+def expand(subjects: Sequence[SceneSubject], asked: CommandLineAdditions) -> list[Configuration]:
+    """Return every requested configuration, once for each family and key. Raises SceneError for an invalid request."""
     found: list[Configuration] = []
     for subject in subjects:
-        _known_names(subject, asked)
+        _check_names(subject, asked)
         members = [c for family in _families(subject, asked) for c in _distinct(_members(subject, family))]
-        own = _settled(members)
-        found += own + _beside(subject, asked, own)
+        own = _merge_independent(members)
+        found += own + _unvaried_models(subject, asked, own)
     if len(found) > MOST:
-        raise TooMany(f"{len(found)} configurations are more than the {MOST} that one comparison may have")
+        raise TooManyConfigurations(
+            f"{len(found)} configurations are more than the {MOST} that one comparison may have"
+        )
     return found
 
 
-def _known_names(subject: SceneSubject, asked: Additions) -> None:
-    """Raise SceneError for a model, a study, a name or a value of the command line that cannot be meant."""
+def _check_names(subject: SceneSubject, asked: CommandLineAdditions) -> None:
+    """Check models, studies, names and values of the command line. Raises SceneError."""
     problems = unknown_models(subject.scene, asked.models)
     for vary in asked.vary:
         problems += _wrong_values(subject.scene, vary)
@@ -214,8 +216,8 @@ def _known_names(subject: SceneSubject, asked: Additions) -> None:
         raise SceneError(list(dict.fromkeys(problems)))
 
 
-def _wrong_values(scene: Scene, vary: Vary) -> Iterator[Diagnostic]:
-    """The first error at each value of a variation; one for all values where it is at their name."""
+def _wrong_values(scene: Scene, vary: Variation) -> Iterator[Diagnostic]:
+    """Yield the first error of each value of a variation, or only one if the name is wrong."""
     for override in vary.values:
         errors = (d for d in apply_overrides(scene, [override])[1] if d.severity == "error")
         own = next((d for d in errors if d.source is override.place.source), None)
@@ -225,7 +227,7 @@ def _wrong_values(scene: Scene, vary: Vary) -> Iterator[Diagnostic]:
                 return
 
 
-def _families(subject: SceneSubject, asked: Additions) -> list[_Family]:
+def _families(subject: SceneSubject, asked: CommandLineAdditions) -> list[_Family]:
     models = tuple(asked.models or subject.scene.of_kind("model"))
     if asked.vary:
         return [_Family(None, tuple(product(*(v.values for v in asked.vary))), models)]
@@ -242,7 +244,7 @@ def _families(subject: SceneSubject, asked: Additions) -> list[_Family]:
 
 
 def _sweeps(scene: Scene, only: str | None) -> dict[str, Declared]:
-    """The sweeps to carry out; those that others are combined with, or models trained on, are no families unasked."""
+    """Return the sweeps to run; a sweep used only by other studies or as training data needs a request."""
     studies = scene.of_kind("study")
     if only is not None:
         asked = studies[only]
@@ -254,16 +256,18 @@ def _sweeps(scene: Scene, only: str | None) -> dict[str, Declared]:
     return {n: d for n, d in sweeps.items() if n not in inner or n in wanted}
 
 
-def _settled(members: list[Configuration]) -> list[Configuration]:
-    """Models that do not depend on what a study varies belong to none, and are there once."""
+def _merge_independent(members: list[Configuration]) -> list[Configuration]:
+    """Keep models that do not depend on a varied value only once, without a family."""
     known = {c.key for c in members if c.variation}
     alone = {c.key: replace(c, study=None) for c in members if not c.variation and c.key not in known}
     kept = [c for c in members if c.variation]
     return [*alone.values(), *kept]
 
 
-def _beside(subject: SceneSubject, asked: Additions, found: Sequence[Configuration]) -> list[Configuration]:
-    """Models that are in no family, as the scene declares them."""
+def _unvaried_models(
+    subject: SceneSubject, asked: CommandLineAdditions, found: Sequence[Configuration]
+) -> list[Configuration]:
+    """Return the models in no family, as declared."""
     if asked.study is not None and found:
         return []
     varied_ = {c.model for c in found}
@@ -277,7 +281,7 @@ def _members(subject: SceneSubject, family: _Family) -> Iterator[Configuration]:
         scene, reason = subject.scene, None
         if step:
             scene, diagnostics = apply_overrides(subject.scene, step)
-            reason = next((told([d]) for d in diagnostics if d.severity == "error"), None)
+            reason = next((format_diagnostics([d]) for d in diagnostics if d.severity == "error"), None)
         values = {o.name: o.text.partition("=")[2] for o in step}
         for model in family.models:
             task = task_of(subject, scene, model)
@@ -287,13 +291,13 @@ def _members(subject: SceneSubject, family: _Family) -> Iterator[Configuration]:
 
 
 def _concerns(scene: Scene, varied: str, needed: Sequence[str]) -> bool:
-    """Whether what is varied is anything to models that are needed: a field of another model is not."""
+    """Return whether a varied name matters to the needed models: a field of another model does not."""
     owner = varied.partition(".")[0]
     return owner in needed or owner not in scene.of_kind("model")
 
 
 def _distinct(members: Iterator[Configuration]) -> list[Configuration]:
-    """One configuration for each key; its variation keeps what all of that key have in common."""
+    """Return one configuration for each key; its variation keeps the values common to all of that key."""
     kept: dict[str, Configuration] = {}
     for member in members:
         first = kept.setdefault(member.key, member)
@@ -305,7 +309,7 @@ def _distinct(members: Iterator[Configuration]) -> list[Configuration]:
 
 
 def task_of(subject: SceneSubject, scene: Scene, model: str) -> PointTask:
-    """What performing one configuration needs: the text of the scene and the overrides."""
+    """Return the task of one configuration: the text of the scene and the overrides."""
     sound = model in scene.declared
     return PointTask(
         key_of(scene, model) if sound else key_of_text(scene, model), subject.name, model,

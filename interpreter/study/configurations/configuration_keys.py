@@ -1,9 +1,8 @@
-"""What a result depends on, as one digest: two configurations of one key are one computation.
+"""Keys of results: a digest of everything that a result depends on; equal keys are one computation.
 
-A key covers softmark's sources, the model, everything declared that can decide its result, the contents of files, and
-the versions of other programs that solve it.
-Names of parameters, texts of expressions, expectations and published values take no part, and studies only where a
-model is made from one: then the whole text counts, for what a sweep does to the scene is not in the scene as it is.
+A key covers softmark's sources, the model, all declarations that can affect its result, the contents of files, and the
+versions of external programs. It excludes names of parameters, texts of expressions, expectations and published values.
+Studies count only if a model is made from one; then the whole text counts, since a sweep changes the scene.
 """
 
 from __future__ import annotations
@@ -18,14 +17,14 @@ from softmark.interpreter.models.external.external_program import Asked
 from softmark.interpreter.planning.declaration_dependencies import models_of, with_dependencies
 from softmark.interpreter.study.configurations import source_digests
 
-SPEAKING = ("study", "published")  # kinds that cannot decide what a model comes to
-KEPT = 32  # references that a process remembers
+SPEAKING = ("study", "published")  # kinds that cannot affect a model's result
+KEPT = 32  # maximum number of cached references
 
 
 def key_of(scene: Scene, model: str) -> str:
-    """SHA-256 over all that decides what a model comes to."""
+    """Return the SHA-256 of everything that decides a model's result."""
     whole = with_dependencies(scene, needed_models(scene, model))
-    h = hashlib.sha256(f"{source_digests.digest()}\0{model}\0".encode())
+    h = hashlib.sha256(f"{source_digests.digest_sources()}\0{model}\0".encode())
     for declared in scene.declared.values():
         if declared.name in whole or declared.kind not in (*SPEAKING, "model"):
             h.update(words_of(declared).encode())
@@ -36,19 +35,19 @@ def key_of(scene: Scene, model: str) -> str:
 
 
 def all_words(scene: Scene) -> list[str]:
-    """Everything that is declared, as text: a model that nothing computes may still be refined by a reference."""
+    """Return all declarations as text: a reference may refine a model that is not computed itself."""
     return [words_of(declared) for declared in scene.declared.values() if declared.kind != "study"]
 
 
 def key_of_text(scene: Scene, model: str) -> str:
-    """SHA-256 over the text of a scene that is in error, and its overrides."""
-    parts = (source_digests.digest(), model, scene.source.text, *scene.overrides)
+    """Return the SHA-256 of the text of an invalid scene and its overrides."""
+    parts = (source_digests.digest_sources(), model, scene.source.text, *scene.overrides)
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 
 def key_of_reference(scene: Scene, reference: Declared) -> str:
-    """SHA-256 over all that decides what a reference comes to; models only as far as it refines them."""
-    h = hashlib.sha256(f"{source_digests.digest()}\0{reference.name}\0".encode())
+    """Return the SHA-256 of everything that decides a reference's result; models only as far as it refines them."""
+    h = hashlib.sha256(f"{source_digests.digest_sources()}\0{reference.name}\0".encode())
     for declared in scene.declared.values():
         if declared.kind not in (*SPEAKING, "model", "metric"):
             h.update(words_of(declared).encode())
@@ -62,7 +61,7 @@ def _text(scene: Scene) -> str:
 
 
 def _refined_words(scene: Scene, whole: Collection[str]) -> str:
-    """Models that references refine, as text without their size, but for those that count as they are."""
+    """Return models that references refine as text, without their size unless it matters."""
     refined = [n for n in _refined(scene) if n not in whole]
     behind = [n for n in with_dependencies(scene, refined) if n not in (*refined, *whole)]
     own = [words_of(_unsized(scene.declared[n])) for n in refined]
@@ -70,13 +69,13 @@ def _refined_words(scene: Scene, whole: Collection[str]) -> str:
 
 
 def words_of(declared: Declared) -> str:
-    """A declaration as text, with the contents of files in place of their names; of whose plugin and program it is."""
+    """Return a declaration as text, with digests of files for their names, and its plugin and external program."""
     text = repr(declared.thing)
     for file in sorted(set(source_digests.files_of(declared.thing)), key=len, reverse=True):
-        text = text.replace(repr(file), source_digests.slice_of_file(file))
-    whose = source_digests.of_plugins(declared.thing)
+        text = text.replace(repr(file), source_digests.digest_file(file))
+    whose = source_digests.digest_plugins(declared.thing)
     if isinstance(declared.thing, Asked):
-        whose += source_digests.of_program(declared.thing.program)
+        whose += source_digests.digest_program(declared.thing.program)
     return f"{declared.kind} {declared.name} {declared.constructor.name} {text}{whose}\0"
 
 
@@ -84,7 +83,7 @@ def words_of(declared: Declared) -> str:
 
 
 def needed_models(scene: Scene, model: str) -> tuple[str, ...]:
-    """A model and those that are computed with it, in the order of the scene: metrics and references are about them."""
+    """Return a model and those that its metrics and references need, in the order of the scene."""
     needed = {model}
     for declared in scene.declared.values():
         if declared.kind not in (*SPEAKING, "model"):
@@ -93,7 +92,7 @@ def needed_models(scene: Scene, model: str) -> tuple[str, ...]:
 
 
 def _refined(scene: Scene) -> list[str]:
-    """Models that references refine, each at sizes of its own."""
+    """Return the models that references refine, each at sizes of its own."""
     found: dict[str, None] = {}
     for reference in scene.of_kind("reference").values():
         found.update(dict.fromkeys(models_of(scene, reference, "names")))
@@ -101,7 +100,7 @@ def _refined(scene: Scene) -> list[str]:
 
 
 def _unsized(model: Declared) -> Declared:
-    """A model whose size a reference chooses."""
+    """Return a model without its size, which a reference chooses."""
     if "size" not in model.thing.finely:
         return model
     return replace(model, thing=replace(model.thing, size=None))
@@ -113,8 +112,8 @@ def _unsized(model: Declared) -> Declared:
 _REMEMBERED: dict[str, Any] = {}
 
 
-def recall(scene: Scene, reference: Declared, make: Callable[[], Any]) -> Any:
-    """What a reference comes to: made once in this process for all configurations that share it."""
+def cached_reference(scene: Scene, reference: Declared, make: Callable[[], Any]) -> Any:
+    """Return the result of a reference, computed once in this process for all configurations that share it."""
     key = key_of_reference(scene, reference)
     if key not in _REMEMBERED:
         while len(_REMEMBERED) >= KEPT:

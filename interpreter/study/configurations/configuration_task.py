@@ -1,7 +1,7 @@
-"""One configuration computed: `perform` runs it in this process and gives what came of it as plain JSON.
+"""Computation of one configuration in this process (`perform`), with its outcome as plain JSON.
 
-It never raises for what a scene or a solver does: a variation that cannot be built is a failed point like any other,
-and a study goes on.
+Errors of a scene or a solver raise no exception: a variation that cannot be built is a failed point like any other, and
+the study continues.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.language.compiled_scene import Declared, Scene, SceneError
 from softmark.interpreter.metrics.metric_base import ForceMetric
 from softmark.interpreter.planning.declaration_dependencies import with_dependencies
-from softmark.interpreter.results.json_records import clean
+from softmark.interpreter.results.json_records import to_plain_json
 from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT
-from softmark.interpreter.study.configurations.reference_changes import traces
+from softmark.interpreter.study.configurations.reference_changes import trace_references
 from softmark.interpreter.study.configurations.task_outcome import (
     PointError,
     PointOutcome,
@@ -29,39 +29,39 @@ from softmark.interpreter.study.configurations.task_outcome import (
     PointWarning,
     ProbeTrace,
     SolvedReference,
-    Truth,
-    TruthAsked,
+    TruthRequest,
+    TruthStatement,
 )
 from softmark.interpreter.validation.requested_names import needed_models
 
 if TYPE_CHECKING:
-    from softmark.interpreter.results.run_report import ModelResult, ProbeResult, ReferenceResult, Report, Warned
+    from softmark.interpreter.results.run_report import ModelResult, ProbeResult, ReferenceResult, Report, ReportWarning
 
 Json = dict[str, Any]
-POINTS = 200  # of a probe that a comparison keeps
+POINTS = 200  # maximum number of probe points that a comparison keeps
 FINE = (*ANSWERED, *LEFT_OUT)
 
 
 def perform(task: PointTask) -> PointOutcome:
-    """The outcome of one task: `point` and `references` of the comparison, and the seconds that it took.
+    """Return the outcome of one task: `point` and `references` of the comparison, and the seconds needed.
 
-    A point's `status` is `failed`, with a message, for whatever goes wrong.
+    After any error, the point's `status` is `failed`, with a message.
     """
     wall, cpu = time.perf_counter(), time.process_time()
     try:
         found = _performed(task)
     except SceneError as error:
-        found = failed(task, told(error.diagnostics))
+        found = failed_outcome(task, format_diagnostics(error.diagnostics))
     except Exception as error:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
         what = "out of memory" if isinstance(error, MemoryError) else f"{type(error).__name__}: {error}"
-        found = failed(task, f"it stopped with an error ({what})")
+        found = failed_outcome(task, f"it stopped with an error ({what})")
     return replace(found, wall_s=time.perf_counter() - wall, cpu_s=time.process_time() - cpu)
 
 
-def failed(task: PointTask, message: str, status: str = "failed", **more: Any) -> PointOutcome:
-    """The outcome of a task that has no result."""
+def failed_outcome(task: PointTask, message: str, status: str = "failed", **more: Any) -> PointOutcome:
+    """Return the outcome of a task without a result."""
     point: Json = {
         "status": status, "message": message, "outline": "", "size": {}, "solve": {}, "errors": {},
         "measured_from": {}, "probes": {}, "warnings": [],
@@ -69,8 +69,8 @@ def failed(task: PointTask, message: str, status: str = "failed", **more: Any) -
     return PointOutcome(task.key, point, **more)
 
 
-def told(diagnostics: Sequence[Diagnostic]) -> str:
-    """The first of some diagnostics as a line, and how many more there are."""
+def format_diagnostics(diagnostics: Sequence[Diagnostic]) -> str:
+    """Return the first diagnostic as a line, and the number of the others."""
     first = diagnostics[0]
     where = f" (line {first.span.line} of {first.source.name})" if first.span and first.source else ""
     more = f" and {len(diagnostics) - 1} more" if len(diagnostics) > 1 else ""
@@ -78,39 +78,39 @@ def told(diagnostics: Sequence[Diagnostic]) -> str:
 
 
 def _performed(task: PointTask) -> PointOutcome:
-    from softmark.interpreter.pipeline.run_pipeline import Options, run
-    from softmark.interpreter.study.configurations.configuration_keys import recall
+    from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+    from softmark.interpreter.study.configurations.configuration_keys import cached_reference
 
-    scene, warnings = scene_of(task)
+    scene, warnings = compile_task(task)
     truth = task.truth
     asked = (task.model, *([truth.model] if truth else [])) if task.stated else None
-    options = Options(only=task.models, draw=False, recall=recall, stated=asked)
+    options = Options(only=task.models, draw=False, recall=cached_reference, stated=asked)
     try:
-        report = run(scene, warnings, options)
+        report = run_scene(scene, warnings, options)
     except SceneError as error:
         if truth is None or not all(is_about([scene.declared[truth.model]], d) for d in error.diagnostics):
             raise
-        why = told(error.diagnostics)
-        return failed(task, why, truths={truth.model: Truth("failed", why, None)})
+        why = format_diagnostics(error.diagnostics)
+        return failed_outcome(task, why, truths={truth.model: TruthStatement("failed", why, None)})
     model = report.models.get(task.model)
     references = {name: _reference(r) for name, r in report.references.items()}
     if model is None:
         why = "nothing asks for this model: add a probe or a metric of its body"
-        return failed(task, why, references=references)
+        return failed_outcome(task, why, references=references)
     truths = None if truth is None else {truth.model: _truth(report, truth)}
     return PointOutcome(task.key, _point(scene, report, model), references, truths)
 
 
-def _truth(report: Report, asked: TruthAsked) -> Truth:
-    """What a model that is taken as right says of itself."""
+def _truth(report: Report, asked: TruthRequest) -> TruthStatement:
+    """Return the statements of a model that serves as the reference about its own error."""
     result = report.models.get(asked.model)
     if result is None:
-        return Truth("skipped", "it was not computed", None)
-    return Truth(result.status, result.message, result.stated.get(asked.metric))
+        return TruthStatement("skipped", "it was not computed", None)
+    return TruthStatement(result.status, result.message, result.stated.get(asked.metric))
 
 
-def scene_of(task: PointTask) -> tuple[Scene, list[Diagnostic]]:
-    """The scene of a task, and the warnings about it. Raises SceneError."""
+def compile_task(task: PointTask) -> tuple[Scene, list[Diagnostic]]:
+    """Compile the scene of a task and return it with its warnings. Raises SceneError."""
     from softmark.interpreter.validation.constructor_registry import compile_source
     from softmark.interpreter.validation.scene_checks import check
 
@@ -119,13 +119,13 @@ def scene_of(task: PointTask) -> tuple[Scene, list[Diagnostic]]:
     if not any(d.severity == "error" for d in found):
         scene = replace(scene, chosen=needed_models(scene, task.models))
         found += check(scene)
-    if errors := [d for d in found if d.severity == "error" and not _of_another(scene, task, d)]:
+    if errors := [d for d in found if d.severity == "error" and not _is_about_unneeded_model(scene, task, d)]:
         raise SceneError(errors)
     return scene, [d for d in found if d.severity != "error"]
 
 
-def _of_another(scene: Scene, task: PointTask, error: Diagnostic) -> bool:
-    """Whether an error is about a model that a task, which is to stand `alone`, does not need."""
+def _is_about_unneeded_model(scene: Scene, task: PointTask, error: Diagnostic) -> bool:
+    """Return whether an error concerns a model that an `alone` task does not need."""
     if not task.alone or error.span is None:
         return False
     others = [d for n, d in scene.of_kind("model").items() if n not in with_dependencies(scene, task.models)]
@@ -133,7 +133,7 @@ def _of_another(scene: Scene, task: PointTask, error: Diagnostic) -> bool:
 
 
 def is_about(declared: Iterable[Declared], error: Diagnostic) -> bool:
-    """Whether an error points into one of some declarations, or into an override of one of their fields."""
+    """Return whether an error points into one of some declarations, or into an override of one of their fields."""
     return any(d.contains(error) for d in declared)
 
 
@@ -147,32 +147,32 @@ def _point(scene: Scene, report: Report, model: ModelResult) -> Json:
     errors = _errors(scene, report, model)
     point: Json = {
         "status": model.status, "message": model.message, "outline": model.outline, "size": dict(model.size),
-        "solve": solve, "errors": errors, "measured_from": traces(scene, report, model.name, errors),
+        "solve": solve, "errors": errors, "measured_from": trace_references(scene, report, model.name, errors),
         "probes": {n: _probe(p) for n, p in model.probes.items()},
         "warnings": [PointWarning(w.code, w.message) for w in _concerned(scene, report, model)],
         "resolution": resolution_of(scene, model.name),
     }  # fmt: skip
     if model.stated:
         point["stated"] = _stated(scene, model)
-    cleaned: Json = clean(point)
+    cleaned: Json = to_plain_json(point)
     return cleaned
 
 
 def _stated(scene: Scene, model: ModelResult) -> PointStated:
-    """What the model states of the first relative metric against something, and of all (`of`)."""
+    """Return the model's stated error of the first relative metric against something, and of all (`of`)."""
     relative = (
         n for n, m in scene.of_kind("metric").items()
         if n in model.stated and m.thing.unit == "1" and m.thing.measured_from is not None
     )  # fmt: skip
     plain = next((n for n, said in model.stated.items() if said.unit in ("1", None)), None)
-    if (first := next(relative, plain)) is None:  # forces alone, none of them relative
+    if (first := next(relative, plain)) is None:  # only forces, none of them relative
         return PointStated(None, "1", {}, "no relative error is asked for", (), None, model.stated)
     own = model.stated[first]
     return PointStated(own.value, own.unit, own.parts, own.reason, own.doubts, first, model.stated)
 
 
-def _concerned(scene: Scene, report: Report, model: ModelResult) -> list[Warned]:
-    """Warnings without those at other models, but for the models that this one is made from."""
+def _concerned(scene: Scene, report: Report, model: ModelResult) -> list[ReportWarning]:
+    """Return warnings without those about other models, except models from which this one is made."""
     own = with_dependencies(scene, [model.name])
     others = [d.location for n, d in scene.of_kind("model").items() if n not in own]
     lines = [range(at.span.line, at.span.end_line + 1) for at in others if at.source is scene.source]
@@ -183,22 +183,22 @@ def _reference(reference: ReferenceResult) -> SolvedReference:
     error = reference.estimated_error
     return SolvedReference(
         reference.kind, reference.source, reference.status, reference.message,
-        clean(error), {n: _probe(p) for n, p in reference.probes.items()},
+        to_plain_json(error), {n: _probe(p) for n, p in reference.probes.items()},
     )  # fmt: skip
 
 
 def _probe(probe: ProbeResult) -> ProbeTrace:
-    from softmark.interpreter.results.even_thinning import picked
+    from softmark.interpreter.results.even_thinning import pick_evenly
 
-    some = picked(len(probe.points), POINTS)
-    return ProbeTrace(clean(probe.points[some]), clean(probe.displacement[some]))
+    some = pick_evenly(len(probe.points), POINTS)
+    return ProbeTrace(to_plain_json(probe.points[some]), to_plain_json(probe.displacement[some]))
 
 
 # ------------------------------------------------------------------ errors
 
 
 def _errors(scene: Scene, report: Report, model: ModelResult) -> dict[str, PointError]:
-    """Every metric but those about speed, which a shared processor would spoil; without comparisons, our own."""
+    """Return all metrics except those of speed, which sharing a processor would distort; our own if there are none."""
     asked = scene.of_kind("metric")
     found = {
         name: PointError(
@@ -214,7 +214,7 @@ def _errors(scene: Scene, report: Report, model: ModelResult) -> dict[str, Point
 
 
 def _by_itself(scene: Scene, metric: Declared) -> bool:
-    """Whether it looks at no probe, or at forces there: whether displacements have a limit is another question."""
+    """Return whether a metric uses no probe, or forces at one: convergence of displacements is then irrelevant."""
     return metric.thing.probe_in(scene) is None or isinstance(metric.thing, ForceMetric)
 
 
@@ -224,7 +224,7 @@ def _against(metric: Declared) -> str | None:
 
 
 def _automatic(report: Report, model: ModelResult) -> dict[str, PointError]:
-    """`PROBE against REFERENCE`: the relative l2 norm of every probe against every field of displacements."""
+    """Return `PROBE against REFERENCE`: the relative l2 norm for every probe and every reference with displacements."""
     return {
         f"{name} against {reference.name}": _relative(reference, probe, name)
         for reference in report.references.values()

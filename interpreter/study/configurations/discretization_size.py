@@ -1,7 +1,7 @@
-"""How finely a configuration is solved: sizes of cells, segments, time steps, and the order that theory gives each.
+"""Resolution of a configuration: cell sizes, segments, time steps, and the theoretical order of each.
 
-Declared, not inferred: configurations are refinements of one another if they differ in one of these alone. A sweep of
-a body's length changes the number of unknowns as well, but it changes the problem, and has no order.
+It is declared, not inferred: configurations are refinements of one another if they differ in only one of these. A sweep
+of a body's length also changes the number of unknowns, but it changes the problem and has no order.
 """
 
 from __future__ import annotations
@@ -16,15 +16,16 @@ from softmark.interpreter.problem.body_case import Fault, case_for
 from softmark.interpreter.study.configurations.configuration_keys import words_of
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 
-PROBLEM = ("material", "body", "support", "contact", "load", "analysis")  # kinds that say what is to be solved
+PROBLEM = ("material", "body", "support", "contact", "load", "analysis")  # kinds that define the problem
 
 
 def resolution_of(scene: Scene, model: str) -> dict[str, Any]:
-    """What decides how finely a model is solved.
+    """Return the resolution of a model.
 
-    `of`: the numbers, by field; `formal`: the order in displacements of each, if known;
-    `problem`: a digest of all else; `meshed`: whether it is the model's own mesh that its number of elements counts;
-    `counts`: cells of that mesh along each direction, if the shape of the body tells.
+    `of`: the numbers, by field; `formal`: the order in displacements of each, if known; `problem`: a digest of all
+    else;
+    `meshed`: whether the number of elements is that of the model's own mesh; `counts`: cells of that mesh along each
+    direction, if known from the body's shape.
     """
     own = scene.declared[model]
     whole = [scene.declared[name] for name in with_dependencies(scene, [model])]
@@ -50,13 +51,13 @@ def _counts(scene: Scene, model: Declared, size: float) -> list[int] | None:
 
 
 def _without(declared: Declared) -> Declared:
-    """A declaration without what says how finely: of the models and of the analysis alone."""
+    """Return a declaration of a model or an analysis without its resolution."""
     names = dict.fromkeys(_finely(declared))
     return replace(declared, thing=replace(declared.thing, **names)) if names else declared
 
 
 def _finely(declared: Declared) -> dict[str, Any]:
-    """What a declaration says of how finely things are solved, by field: models and motions do."""
+    """Return the resolution in a declaration of a model or a dynamic analysis, by field."""
     thing = declared.thing
     if declared.kind == "model":
         return {name: getattr(thing, name) for name in thing.finely}
@@ -67,10 +68,11 @@ def _finely(declared: Declared) -> dict[str, Any]:
 
 
 def formal_orders(scene: Scene, model: Declared) -> dict[str, int]:
-    """The order in displacements that theory gives each field of a model, where the solution is smooth.
+    """Return the theoretical order in displacements for each resolution field of a model, for smooth solutions.
 
-    The model says those with its size or segments; integrators have theirs with the step. Springs, modes and
-    tolerances have none.
+    Models declare the orders of their size or segments, integrators that of the step. Springs, modes and tolerances
+    have
+    none.
     """
     if model.thing.unsolved:
         return {}
@@ -80,6 +82,8 @@ def formal_orders(scene: Scene, model: Declared) -> dict[str, int]:
 
 
 def _order_in_time(motion: Dynamic, model: Any) -> int:
-    """Damping by the stiffness at the start of a step is of first order where the stiffness changes."""
+    """Return the order in time: damping by the stiffness at the start of a step is of first order if the stiffness
+    changes.
+    """
     first = motion.integrator == "implicit_euler" or (motion.damping_stiffness > 0 and not model.constant)
     return 1 if first else 2

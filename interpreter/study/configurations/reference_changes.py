@@ -1,9 +1,9 @@
-"""Which variations are other problems: those that change what errors are measured from.
+"""Variations that change the problem, because they change the reference of errors.
 
-A sweep of a cell size or a tolerance tries to reach one solution in several ways. A sweep of a load, a length or a
-stiffness asks several questions: errors against different truths do not compete, and a configuration that is quick at
-one value is no choice at another. What errors are measured from says which is which: a varied name that changes its
-displacements, or where they are taken, changes the problem; so does one that changes a model that is measured against.
+A sweep of a cell size or a tolerance approaches one solution in several ways. A sweep of a load, a length or a
+stiffness poses several problems: errors against different references do not compete, and a configuration that is fast
+for one value is no choice at another. The references decide: a varied name changes the problem if it changes their
+displacements or the places of these, or a model that serves as a reference.
 """
 
 from __future__ import annotations
@@ -21,16 +21,17 @@ if TYPE_CHECKING:
     from softmark.interpreter.study.configurations.task_outcome import PointError
 
 Trace = list[float] | str
-SAME = 1e-4  # relative: truths nearer than this are one, solved to another tolerance
+SAME = 1e-4  # relative difference below which references are equal up to solver tolerance
 
 # ------------------------------------------------------------------ what a truth is known by
 
 
-def traces(scene: Scene, report: Report, model: str, errors: Mapping[str, PointError]) -> dict[str, Trace]:
-    """A few numbers of everything that a model's errors are measured from.
+def trace_references(scene: Scene, report: Report, model: str, errors: Mapping[str, PointError]) -> dict[str, Trace]:
+    """Return a few numbers that identify each reference of a model's errors.
 
-    They are |X|, |u| and weighted sums of X and u for each probe. A reference without
-    displacements, such as a surface, is known by its declaration and its files.
+    They are |X|, |u| and weighted sums of X and u for each probe. A reference without displacements, such as a surface,
+    is
+    identified by its declaration and its files.
     """
     found: dict[str, Trace] = {}
     for name in dict.fromkeys(e.against for e in errors.values() if e.against not in (None, model)):
@@ -50,7 +51,7 @@ def _numbers(probe: ProbeResult) -> list[float]:
 
 
 def _differ(a: Trace, b: Trace) -> bool:
-    """Whether two truths are not the same; what cannot be compared, such as one that failed, says nothing."""
+    """Return whether two references differ; references that cannot be compared, such as failed ones, do not count."""
     if isinstance(a, str) or isinstance(b, str):
         return isinstance(a, str) and isinstance(b, str) and a != b
     if len(a) != len(b):
@@ -62,8 +63,8 @@ def _differ(a: Trace, b: Trace) -> bool:
 # ------------------------------------------------------------------ which names change it
 
 
-def marked(points: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """The points, each with its `problem`: what was varied of it that changes what errors are measured from."""
+def mark_problems(points: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return the points, each with its `problem`: its varied values that change the reference of errors."""
     changing: dict[str, set[str]] = {}
     for scene in dict.fromkeys(str(p["scene"]) for p in points):
         changing[scene] = _changing([p for p in points if str(p["scene"]) == scene])
@@ -74,7 +75,7 @@ def marked(points: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _changing(points: Sequence[Mapping[str, Any]]) -> set[str]:
-    """Names of which two values, all else being the same, have different truths."""
+    """Return names of which two values, all else being equal, have different references."""
     names = dict.fromkeys(n for p in points for n in p.get("variation") or {})
     return {name for name in names if _changes(name, points)}
 

@@ -1,4 +1,4 @@
-"""What decides a result: softmark's own sources, versions of what it computes with, and files that a scene names."""
+"""Digests of everything outside the scene that decides a result: softmark's sources, library versions, and files."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from softmark.interpreter.language.field_schema import _fields
 from softmark.interpreter.language.plugin_words import FILES
 
 PARTS = ("grammar", "interpreter", "references", "solvers")
-SILENT = ("cli", "report")  # parts of the interpreter that only speak of results
-NUMERICS = (  # packages that answers may depend on, whether or not they are installed
+SILENT = ("cli", "report")  # packages that only present results
+NUMERICS = (  # libraries that may affect results, installed or not
     "numpy", "scipy", "numba", "llvmlite", "lark", "meshio", "trimesh", "ipctk", "pyamg", "pypardiso", "mkl", "h5py",
     "scikit-image", "pynrrd", "nibabel", "pydicom", "pytetwild", "manifold3d",
 )  # fmt: skip
 
 
 @lru_cache(maxsize=1)
-def digest() -> str:
-    """SHA-256 over every source that can change a number, and the versions of Python and of the libraries."""
+def digest_sources() -> str:
+    """Return the SHA-256 of all sources that can change a number, and the versions of Python and of the libraries."""
     h = hashlib.sha256(f"{sys.implementation.name} {sys.version}\0".encode())
     for name in NUMERICS:
         h.update(f"{name} {_version(name)}\0".encode())
@@ -37,14 +37,14 @@ def digest() -> str:
     return h.hexdigest()
 
 
-def newest() -> float:
-    """When a source was last changed, s since 1970: a process may have loaded what it was before."""
+def newest_change() -> float:
+    """Return when a source was last changed, s since 1970: a process may have loaded an older one."""
     files = (p for folder in _folders() for p in folder.rglob("*.py"))
     return max((p.stat().st_mtime for p in files), default=0.0)
 
 
 def _folders() -> list[Path]:
-    """The folders of the parts, as installed or as in a checkout."""
+    """Return the folders of the packages, as installed or in a checkout."""
     import importlib
 
     return [Path(importlib.import_module(f"softmark.{part}").__path__[0]).resolve() for part in PARTS]
@@ -57,8 +57,8 @@ def _version(name: str) -> str:
         return "none"
 
 
-def of_file(name: str) -> str:
-    """SHA-256 of a file, of all files of a folder, or of the public data set that `data:...` names."""
+def digest_file(name: str) -> str:
+    """Return the SHA-256 of a file, of all files of a folder, or of the public data set that `data:...` names."""
     from softmark.references.data_download import PREFIX, TABLE
 
     if name.startswith(PREFIX):
@@ -71,17 +71,19 @@ def of_file(name: str) -> str:
     return _of_regular(*_state(path))
 
 
-def of_program(name: str) -> str:
-    """Another program with its version, that it is not there is one, too; and the plugin that its adapter is of."""
+def digest_program(name: str) -> str:
+    """Return the version of an external program, or that it is missing, and the plugin of its adapter."""
     from softmark.interpreter.models.external.adapters import adapter
 
     return f" {name} {_of_version(name)}{_of_module(adapter(name))}"
 
 
 @cache
-def of_installed(name: str) -> str:
-    """One of our programs as it lies on the disk, and all that is installed beside it: a number may stay, of a changed
-    copy."""
+def digest_installed(name: str) -> str:
+    """Return the digest of one of our programs on disk, and of all packages installed with it.
+
+    The version may stay the same in a changed copy.
+    """
     from softmark.interpreter.models.external.adapters import adapter
 
     files = (p for place in adapter(name).places() for p in (place.rglob("*") if place.is_dir() else (place,)))
@@ -112,7 +114,7 @@ def _state(path: Path) -> tuple[str, int, int]:
 
 @cache
 def _of_regular(path: str, changed: int, size: int) -> str:
-    """SHA-256 of one file, read once for as long as it does not change."""
+    """Return the SHA-256 of one file, cached until it changes."""
     try:
         with open(path, "rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
@@ -121,7 +123,7 @@ def _of_regular(path: str, changed: int, size: int) -> str:
 
 
 def files_of(thing: Any) -> Iterator[str]:
-    """Every file that a declared thing names, also inside of what it is made of."""
+    """Yield every file that a declared object names, also in its parts."""
     if isinstance(thing, tuple):
         for value in thing:
             yield from files_of(value)
@@ -137,27 +139,27 @@ def files_of(thing: Any) -> Iterator[str]:
             yield from files_of(value)
 
 
-def of_plugins(thing: Any) -> str:
-    """SHA-256 of the plugins that a declared thing is from, also inside of what it is made of; "" of ours."""
+def digest_plugins(thing: Any) -> str:
+    """Return the SHA-256 of the plugins that define a declared object or its parts; "" for our own."""
     if not FILES:
         return ""
     if isinstance(thing, tuple):
-        return "".join(of_plugins(value) for value in thing)
+        return "".join(digest_plugins(value) for value in thing)
     if not is_dataclass(thing):
         return ""
-    inner = "".join(of_plugins(getattr(thing, f.name)) for f in fields(thing))
+    inner = "".join(digest_plugins(getattr(thing, f.name)) for f in fields(thing))
     return _of_module(sys.modules.get(type(thing).__module__)) + inner
 
 
 def _of_module(module: Any) -> str:
-    """SHA-256 of a plugin by its module, "" of ours."""
+    """Return the SHA-256 of a plugin from its module, "" for our own."""
     file = getattr(module, "__file__", None) or ""
-    return f" {of_file(file)}" if file in FILES else ""
+    return f" {digest_file(file)}" if file in FILES else ""
 
 
 @cache
 def _file_fields(cls: Any) -> frozenset[str]:
-    """The fields of a constructor's class that hold the name of a file."""
+    """Return the fields of a constructor's class that hold the name of a file."""
     if _of_module(sys.modules.get(cls.__module__)):
         return frozenset(f.attribute for f in _fields(cls) if f.form in ("file", "files"))
     from softmark.interpreter.validation.constructor_registry import CATALOGUE

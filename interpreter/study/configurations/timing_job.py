@@ -1,10 +1,10 @@
-"""What is to be timed: one model of one scene under one set of overrides, as it goes to a process of its own."""
+"""Timing job: one model of one scene with one set of overrides, as sent to a separate process."""
 
 from __future__ import annotations
 
 from typing import ClassVar
 
-from softmark.interpreter.results.json_records import Plain
+from softmark.interpreter.results.json_records import JsonRecord
 from softmark.records import dataclass
 
 THREADS = (
@@ -17,13 +17,15 @@ THREADS = (
 
 
 @dataclass(frozen=True)
-class TimingJob(Plain):
-    """One configuration to be timed; `key` is what its times are known by.
+class TimingJob(JsonRecord):
+    """One configuration to be timed; `key` identifies its times.
 
-    The scene is a `text` (with the `folder` that its files lie in) or a `file`, by its path or its name in the standard
-    library. Solutions are repeated until they have taken `least_s` seconds. A first solution that takes longer than
-    `patience_s` is not done twice to warm up: it is the one that is timed. A process that needs longer than
-    `costly_s` in all is repeated three times only; one that is not done after `timeout_s` is ended.
+    The scene is a `text` (with the `folder` of its files) or a `file`, by its path or its name in the standard library.
+    Solutions are repeated until they have taken `least_s` seconds. A first solution that takes longer than `patience_s`
+    is
+    not repeated as a warm-up: it is the timed one. A process that needs longer than `costly_s` in total is repeated
+    only
+    three times; one that is not finished after `timeout_s` is killed.
     """
 
     READ: ClassVar = {"overrides": tuple, "plugins": tuple}
@@ -41,14 +43,14 @@ class TimingJob(Plain):
     patience_s: float = 20.0
     costly_s: float = 60.0
     timeout_s: float = 600.0
-    plugins: tuple[str, ...] = ()  # that its words may be of
+    plugins: tuple[str, ...] = ()  # plugins to load
 
     @property
     def called(self) -> str:
-        """What a person knows it by."""
+        """Name of the job for people."""
         return self.label or self.model
 
     @property
     def environment(self) -> dict[str, str]:
-        """Variables that fix the number of threads, before anything that reads them is imported."""
+        """Return the variables that fix the number of threads, to be set before libraries are imported."""
         return dict.fromkeys(THREADS, str(self.threads))

@@ -1,5 +1,8 @@
-"""The board: every model on every case of a suite, by the protocol of `dsl compare`.
+"""Leaderboard: every model on every case of a suite, by the protocol of `dsl compare`.
 
-`suite` reads which cases there are and `cases` holds them against their scenes; `cells` makes a board of what was
-compared, `profiles` and `merits` say what it shows, and `against` what has changed since another board.
+suite_file             cases that a suite declares
+suite_cases            cases together with their scenes
+leaderboard_cells      the board of a comparison's results
+performance_profiles, model_strengths   evaluation of the board
+leaderboard_changes    changes since another board
 """

@@ -1,11 +1,11 @@
-"""The board itself: a cell for each model on each case, with its error, its uncertainty, its time and its status."""
+"""Cells of the leaderboard: one for each model on each case, with its error, uncertainty, time and status."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar
 
-from softmark.interpreter.results.json_records import Json, Plain, by_name, several
+from softmark.interpreter.results.json_records import Json, JsonRecord, list_reader, mapping_reader
 from softmark.interpreter.study.analysis.comparison_point import (
     CLOCKS,
     INSIDE_OUT,
@@ -21,8 +21,8 @@ MET, NOT_MET, CANNOT_TELL = "met", "not_met", "cannot_tell"  # verdicts, as thos
 
 
 @dataclass(frozen=True)
-class CaseCard(Plain):
-    """A case as the board shows it; numbers in `unit`, SI. `reason` says why nobody could answer it."""
+class CaseCard(JsonRecord):
+    """Case on the board; numbers in `unit`, SI. `reason` is why no model could answer it."""
 
     SELDOM: ClassVar = ("reason",)
 
@@ -35,13 +35,13 @@ class CaseCard(Plain):
     kind: str
     source: str
     tolerance: float | None
-    subject: str = ""  # what the comparison calls the scene
+    subject: str = ""  # name of the scene in the comparison
     reason: str | None = None
 
 
 @dataclass(frozen=True)
-class ModelCard(Plain):
-    """A model of the board: how many cases it entered, and in how many it was right."""
+class ModelCard(JsonRecord):
+    """Model on the board: the number of its cases, and of those with a right answer."""
 
     entered: int
     met: int
@@ -49,8 +49,10 @@ class ModelCard(Plain):
 
 
 @dataclass(frozen=True)
-class Cell(Plain):
-    """What one model came to in one case. `name` is that of the scene, `verdict` None without tolerance or error."""
+class Cell(JsonRecord):
+    """Result of one model in one case. `name` is the model's name in the scene; `verdict` None without tolerance or
+    error.
+    """
 
     SELDOM: ClassVar = ("message", "flags")
     READ: ClassVar = {"flags": tuple}
@@ -63,7 +65,7 @@ class Cell(Plain):
     uncertainty: float | None = None
     unit: str = "1"
     time_s: float | None = None
-    verdict: str | None = None
+    judge_error: str | None = None
     clock: str | None = None
     quartiles_s: Sequence[float] | None = None
     dofs: int | None = None
@@ -73,12 +75,12 @@ class Cell(Plain):
 
 
 @dataclass(frozen=True)
-class Board(Plain):
-    """`board.json`: what a suite asks, who answered, and how."""
+class Board(JsonRecord):
+    """Leaderboard (`board.json`): the cases of a suite, the models, and their results."""
 
     READ: ClassVar = {
-        "cases": by_name(CaseCard.from_json), "models": by_name(ModelCard.from_json),
-        "cells": several(Cell.from_json),
+        "cases": mapping_reader(CaseCard.from_json), "models": mapping_reader(ModelCard.from_json),
+        "cells": list_reader(Cell.from_json),
     }  # fmt: skip
 
     schema: str
@@ -91,7 +93,7 @@ class Board(Plain):
     cells: tuple[Cell, ...]
 
     def of(self, case: str, model: str | None = None) -> list[Cell]:
-        """Cells of a case, of one model of the board or of all; the right ones first, the most accurate first."""
+        """Return the cells of a case, of one model or of all; right answers first, the most accurate first."""
         own = [c for c in self.cells if c.case == case and model in (None, c.model)]
         return sorted(own, key=_rank)
 
@@ -103,7 +105,7 @@ def _rank(cell: Cell) -> tuple[bool, float]:
 def board_of(
     title: str, cases: Sequence[BoardCase], points: Sequence[ComparedPoint], saved: Mapping[str, Any]
 ) -> Board:  # fmt: skip
-    """The board of what a comparison found; `saved` is its `softmark-compare/1`."""
+    """Return the board of a comparison; `saved` is its `softmark-compare/1`."""
     cells = tuple(cell for case in cases for cell in _cells(case, points))
     names = dict.fromkeys(cell.model for cell in cells)
     models = {name: _model([c for c in cells if c.model == name]) for name in names}
@@ -132,7 +134,7 @@ def _cells(case: BoardCase, points: Sequence[ComparedPoint]) -> Iterator[Cell]:
 
 
 def _metric(case: BoardCase, points: Sequence[ComparedPoint]) -> str | None:
-    """The metric that judges: without one, the first error that was measured."""
+    """Return the judging metric, by default the first error that was measured."""
     if case.case.by is not None or case.subject is None:
         return case.case.by
     return next(iter(error_metrics([p for p in points if p.scene == case.subject.name])), None)
@@ -143,7 +145,7 @@ def _cell(case: BoardCase, entrant: Entrant, point: ComparedPoint, metric: str |
     uncertainty = None if error is None or metric is None else point.uncertainty(metric)
     clock, effort = _effort(point)
     reason = INSIDE_OUT if point.inverted else point.message
-    judged = CANNOT_TELL if point.inverted and error is not None else verdict(error, uncertainty, case.case.within)
+    judged = CANNOT_TELL if point.inverted and error is not None else judge_error(error, uncertainty, case.case.within)
     if error is None and reason is None:
         reason = "it has no metric against a reference" if metric is None else point.metric(metric).reason
     return Cell(
@@ -154,12 +156,12 @@ def _cell(case: BoardCase, entrant: Entrant, point: ComparedPoint, metric: str |
 
 
 def _effort(point: ComparedPoint) -> tuple[str | None, Spread | None]:
-    """The clock of the comparison, and what it found."""
+    """Return the clock of the comparison, and its time."""
     return next(((clock, own) for clock in CLOCKS if (own := point.effort(clock)) is not None), (None, None))
 
 
-def verdict(error: float | None, uncertainty: float | None, tolerance: float | None) -> str | None:
-    """Whether an error is within a tolerance, or nobody can tell as the reference is not known that well."""
+def judge_error(error: float | None, uncertainty: float | None, tolerance: float | None) -> str | None:
+    """Return whether an error is within a tolerance, or undecidable because of the reference's uncertainty."""
     if error is None or tolerance is None:
         return None
     if error <= tolerance:

@@ -1,7 +1,7 @@
-"""What has changed since another board: reading one, and what differs between two cells.
+"""Changes of a leaderboard since another one, cell by cell.
 
-Errors are computed alike on every machine, so that a hundredth more or less is a change; times are noise below a half
-more, and are compared on one kind of processor alone.
+Errors are the same on every machine, so that one per cent more or less is a change. Times are noise below a factor of
+1.5, and are only compared on one kind of processor.
 """
 
 from __future__ import annotations
@@ -24,36 +24,36 @@ FORM = {
 }  # fmt: skip
 
 
-class Foreign(Exception):
-    """A file that is no board; the text says why."""
+class NotALeaderboard(Exception):
+    """A file is no leaderboard; the text gives the reason."""
 
 
-def read(path: str) -> Board:
-    """The board of a file. Raises Foreign."""
+def read_board(path: str) -> Board:
+    """Read the board in a file. Raises NotALeaderboard."""
     try:
         found = json.loads(read_regular(path).decode("utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         why = (error.strerror if isinstance(error, OSError) else None) or "it is no JSON"
-        raise Foreign(f"cannot read {path}: {why}; {TAKES}") from error
-    if problem := json_validation.misfit(found, FORM):
-        raise Foreign(f"{path} is no board: {problem}; {TAKES}")
+        raise NotALeaderboard(f"cannot read {path}: {why}; {TAKES}") from error
+    if problem := json_validation.find_misfit(found, FORM):
+        raise NotALeaderboard(f"{path} is no board: {problem}; {TAKES}")
     if found["schema"] != SCHEMA:
-        raise Foreign(f"{path} is {found['schema'][:40]}, not {SCHEMA}")
+        raise NotALeaderboard(f"{path} is {found['schema'][:40]}, not {SCHEMA}")
     known = {"name": "", "title": "", "created": "", "command": "", "environment": {}}
     return Board.from_json({**known, **found})
 
 
-def changed(old: Cell, new: Cell, timed: bool = True) -> str:
-    """What differs between two cells of one model and case, in words; nothing where that is noise."""
+def describe_change(old: Cell, new: Cell, timed: bool = True) -> str:
+    """Return the differences between two cells of one model and case, in words; empty if they are noise."""
     if old.status != new.status:
-        return f"{words(old.status)} → {words(new.status)}"
+        return f"{describe_status(old.status)} → {describe_status(new.status)}"
     if old.verdict != new.verdict:
-        return f"{words(old.verdict)} → {words(new.verdict)}"
+        return f"{describe_status(old.verdict)} → {describe_status(new.verdict)}"
     said = []
     if (old.error is None) != (new.error is None):
         said.append("error lost" if new.error is None else "error found")
     elif old.error is not None and new.error is not None:
-        floor = max(old.uncertainty or 0.0, new.uncertainty or 0.0)  # below it nobody can tell two errors apart
+        floor = max(old.uncertainty or 0.0, new.uncertainty or 0.0)  # below it two errors are indistinguishable
         a, b = max(old.error, floor), max(new.error, floor)
         if abs(b - a) > SAME * max(a, b):
             said.append(f"error {_ratio(a, b)}")
@@ -63,10 +63,10 @@ def changed(old: Cell, new: Cell, timed: bool = True) -> str:
 
 
 def _ratio(a: float, b: float) -> str:
-    """`× 1.25`; from or to nothing as such."""
+    """Format a ratio, `× 1.25`; changes from or to zero are given as such."""
     return f"× {b / a:.3g}" if a > 0 else "from 0"
 
 
-def words(word: str | None) -> str:
-    """A status or a verdict as people say it."""
+def describe_status(word: str | None) -> str:
+    """Return a status or a verdict in words."""
     return "not judged" if word is None else word.replace("_", " ")

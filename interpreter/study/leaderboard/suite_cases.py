@@ -1,4 +1,4 @@
-"""Cases held against their scenes: which metric judges, from what it measures, and which models answer it."""
+"""Cases of a suite with their scenes: the judging metric, its reference, and the models that take part."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from softmark.interpreter.language.compiled_scene import Declared, Scene, SceneE
 from softmark.interpreter.language.scene_sources import standard_name
 from softmark.interpreter.problem.body_case import body_of, case_of
 from softmark.interpreter.study.configurations.configuration_expansion import SceneSubject, subject_of
-from softmark.interpreter.study.configurations.configuration_task import told
+from softmark.interpreter.study.configurations.configuration_task import format_diagnostics
 from softmark.interpreter.study.leaderboard.suite_file import Case, Suite
 from softmark.records import dataclass
 
@@ -22,7 +22,7 @@ Load = Callable[[str], tuple[Scene | None, list[Diagnostic]]]
 
 @dataclass(frozen=True)
 class Entrant:
-    """A model of a scene that answers a case: its name there, and what it is but for its size."""
+    """Model of a scene that takes part in a case: its name there, and its description without its size."""
 
     name: str
     model: str
@@ -30,7 +30,7 @@ class Entrant:
 
 @dataclass(frozen=True)
 class BoardCase:
-    """A case with its scene: `reason` says why there is none, and then nobody answers."""
+    """Case with its scene; `reason` is why there is none, and then it has no answers."""
 
     case: Case
     subject: SceneSubject | None
@@ -43,12 +43,14 @@ class BoardCase:
 
     @property
     def title(self) -> str:
-        """Of its scene."""
+        """Title of its scene."""
         return self.subject.scene.title if self.subject else self.case.scene
 
 
 def cases_of_suite(suite: Suite, load: Load) -> tuple[list[BoardCase], list[Diagnostic]]:
-    """Its cases, each scene loaded once, and what is wrong with it: a scene in error is a case without answers."""
+    """Return the cases of a suite, each scene loaded once, and its errors; a scene in error gives a case without
+    answers.
+    """
     found: list[BoardCase] = []
     faults: list[Diagnostic] = []
     known: dict[str, SceneSubject | Diagnostic | str] = {}
@@ -69,7 +71,7 @@ def cases_of_suite(suite: Suite, load: Load) -> tuple[list[BoardCase], list[Diag
 def _subject(
     case: Case, folder: Path, load: Load, known: Mapping[str, SceneSubject | Diagnostic | str]
 ) -> SceneSubject | str | Diagnostic:  # fmt: skip
-    """Its scene under a name of its own, why it is in error, or what is wrong with the case that names it."""
+    """Return a case's scene under a unique name, why it is in error, or the error of the case that names it."""
     beside = folder / case.scene
     scene, diagnostics = load(str(beside) if beside.is_file() else case.scene)
     if scene is not None:
@@ -77,11 +79,11 @@ def _subject(
     errors = [d for d in diagnostics if d.severity == "error"]
     if errors[0].code == "E401" and errors[0].span is None:
         return case.fault("E742", "scene", errors[0].message, "no scene", errors[0].help)
-    return told(errors)
+    return format_diagnostics(errors)
 
 
 def cases_of_scene(scene: Scene, taken: Sequence[str]) -> BoardCase:
-    """The case that a scene is by itself: its first error, without a tolerance."""
+    """Return a scene as a case: its first error, without a tolerance."""
     subject = subject_of(scene, taken)
     errors = [n for n, d in scene.of_kind("metric").items() if d.thing.measured_from in scene.of_kind("reference")]
     file = standard_name(scene.path) or scene.path or subject.name
@@ -90,7 +92,7 @@ def cases_of_scene(scene: Scene, taken: Sequence[str]) -> BoardCase:
 
 
 def _misfit(case: Case, scene: Scene) -> Diagnostic | None:
-    """What its scene does not have of what it asks."""
+    """Return the error for a name in the case that its scene lacks."""
     metrics, references = scene.of_kind("metric"), scene.of_kind("reference")
     named = f"`{case.scene}`"
     if case.by not in metrics:
@@ -107,7 +109,8 @@ def _misfit(case: Case, scene: Scene) -> Diagnostic | None:
         message = f"`{metric.thing.measured_from}`, from which `{case.by}` measures, is {_article(kind)}"
         return case.fault("E744", "kind", message, "another kind", f"write `kind = {kind.replace(' ', '_')}`")
     if (wanted := units.parse_unit(metric.thing.unit).dimension) != case.dimension:
-        message = f"`{case.by}` is {units.dimension_name(wanted)}, and its tolerance is {units.dimension_name(case.dimension)}"
+        given = units.dimension_name(case.dimension)
+        message = f"`{case.by}` is {units.dimension_name(wanted)}, and its tolerance is {given}"
         return case.fault("E745", "within", message, "another unit", f"give it in {units.usual_units(wanted)}")
     return None
 
@@ -117,7 +120,7 @@ def _article(kind: str) -> str:
 
 
 def subjects_of(cases: Sequence[BoardCase]) -> list[SceneSubject]:
-    """Scenes once each, with the models that any of their cases asks."""
+    """Return each scene once, with the models of all its cases."""
     found: dict[str, SceneSubject] = {}
     for case in cases:
         if case.subject is not None:
@@ -142,14 +145,14 @@ def _answered(case: Case, subject: SceneSubject) -> BoardCase:
 
 
 def entrants_of(scene: Scene, metric: str | None) -> tuple[Entrant, ...]:
-    """Models of the body that a metric is about."""
+    """Return the models of a metric's body."""
     body = None if metric is None else _body(scene, scene.declared[metric])
     models = scene.of_kind("model")
-    return tuple(Entrant(n, what_it_is(scene, d)) for n, d in models.items() if body in (None, _own(scene, d)))
+    return tuple(Entrant(n, describe_model(scene, d)) for n, d in models.items() if body in (None, _own(scene, d)))
 
 
 def _body(scene: Scene, metric: Declared) -> str | None:
-    """The body of a metric; that of the metric whose number it judges. None of all."""
+    """Return the body of a metric, or of the metric that it judges; None for all."""
     of = vars(metric.thing).get("of")
     found: str | None = metric.thing.body_in(scene)
     return found if found or of not in scene.declared else _body(scene, scene.declared[of])
@@ -162,14 +165,14 @@ def _own(scene: Scene, model: Declared) -> str | None:
         return None
 
 
-def what_it_is(scene: Scene, model: Declared) -> str:
-    """A model but for its size and its body, as the board knows it in every case: `hex8, finite strain`."""
+def describe_model(scene: Scene, model: Declared) -> str:
+    """Return a model's description without size and body, the same in every case: `hex8, finite strain`."""
     body = _own(scene, model)
     kind = None if body is None else model.thing.kind(case_of(scene, body))
     if kind is not None:
         return str(kind.words)
     if (of := vars(model.thing).get("of")) in scene.declared:
-        return f"{model.constructor.name} of {what_it_is(scene, scene.declared[of])}"
+        return f"{model.constructor.name} of {describe_model(scene, scene.declared[of])}"
     own = vars(model.thing)
     what = own.get("element") or own.get("network") or model.constructor.name.replace("_", " ")
     return f"{what}, {own['strain']} strain" if "strain" in own else str(what)

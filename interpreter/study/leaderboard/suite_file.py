@@ -1,11 +1,11 @@
-"""Suites: which metric of which scene is a case of the board, one declaration for each.
+"""Suite files: each declaration makes a metric of a scene a case of the leaderboard.
 
     scene "A board of two cases"
     case lifted = judged("bend-45", by = off_lifted, kind = one_code, within = 2 %, asks = "How far out of its plane?")
 
 They are read by the parser of scenes. `kind` is that of the reference (`theory`, `measurement`, ...), `within` the
-error up to which an answer counts as right, in the unit of the metric. Scenes are paths beside the suite, or names of
-the standard library. To add a field: one line in FIELDS, and one in Case.
+error up to which an answer is right, in the unit of the metric. Scenes are paths relative to the suite, or names of the
+standard library. To add a field: one line in FIELDS, and one in Case.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from softmark.references.reference_base import Kind
 from softmark.scenes import ROOT
 
 SUFFIX = ".suite"
-KINDS: tuple[str, ...] = get_args(Kind)  # of references, as scenes write them
-FIELDS: Mapping[str, tuple[type, str]] = {  # of a case, after its scene: how it is written
+KINDS: tuple[str, ...] = get_args(Kind)  # kinds of references, as scenes write them
+FIELDS: Mapping[str, tuple[type, str]] = {  # fields of a case after its scene, with their forms
     "by": (tree.Name, "a metric of the scene, such as `by = eta`"),
     "kind": (tree.Name, f"the kind of its reference: {', '.join(KINDS)}"),
     "within": (tree.Number, "the error up to which an answer is right, such as `within = 2 %`"),
@@ -39,7 +39,7 @@ FORM = 'case lifted = judged("bend-45", by = off_lifted, kind = one_code, within
 
 @dataclass(frozen=True)
 class Case:
-    """One question of the board: a metric of a scene. `within` is SI, None where nobody says what is right."""
+    """One case of the leaderboard: a metric of a scene. `within` is SI, None without a tolerance."""
 
     name: str
     scene: str  # as it is written
@@ -52,7 +52,7 @@ class Case:
     places: Mapping[str, Span] | None = None  # of its fields, and of its `scene`
 
     def fault(self, code: str, field: str, message: str, label: str, help: str) -> Diagnostic:
-        """Something wrong with one of its fields, or with its `scene`."""
+        """Return the error in one of its fields, or in its `scene`."""
         return Diagnostic(code, message, self.source, (self.places or {}).get(field), label, help)
 
 
@@ -66,18 +66,18 @@ class Suite:
 
 
 def standard_suites() -> dict[str, Path]:
-    """Suites of the standard library by name: `2026`, and `std/suites/2026.suite`."""
+    """Return the suites of the standard library by name: `2026`, and `std/suites/2026.suite`."""
     files = sorted((ROOT / "suites").glob(f"*{SUFFIX}"))
     return {name: f for f in files for name in (f.stem, f"std/suites/{f.name}")}
 
 
 def is_suite(text: str) -> bool:
-    """Whether a text declares cases: what a scene is, and what a suite is, stands in it and not in its name."""
+    """Return whether a text declares cases; the contents decide, not the name."""
     return any(line.lstrip().startswith("case ") for line in text.splitlines())
 
 
-def read(source: Source, folder: Path) -> tuple[Suite | None, list[Diagnostic]]:
-    """The suite of a text, None where it is in error, and what is wrong."""
+def read_suite(source: Source, folder: Path) -> tuple[Suite | None, list[Diagnostic]]:
+    """Return the suite of a text, None if it is in error, and the errors."""
     syntax, found = parse(source)
     title, cases = Path(source.name).stem, list[Case]()
     for node in syntax.declarations:
@@ -89,15 +89,15 @@ def read(source: Source, folder: Path) -> tuple[Suite | None, list[Diagnostic]]:
         elif not isinstance(node, tree.Version):
             found.append(Diagnostic("E740", "a suite declares nothing but cases", source, node.span, "not a case",
                                     f"what a case is about stands in its scene: `{FORM}`"))  # fmt: skip
-    found += _twice(cases)
+    found += _find_duplicates(cases)
     if not cases and not found:
         start = Span(0, 0, 1, 1, 1, 1)
         found.append(Diagnostic("E740", "the suite has no case", source, start, help=f"declare one: `{FORM}`"))
     return (None if found else Suite(title, tuple(cases), folder)), found
 
 
-def _twice(cases: list[Case]) -> list[Diagnostic]:
-    """Cases of one name, or of one scene and metric."""
+def _find_duplicates(cases: list[Case]) -> list[Diagnostic]:
+    """Return errors for cases with the same name, or the same scene and metric."""
     names: set[str] = set()
     asked: dict[tuple[str, str | None], str] = {}
     found = []
@@ -114,7 +114,7 @@ def _twice(cases: list[Case]) -> list[Diagnostic]:
 
 
 def _case(node: tree.Declare, source: Source, found: list[Diagnostic]) -> Case | None:
-    """A case of its declaration; None, and why, where it is not one."""
+    """Return the case of a declaration, or None after reporting the error."""
 
     def fail(span: Span, message: str, label: str, help: str) -> None:
         found.append(Diagnostic("E741", message, source, span, label, help))

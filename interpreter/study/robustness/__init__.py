@@ -1,12 +1,14 @@
-"""Stability studies: each model walked along each quantity to the edge of what it gets right, every point classified.
+"""Robustness studies: each model is varied along each quantity to its validity edge, and every point is classified.
 
-    robustness_study.py           all walks at once, through the pool    point_classification.py   from an outcome to
-    one of nine words task_queue.py  who wants to know which point          pair_maps.py       coarse grids over pairs
-    of quantities
-    robustness_points.py          from values to a task and its key      validity_edges.py      what the walks found,
-    as JSON reference_trust.py           how far the reference can be trusted   edge_remedies.py   why a model ends
-    there, and
-    what would help
+    robustness_study       all walks at once, in worker processes
+    robustness_points      from values to a task and its key
+    point_classification   from an outcome to one of nine classes
+    reference_trust        uncertainty of the reference
+    task_queue             tasks and those who wait for their outcomes
+    pair_maps              coarse grids over pairs of quantities
+    validity_edges         edges that the walks have found
+    edge_remedies          causes of edges, and remedies
+    robustness_record      results as JSON
 
-What can be walked and where a walk looks is in `interpreter.planning`: quantities, ladder, walks.
+The quantities and the steps of a walk are in `interpreter.planning`.
 """

@@ -1,6 +1,6 @@
-"""Why a model ends where it does, and what would move the edge: from classes, codes, what it states, and other models.
+"""Causes of validity edges and their remedies, from classes, codes, stated errors, and other models.
 
-To add a remedy: a line in BY_CODE or BY_PART, or a rule in RULES, of which the first that has an answer counts.
+To add a remedy: a line in BY_CODE or BY_PART, or a rule in RULES, of which the first with an answer counts.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from collections.abc import Callable, Mapping, Sequence
 
 from softmark.interpreter.language import units
 from softmark.interpreter.planning.varied_quantities import WalkedQuantity
-from softmark.interpreter.study.robustness.robustness_record import Classified, StressEdge
+from softmark.interpreter.study.robustness.robustness_record import ClassifiedPoint, ValidityEdge
 from softmark.interpreter.verification.error_estimate import DOUBTS
 
-LONGEST = 110  # letters of a reason
+LONGEST = 110  # maximum characters of a reason
 
 BY_CODE: dict[str, str] = {
     "W301": "use tet10, `formulation = mixed`, or hex8 with `integration = selective`",
@@ -38,8 +38,8 @@ BY_PART: dict[str, str] = {
 }
 
 
-def reason_of(point: Classified) -> str:
-    """A short reason for the class of a point that is not right."""
+def reason_of(point: ClassifiedPoint) -> str:
+    """Return a short reason for the class of a point that is not right."""
     doubt = next((DOUBTS[w] for w in point.warnings if w in DOUBTS), None)
     if point.word == "inaccurate" and doubt is not None:
         return f"{doubt}: {_error(point)}"
@@ -50,14 +50,14 @@ def reason_of(point: Classified) -> str:
     return _shortened(point.message or point.word.replace("_", " "))
 
 
-def _error(point: Classified) -> str:
+def _error(point: ClassifiedPoint) -> str:
     if point.error is None:
         return "the error is not known"
     return f"off by {100 * point.error:.3g} %" if point.error < 10 else f"off by a factor of {point.error:.2g}"
 
 
 def _shortened(text: str) -> str:
-    """The first sentence or so."""
+    """Return approximately the first sentence."""
     first = re.split(r"; |\n", text)[0]
     return first if len(first) <= LONGEST else first[: LONGEST - 3].rsplit(" ", 1)[0] + " ..."
 
@@ -66,9 +66,13 @@ def _shortened(text: str) -> str:
 
 
 def remedy_of(
-    point: Classified, quantity: WalkedQuantity, outlines: Mapping[str, str], others: Sequence[str], edge: StressEdge
+    point: ClassifiedPoint,
+    quantity: WalkedQuantity,
+    outlines: Mapping[str, str],
+    others: Sequence[str],
+    edge: ValidityEdge,
 ) -> str | None:
-    """What would move an edge: a rule, and which models of the same scene are right there."""
+    """Return what would move an edge, from a rule, and the models of the same scene that are right there."""
     found = [text for rule in RULES if (text := rule(point, quantity, edge))][:1]
     if others:
         named = ", ".join(f"{m} ({outlines[m]})" if outlines.get(m) else m for m in others[:2])
@@ -76,11 +80,11 @@ def remedy_of(
     return "; ".join(found) or None
 
 
-Rule = Callable[[Classified, WalkedQuantity, StressEdge], str | None]
+Rule = Callable[[ClassifiedPoint, WalkedQuantity, ValidityEdge], str | None]
 
 
-def _by_limit(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:
-    """A bound on what is the model's own to choose: its step, its size, its segments, a tolerance."""
+def _by_limit(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
+    """Return the remedy for a limit of the model's own settings: its step, size, segments or tolerance."""
     attribute = quantity.name.rpartition(".")[2]
     own = attribute in ("step", "size", "segments", "tolerance", "quality")
     if not own or edge.last_right is None or point.word in ("timed_out", "unjudged"):
@@ -90,7 +94,7 @@ def _by_limit(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> 
 
 
 def quantity_words(quantity: WalkedQuantity, value: float) -> str:
-    """A value of a quantity as people read it."""
+    """Format a value of a quantity."""
     if quantity.kind == "gap" and value < 0.5 and 0.5 - value < 1e-3:
         return f"0.5 - {0.5 - value:.3g}"
     if quantity.kind == "integer":
@@ -100,7 +104,7 @@ def quantity_words(quantity: WalkedQuantity, value: float) -> str:
     return units.format_value(float(f"{value:.4g}"), quantity.dimension) if value else "0"
 
 
-def _by_cost(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:
+def _by_cost(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
     if point.word == "timed_out":
         return "`--timeout` gives it more time"
     if point.word == "failed" and "memory" in (point.message or ""):
@@ -108,27 +112,27 @@ def _by_cost(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> s
     return None
 
 
-def _by_incompressibility(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:
+def _by_incompressibility(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
     if quantity.kind == "gap" and edge.direction == "up" and point.word != "unjudged":
         return BY_CODE["E552" if point.code == "E552" else "W301"]
     return None
 
 
-def _by_code(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:
+def _by_code(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
     codes = (point.code, *point.warnings)
     return next((BY_CODE[c] for c in codes if c in BY_CODE), None)
 
 
-def _by_part(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:
-    """The largest part of the error that a model states."""
+def _by_part(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
+    """Return the remedy for the largest part of the model's stated error."""
     parts = {n: v for n, v in (point.stated.parts if point.stated else {}).items() if v is not None}
     if point.word not in ("inaccurate", "silent") or not parts:
         return None
     return BY_PART.get(max(parts, key=lambda name: parts[name]))
 
 
-def _by_message(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:
-    """The help that the message itself ends with."""
+def _by_message(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
+    """Return the help at the end of the message."""
     if point.word not in ("not_converged", "diverged", "refused"):
         return None
     _, semicolon, help = (point.message or "").rpartition("; ")

@@ -1,4 +1,4 @@
-"""Coarse grids over pairs of quantities: where each model is right when two things are extreme at once."""
+"""Maps of validity over pairs of quantities: coarse grids where two values are extreme at once."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from itertools import combinations
 
 from softmark.interpreter.planning.parameter_walk import Walk
 from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
-from softmark.interpreter.study.robustness.robustness_record import Classified, StressMap
+from softmark.interpreter.study.robustness.robustness_record import ClassifiedPoint, PairMap
 
 
-def levels(quantity: WalkedQuantity, walks: Sequence[Walk]) -> list[Value]:
-    """About six values from the farthest that the walks of a quantity reached on one side to that on the other."""
+def grid_levels(quantity: WalkedQuantity, walks: Sequence[Walk]) -> list[Value]:
+    """Return about six values from the farthest value of a quantity's walks on one side to that on the other."""
     if quantity.options:
         return list(quantity.options)
     found: set[float] = {float(quantity.nominal)}
@@ -24,22 +24,22 @@ def levels(quantity: WalkedQuantity, walks: Sequence[Walk]) -> list[Value]:
 
 
 def _position(walk: Walk, t: float) -> float:
-    """A position that was looked at, if one is near: its point is known already."""
+    """Return a position that was already computed, if one is near."""
     near = min(walk.seen, key=lambda s: abs(s - t))
     return near if abs(near - t) <= 0.2 * max(walk.seen) else t
 
 
-def pairs(quantities: Sequence[WalkedQuantity]) -> list[tuple[WalkedQuantity, WalkedQuantity]]:
-    """Every pair, once."""
+def quantity_pairs(quantities: Sequence[WalkedQuantity]) -> list[tuple[WalkedQuantity, WalkedQuantity]]:
+    """Return every pair of quantities, once."""
     return list(combinations(quantities, 2))
 
 
 def map_of(
     model: str, x: WalkedQuantity, y: WalkedQuantity, xs: Sequence[Value], ys: Sequence[Value],
-    found: Mapping[tuple[Value, Value], Classified],
-) -> StressMap:  # fmt: skip
-    """One grid: rows by y, columns by x."""
+    found: Mapping[tuple[Value, Value], ClassifiedPoint],
+) -> PairMap:  # fmt: skip
+    """Return one grid: rows by y, columns by x."""
     rows = [[found.get((a, b)) for a in xs] for b in ys]
     classes = [[c.word if c else None for c in row] for row in rows]
     errors = [[c.error if c else None for c in row] for row in rows]
-    return StressMap(model, x.name, y.name, list(xs), list(ys), classes, errors)
+    return PairMap(model, x.name, y.name, list(xs), list(ys), classes, errors)

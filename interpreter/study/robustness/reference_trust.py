@@ -1,9 +1,9 @@
-"""How far a truth can be trusted: the numerical error of a reference, and for a theory of beams its own.
+"""Uncertainty of a reference: its numerical error and, for a beam theory, its modelling error.
 
-A theory of a line is not the solid. It leaves out that a clamp keeps its section from changing, which stiffens the
-root over a part of the depth as a plate is stiffer than a strip, by 1 / (1 - nu^2); what remains of a thick section,
-with the square of depth over length; and, since its material is linear, the square of strain. All three are estimated
-from the scene alone; no model is asked.
+A theory of a line is not the solid. It omits that a clamp prevents its section from deforming, which stiffens the root
+over a part of the depth as a plate is stiffer than a strip, by 1 / (1 - nu^2); the effects of a thick section, which
+grow with the square of depth over length; and, since its material is linear, the square of strain. All three are
+estimated only from the scene, without any model.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from typing import ClassVar
 from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.problem.body_case import Fault, case_for
 from softmark.interpreter.problem.theory_problems import problem_of
-from softmark.interpreter.results.json_records import Plain, by_name
+from softmark.interpreter.results.json_records import JsonRecord, mapping_reader
 from softmark.interpreter.study.configurations.task_outcome import (
-    Attempt,
     PointOutcome,
     PointSummary,
     ProbeTrace,
-    Truth,
+    TaskAttempt,
+    TruthStatement,
 )
 from softmark.records import dataclass
 
@@ -32,13 +32,13 @@ from softmark.records import dataclass
 CLAMPED = 1.2
 THICK = 0.2  # times (depth / length)^2
 STRAINED = 0.5  # times the square of the largest strain of bending
-LARGEST_STRAIN = 0.3  # of the fibres at the clamp, beyond which a linear section says nothing of a soft solid
+LARGEST_STRAIN = 0.3  # largest bending strain at the clamp for which a linear section is valid in a soft solid
 LINES = ("elastica", "simo_reissner", "small_deflection")
 
 
 @dataclass(frozen=True)
-class LeanReference(Plain):
-    """What a reference came to: its error in m, and the root mean square of what each probe moves in m."""
+class LeanReference(JsonRecord):
+    """Reduced result of a reference: its error, m, and the root mean square displacement of each probe, m."""
 
     status: str
     message: str | None
@@ -47,17 +47,17 @@ class LeanReference(Plain):
 
 
 @dataclass(frozen=True)
-class LeanOutcome(Attempt):
-    """What of an outcome decides its class: fields of displacements as their root mean square."""
+class LeanOutcome(TaskAttempt):
+    """Part of an outcome that decides its class: displacement fields only as their root mean square."""
 
     READ: ClassVar = {
         "truths": PointOutcome.READ["truths"], "point": PointSummary.from_json,
-        "references": by_name(LeanReference.from_json),
+        "references": mapping_reader(LeanReference.from_json),
     }  # fmt: skip
     SELDOM: ClassVar = PointOutcome.SELDOM
 
     key: str
-    truths: Mapping[str, Truth] | None
+    truths: Mapping[str, TruthStatement] | None
     wall_s: float | None
     cpu_s: float | None
     unfinished: bool
@@ -67,15 +67,15 @@ class LeanOutcome(Attempt):
 
     @property
     def status(self) -> str:
-        """Of the point."""
+        """Status of the point."""
         return self.point.status
 
 
 def uncertainty_of(outcome: LeanOutcome, against: str, probe: str, metric: str = "") -> float | None:
-    """The numerical error of a reference relative to what it says the probe moves; None where it is not known.
+    """Return the numerical error of a reference relative to its displacement of the probe; None if unknown.
 
-    Of a model that is taken as right it is what the model states, in the terms of the metric, and of values that are
-    given what is said with them, as the metric has it.
+    For a model that serves as the reference it is its stated error in terms of the metric, and for given values their
+    stated uncertainty.
     """
     if (truth := (outcome.truths or {}).get(against)) is not None:
         return None if truth.stated is None else truth.stated.value
@@ -86,8 +86,8 @@ def uncertainty_of(outcome: LeanOutcome, against: str, probe: str, metric: str =
     return reference.estimated_error / reference.sizes[probe]
 
 
-def lean(outcome: PointOutcome) -> LeanOutcome:
-    """What of an outcome decides its class."""
+def reduce_outcome(outcome: PointOutcome) -> LeanOutcome:
+    """Return the part of an outcome that decides its class."""
     references = {
         name: LeanReference(r.status, r.message, r.estimated_error, {n: _size(p) for n, p in r.probes.items()})
         for name, r in outcome.references.items()
@@ -97,12 +97,12 @@ def lean(outcome: PointOutcome) -> LeanOutcome:
 
 
 def _size(probe: ProbeTrace) -> float:
-    """Root mean square of the lengths of displacements, m."""
+    """Return the root mean square of the lengths of displacements, m."""
     return math.sqrt(sum(math.hypot(*u) ** 2 for u in probe.displacement) / max(1, len(probe.displacement)))
 
 
 def theory_of(scene: Scene, against: str) -> tuple[float, str | None]:
-    """What a theory of beams leaves out, relative, and why it is no truth here, if it is none."""
+    """Return the relative modelling error of a beam theory, and why the theory is invalid here, if it is."""
     reference = scene.declared[against]
     if reference.kind != "reference" or reference.constructor.name not in LINES:
         return 0.0, None

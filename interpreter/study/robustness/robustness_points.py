@@ -1,4 +1,4 @@
-"""From values to a task: the scene with them, whether it can be built at all, the key by which a point is known."""
+"""Points of a robustness study: the scene at some values, its errors, and its task with a key."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from softmark.interpreter.planning.robustness_plan import ResolvedStudy
 from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
 from softmark.interpreter.study.configurations.configuration_expansion import SceneSubject, task_of
 from softmark.interpreter.study.configurations.configuration_task import is_about
-from softmark.interpreter.study.configurations.task_outcome import PointTask, TruthAsked
+from softmark.interpreter.study.configurations.task_outcome import PointTask, TruthRequest
 from softmark.interpreter.study.robustness.point_classification import ABOUT_REFERENCES
 from softmark.interpreter.study.robustness.reference_trust import theory_of
-from softmark.interpreter.study.robustness.robustness_record import Classified
+from softmark.interpreter.study.robustness.robustness_record import ClassifiedPoint
 from softmark.interpreter.validation.scene_checks import apply_overrides
 from softmark.records import dataclass
 
-COMPILING = 600.0  # CPU s that the first point of a model may take: kernels are compiled in it
+COMPILING = 600.0  # minimum CPU s for the first point of a model, which compiles kernels
 
 Values = tuple[tuple[str, Value], ...]  # of quantities, in their order
 
 
 @dataclass(frozen=True)
-class Site:
-    """The scene at some values: its errors, and what its truth leaves out, relative, or why it is none."""
+class SceneAtValues:
+    """Scene at some values: its errors, and the relative modelling error of its reference, or why that is invalid."""
 
     scene: Scene
     errors: tuple[Diagnostic, ...]
@@ -37,43 +37,43 @@ class Site:
 
 
 @dataclass
-class Ground:
-    """The scene of one study, at any values."""
+class VariedScene:
+    """Scene of one study, at any values."""
 
     subject: SceneSubject
     asked: ResolvedStudy
-    _sites: dict[Values, Site] = field(default_factory=dict)
+    _sites: dict[Values, SceneAtValues] = field(default_factory=dict)
     _tasks: dict[tuple[Values, str], PointTask] = field(default_factory=dict)
 
     def quantity(self, name: str) -> WalkedQuantity:
-        """By its name."""
+        """Return a quantity by its name."""
         return next(q for q in self.asked.quantities if q.name == name)
 
     def values(self, changed: Mapping[str, Value]) -> Values:
-        """Values that differ from the scene's own, in the order of the study."""
+        """Return the values that differ from the scene's own, in the order of the study."""
         named = ((q, changed.get(q.name, q.nominal)) for q in self.asked.quantities)
         return tuple((q.name, v) for q, v in named if v != q.nominal)
 
     def texts(self, values: Values) -> dict[str, str]:
-        """What an override takes for each value."""
+        """Return the text of each value for an override."""
         return {name: self.quantity(name).written(v) for name, v in values}
 
-    def site(self, values: Values) -> Site:
-        """The scene there, compiled once for all models."""
+    def site(self, values: Values) -> SceneAtValues:
+        """Return the scene at some values, compiled once for all models."""
         if values not in self._sites:
             self._sites[values] = self._made(values)
         return self._sites[values]
 
-    def _made(self, values: Values) -> Site:
+    def _made(self, values: Values) -> SceneAtValues:
         given = [parameter_overrides.read_override(self.quantity(n).override(v), []) for n, v in values]
         scene, found = apply_overrides(self.subject.scene, [o for o in given if o is not None])
         errors = tuple(d for d in found if d.severity == "error")
         if self.asked.against not in scene.declared:
-            return Site(scene, errors)
-        return Site(scene, errors, *theory_of(in_last_state(scene), self.asked.against))
+            return SceneAtValues(scene, errors)
+        return SceneAtValues(scene, errors, *theory_of(in_last_state(scene), self.asked.against))
 
     def task(self, values: Values, model: str) -> PointTask:
-        """What performing this point needs; its key is that of the configuration and of what is asked of it."""
+        """Return the task of a point; its key is that of the configuration and of the requested results."""
         if (values, model) not in self._tasks:
             task = task_of(self.subject, self.site(values).scene, model)
             truth = self._truth()
@@ -83,39 +83,39 @@ class Ground:
             self._tasks[values, model] = replace(task, key=key, limit_s=first, truth=truth, stated=True, alone=True)
         return self._tasks[values, model]
 
-    def _truth(self) -> TruthAsked | None:
-        """The model that is taken as right and the metric that does so; None where a reference is."""
+    def _truth(self) -> TruthRequest | None:
+        """Return the model that serves as the reference and its metric; None if there is a reference."""
         known = self.subject.scene.declared.get(self.asked.against)
         if known is None or known.kind != "model":
             return None
-        return TruthAsked(self.asked.against, self.asked.metric)
+        return TruthRequest(self.asked.against, self.asked.metric)
 
-    def refusal(self, values: Values, model: str) -> Classified | None:
-        """The class of a point whose scene is in error; None where it is not."""
+    def refusal(self, values: Values, model: str) -> ClassifiedPoint | None:
+        """Return the class of a point whose scene is in error; None if it is not."""
         site = self.site(values)
         if not site.errors:
             return None
-        own = [d for d in site.errors if not _elsewhere(site.scene, self.subject.scene, d, model)]
+        own = [d for d in site.errors if not _is_about_another_model(site.scene, self.subject.scene, d, model)]
         of_truth = [d for d in site.errors if self._is_of_truth(site.scene, d)]
         if not own and not of_truth and model in site.scene.declared:
-            return None  # what other models cannot do is no affair of this one
+            return None  # errors of other models do not matter here
         worst = (own or of_truth or list(site.errors))[0]
         message = f"{worst.code}: {worst.message}" + (f"; {worst.help}" if worst.help else "")
         if not own:
-            return Classified("unjudged", message=f"the scene cannot be built there: {message}", code=worst.code)
+            return ClassifiedPoint("unjudged", message=f"the scene cannot be built there: {message}", code=worst.code)
         word = "unjudged" if is_about(self.subject.scene.of_kind("reference").values(), worst) else "refused"
         word = "unjudged" if worst.code in ABOUT_REFERENCES else word
-        return Classified(word, message=message, code=worst.code)
+        return ClassifiedPoint(word, message=message, code=worst.code)
 
     def _is_of_truth(self, scene: Scene, error: Diagnostic) -> bool:
-        """Whether an error is about the model that is taken as right."""
+        """Return whether an error concerns the model that serves as the reference."""
         if self._truth() is None:
             return False
         known = [s.declared.get(self.asked.against) for s in (scene, self.subject.scene)]
         return is_about([d for d in known if d is not None], error)
 
 
-def _elsewhere(scene: Scene, nominal: Scene, error: Diagnostic, model: str) -> bool:
-    """Whether an error is about another model."""
+def _is_about_another_model(scene: Scene, nominal: Scene, error: Diagnostic, model: str) -> bool:
+    """Return whether an error concerns another model."""
     others = [d for s in (scene, nominal) for n, d in s.of_kind("model").items() if n != model]
     return is_about(others, error)

@@ -1,4 +1,4 @@
-"""What stability studies have found: `softmark-stress/1`, which is written and read here alone."""
+"""Results of robustness studies in the form `softmark-stress/1`, written and read only here."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Self
 
 from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
 from softmark.interpreter.results.error_statements import StatedError
-from softmark.interpreter.results.json_records import Plain, several
+from softmark.interpreter.results.json_records import JsonRecord, list_reader
 from softmark.records import dataclass
 
 SCHEMA = "softmark-stress/1"
@@ -21,8 +21,8 @@ WORST = ("silent", "failed", "timed_out", "diverged", "not_converged", "refused"
 
 
 @dataclass(frozen=True)
-class Classified(Plain):
-    """What a point is, and the numbers that say so; `uncertainty` is that of the truth, relative."""
+class ClassifiedPoint(JsonRecord):
+    """Class of a point, and the numbers behind it; `uncertainty` is that of the reference, relative."""
 
     NAMED: ClassVar = {"word": "class"}
     READ: ClassVar = {"stated": StatedError.from_json, "warnings": tuple}
@@ -39,37 +39,37 @@ class Classified(Plain):
 
     @property
     def states(self) -> float | None:
-        """The error that the model states."""
+        """Error that the model states."""
         return None if self.stated is None else self.stated.value
 
 
 @dataclass(frozen=True)
-class StressPoint(Plain):
-    """A model at some values of quantities, those that are not nominal, and what it turned out to be."""
+class RobustnessPoint(JsonRecord):
+    """Model at some values that differ from the nominal ones, and its classification."""
 
     model: str
     values: Mapping[str, Value]
-    found: Classified
-    texts: Mapping[str, str] = field(default_factory=dict)  # what an override takes for each value
+    found: ClassifiedPoint
+    texts: Mapping[str, str] = field(default_factory=dict)  # text of each value for an override
     key: str = ""
     cpu_s: float | None = None
 
     def entries(self) -> Mapping[str, object]:
-        """With what it turned out to be among them."""
+        """Return the entries including those of the classification."""
         own = replace(self.found, status=None).entries()
         return {"key": self.key, "model": self.model, "values": self.values, "texts": self.texts, **own,
                 "cpu_s": self.cpu_s}  # fmt: skip
 
     @classmethod
     def from_json(cls, own: Mapping[str, Any]) -> Self:
-        """From its entry."""
+        """Read a point from its entry."""
         texts = own.get("texts") or {}
-        return cls(own["model"], own["values"], Classified.from_json(own), texts, own["key"], own.get("cpu_s"))
+        return cls(own["model"], own["values"], ClassifiedPoint.from_json(own), texts, own["key"], own.get("cpu_s"))
 
 
 @dataclass(frozen=True)
-class StressEdge(Plain):
-    """Where what a model gets right ends in one direction, and the class beyond."""
+class ValidityEdge(JsonRecord):
+    """Validity edge of a model in one direction, and the class beyond it."""
 
     NAMED: ClassVar = {"word": "class"}
 
@@ -78,67 +78,67 @@ class StressEdge(Plain):
     direction: str
     last_right: float | None = None
     first_wrong: float | None = None
-    word: str | None = None  # the class beyond; None where it is right as far as it was walked
+    word: str | None = None  # class beyond the edge; None if right as far as tested
     last_answer: float | None = None
     first_silence: float | None = None
     silence: str | None = None  # the class there
     reason: str | None = None
     remedy: str | None = None
     reached: float | None = None
-    here: str | None = None  # the class of the scene as it is
+    here: str | None = None  # class of the unchanged scene
     first_right: float | None = None
     judged: int = 0  # points of the walk
-    blind: int = 0  # points that were not judged, this side of what is right
+    blind: int = 0  # unjudged points inside the right range
     first_unjudged: float | None = None
 
     @staticmethod
-    def read(own: Mapping[str, Any]) -> StressEdge:
-        """From its entry, which may be that of a choice."""
-        return (StressEdge if own.get("right") is None else StressChoice).from_json(own)
+    def read(own: Mapping[str, Any]) -> ValidityEdge:
+        """Read an edge from its entry, which may be that of a choice."""
+        return (ValidityEdge if own.get("right") is None else ChoiceEdge).from_json(own)
 
     @property
     def met(self) -> float | None:
-        """From where the class beyond is met."""
+        """Value from which the class beyond is found."""
         return self.first_unjudged if self.word == "unjudged" else self.first_wrong
 
 
-ALIKE = [f.name for f in fields(StressEdge)].index("here")  # first entries, that edges and choices have
+ALIKE = [f.name for f in fields(ValidityEdge)].index("here")  # first entries, that edges and choices have
 
 
 @dataclass(frozen=True)
-class StressChoice(StressEdge):
-    """The edge of a quantity that is chosen: the worst that an option comes to, and the class of each."""
+class ChoiceEdge(ValidityEdge):
+    """Edge of a quantity with discrete options: the worst class of any option, and the class of each."""
 
     right: tuple[str, ...] = ()
     classes: Mapping[str, str] = field(default_factory=dict)
 
     def entries(self) -> Mapping[str, object]:
-        """Without what only walks have."""
+        """Return the entries without those that only walks have."""
         own = list(super().entries().items())[:ALIKE]
         return {**dict(own), "right": self.right, "wrong": self.wrong, "unjudged": self.under("unjudged"),
                 "classes": self.classes}  # fmt: skip
 
     @classmethod
     def from_json(cls, own: Mapping[str, Any]) -> Self:
-        """From its entry; older ones have no class for each option."""
+        """Read a choice from its entry; older ones have no class for each option."""
         older = {**dict.fromkeys(own["right"], "right"), **dict.fromkeys(own.get("wrong") or (), own.get("class"))}
         found = super().from_json({**own, "classes": own.get("classes") or older})
         return replace(found, right=tuple(found.right))
 
     @property
     def wrong(self) -> list[str]:
-        """Options with which it is wrong, the worst first."""
+        """Options with a wrong result, the worst first."""
         ranked = sorted((WORST.index(w), o) for o, w in self.classes.items() if w not in ("right", "unjudged"))
         return [option for _, option in ranked]
 
     def under(self, word: str) -> list[str]:
-        """Options that came to a class."""
+        """Return the options with a class."""
         return [option for option, own in self.classes.items() if own == word]
 
 
 @dataclass(frozen=True)
-class StressMap(Plain):
-    """A grid over a pair of quantities: classes and errors, rows by y, columns by x."""
+class PairMap(JsonRecord):
+    """Grid over a pair of quantities: classes and errors, rows by y, columns by x."""
 
     model: str
     x: str
@@ -150,12 +150,13 @@ class StressMap(Plain):
 
 
 @dataclass(frozen=True)
-class StressStudy(Plain):
-    """One study: its points, and the edges and maps that they make."""
+class RobustnessStudyRecord(JsonRecord):
+    """One study: its points, and their edges and maps."""
 
     READ: ClassVar = {
-        "models": tuple, "quantities": several(WalkedQuantity.from_json), "points": several(StressPoint.from_json),
-        "edges": several(StressEdge.read), "maps": several(StressMap.from_json),
+        "models": tuple, "quantities": list_reader(WalkedQuantity.from_json),
+        "points": list_reader(RobustnessPoint.from_json),
+        "edges": list_reader(ValidityEdge.read), "maps": list_reader(PairMap.from_json),
     }  # fmt: skip
 
     name: str
@@ -166,18 +167,18 @@ class StressStudy(Plain):
     models: tuple[str, ...]
     outlines: Mapping[str, str]
     quantities: tuple[WalkedQuantity, ...]
-    points: tuple[StressPoint, ...] = ()
-    edges: tuple[StressEdge, ...] = ()
-    maps: tuple[StressMap, ...] = ()
+    points: tuple[RobustnessPoint, ...] = ()
+    edges: tuple[ValidityEdge, ...] = ()
+    maps: tuple[PairMap, ...] = ()
 
-    def edges_of(self, model: str, quantity: str) -> list[StressEdge]:
-        """Those of a model along a quantity, the last of each direction."""
+    def edges_of(self, model: str, quantity: str) -> list[ValidityEdge]:
+        """Return the edges of a model along a quantity, the last of each direction."""
         return list({e.direction: e for e in self.edges if (e.model, e.quantity) == (model, quantity)}.values())
 
 
 @dataclass(frozen=True)
-class StressSummary(Plain):
-    """How many points there are, of each class, and of those that are wrong without a word."""
+class RobustnessSummary(JsonRecord):
+    """Number of points, of each class, and of silently wrong ones."""
 
     points: int
     classes: Mapping[str, int] = field(default_factory=dict)
@@ -185,45 +186,45 @@ class StressSummary(Plain):
 
 
 @dataclass(frozen=True)
-class Stress(Plain):
-    """What stability studies found."""
+class RobustnessRecord(JsonRecord):
+    """Results of the robustness studies of a scene."""
 
-    READ: ClassVar = {"studies": several(StressStudy.from_json), "summary": StressSummary.from_json}
+    READ: ClassVar = {"studies": list_reader(RobustnessStudyRecord.from_json), "summary": RobustnessSummary.from_json}
 
     created: str
     environment: Mapping[str, Any]
     command: str
     scene: Mapping[str, Any]
-    studies: tuple[StressStudy, ...]
-    summary: StressSummary
+    studies: tuple[RobustnessStudyRecord, ...]
+    summary: RobustnessSummary
 
     @classmethod
     def of(cls, created: str, environment: Mapping[str, Any], command: str, scene: Mapping[str, Any],
-           studies: tuple[StressStudy, ...]) -> Self:  # fmt: skip
-        """With their points counted."""
+           studies: tuple[RobustnessStudyRecord, ...]) -> Self:  # fmt: skip
+        """Make a record of studies and count their points."""
         counts = Counter(p.found.word for s in studies for p in s.points)
-        summary = StressSummary(counts.total(), {word: counts[word] for word in CLASSES}, counts["silent"])
+        summary = RobustnessSummary(counts.total(), {word: counts[word] for word in CLASSES}, counts["silent"])
         return cls(created, environment, command, scene, studies, summary)
 
     @property
-    def points(self) -> list[StressPoint]:
-        """Those of all studies."""
+    def points(self) -> list[RobustnessPoint]:
+        """Points of all studies."""
         return [p for s in self.studies for p in s.points]
 
     @property
-    def silent(self) -> list[StressPoint]:
+    def silent(self) -> list[RobustnessPoint]:
         """Points that look right and are wrong: there should be none."""
         return [p for p in self.points if p.found.word == "silent"]
 
     @property
     def exit_status(self) -> int:
-        """1 where a point is silent, else 0: that a model has an edge is no failure."""
+        """Exit status: 1 if a point is silently wrong, else 0, since a validity edge is no failure."""
         return 1 if self.silent else 0
 
     def entries(self) -> Mapping[str, object]:
-        """As `softmark-stress/1`."""
+        """Return the entries of `softmark-stress/1`."""
         return {"schema": SCHEMA, **super().entries()}
 
     def dumps(self) -> str:
-        """The JSON text."""
+        """Return the record as JSON text."""
         return json.dumps(self.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"

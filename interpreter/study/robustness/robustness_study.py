@@ -1,4 +1,4 @@
-"""A stability study carried out: every model along every quantity at once, so that no worker is idle; then the maps."""
+"""Run of a robustness study: all models along all quantities at once, to keep workers busy; then the maps."""
 
 from __future__ import annotations
 
@@ -9,41 +9,46 @@ from pathlib import Path
 from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared, Scene, SceneError
-from softmark.interpreter.pipeline.run_environment import environment
+from softmark.interpreter.pipeline.run_environment import describe_environment
 from softmark.interpreter.planning.declaration_dependencies import with_dependencies
 from softmark.interpreter.planning.parameter_walk import PointClass, Walk
-from softmark.interpreter.planning.robustness_plan import ResolvedStudy, find_judging_metrics, no_judge_error, resolve_study
+from softmark.interpreter.planning.robustness_plan import (
+    ResolvedStudy,
+    find_judging_metrics,
+    no_judge_error,
+    resolve_study,
+)
 from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
 from softmark.interpreter.study.configurations.configuration_expansion import SceneSubject
 from softmark.interpreter.study.robustness import pair_maps
 from softmark.interpreter.study.robustness.point_classification import classify
 from softmark.interpreter.study.robustness.reference_trust import LeanOutcome, uncertainty_of
-from softmark.interpreter.study.robustness.robustness_points import Ground, Values
+from softmark.interpreter.study.robustness.robustness_points import Values, VariedScene
 from softmark.interpreter.study.robustness.robustness_record import (
-    Classified,
-    Stress,
-    StressEdge,
-    StressMap,
-    StressPoint,
-    StressStudy,
+    ClassifiedPoint,
+    PairMap,
+    RobustnessPoint,
+    RobustnessRecord,
+    RobustnessStudyRecord,
+    ValidityEdge,
 )
-from softmark.interpreter.study.robustness.task_queue import KIND, Desk
+from softmark.interpreter.study.robustness.task_queue import KIND, TaskQueue
 from softmark.interpreter.study.robustness.validity_edges import choice_of, edge_of
 from softmark.interpreter.study.workers.task_journal import Interrupted, Journal, JournalRefused
 from softmark.interpreter.validation.requested_names import at_name, unknown_models
 from softmark.interpreter.vocabulary.study_words import Stability
 from softmark.records import dataclass
 
-TIMEOUT = 60.0  # s for a point
+TIMEOUT = 60.0  # CPU s for a point
 MEMORY = 4.0  # GiB for a worker
 
 Say = Callable[[str, str], None]
-Then = Callable[[Classified], None]
+Then = Callable[[ClassifiedPoint], None]
 
 
 @dataclass(frozen=True)
-class StabilityRequest:
-    """What is to be stressed, and how. `timeout` in CPU seconds for each point, `memory` in GiB for each worker."""
+class RobustnessRequest:
+    """Settings of a robustness study. `timeout` in CPU seconds for each point, `memory` in GiB for each worker."""
 
     folder: Path
     models: tuple[str, ...] = ()
@@ -57,22 +62,22 @@ class StabilityRequest:
     say: Say = field(default=lambda what, detail: None, repr=False)
 
 
-def stress(subject: SceneSubject, request: StabilityRequest) -> Stress:
-    """Carry the stability studies of a scene out, or one over everything where it declares none.
+def run_robustness_studies(subject: SceneSubject, request: RobustnessRequest) -> RobustnessRecord:
+    """Run the robustness studies of a scene, or one over everything if it declares none.
 
-    Raises SceneError for a request that cannot be meant, Refused for a folder that cannot be used, pool.Unavailable
-    if no worker starts, Interrupted, and OSError.
+    Raises SceneError for an invalid request, JournalRefused for an unusable folder, NoWorkers if no worker starts,
+    Interrupted, and OSError.
     """
     started = datetime.now(UTC)
-    asked = _asked(subject.scene, request)
+    asked = _requested_studies(subject.scene, request)
     with Journal.open(request.folder, request.fresh) as journal:
         request.say("journal", journal.remark)
         if journal.of_kind(KIND) and not request.resume:
             count = len(journal.of_kind(KIND))
             raise JournalRefused(f"{request.folder} holds {count} finished points; `--resume` goes on from there, "
                           "`--fresh` starts anew")  # fmt: skip
-        desk = Desk(journal, request.jobs, request.timeout, request.memory, lambda n, key: None)
-        trials = [StudyTrial(Ground(subject, one), desk, request.say) for one in asked]
+        desk = TaskQueue(journal, request.jobs, request.timeout, request.memory, lambda n, key: None)
+        trials = [StudyTrial(VariedScene(subject, one), desk, request.say) for one in asked]
         try:
             for stage in (StudyTrial.start, StudyTrial.map):
                 for trial in trials:
@@ -82,11 +87,11 @@ def stress(subject: SceneSubject, request: StabilityRequest) -> Stress:
             kept = f"{len(journal.on_disk(KIND))} points are in {journal.path}"
             raise Interrupted(f"{kept}; the same command with `--resume` goes on") from stop
     created, studies = started.isoformat(timespec="seconds"), tuple(t.found() for t in trials)
-    return Stress.of(created, environment(started), request.command, subject.described(), studies)
+    return RobustnessRecord.of(created, describe_environment(started), request.command, subject.described(), studies)
 
 
-def _asked(scene: Scene, request: StabilityRequest) -> list[ResolvedStudy]:
-    """The studies that are meant. Raises SceneError."""
+def _requested_studies(scene: Scene, request: RobustnessRequest) -> list[ResolvedStudy]:
+    """Return the requested studies. Raises SceneError."""
     problems = unknown_models(scene, request.models)
     own = {n: d for n, d in scene.of_kind("study").items() if isinstance(d.thing, Stability)}
     if request.study is not None and request.study not in own:
@@ -106,27 +111,27 @@ def _asked(scene: Scene, request: StabilityRequest) -> list[ResolvedStudy]:
 
 @dataclass
 class StudyTrial:
-    """One study while it is carried out."""
+    """One study while it runs."""
 
-    ground: Ground
-    desk: Desk
+    ground: VariedScene
+    desk: TaskQueue
     say: Say
-    points: dict[tuple[Values, str], StressPoint] = field(default_factory=dict)
+    points: dict[tuple[Values, str], RobustnessPoint] = field(default_factory=dict)
     walks: dict[tuple[str, str], list[Walk]] = field(default_factory=dict)  # by model and quantity
-    chosen: dict[tuple[str, str], dict[str, Classified]] = field(default_factory=dict)
+    chosen: dict[tuple[str, str], dict[str, ClassifiedPoint]] = field(default_factory=dict)
     outlines: dict[str, str] = field(default_factory=dict)
 
     @property
     def asked(self) -> ResolvedStudy:
-        """What the study asks."""
+        """Settings of the study."""
         return self.ground.asked
 
     def start(self) -> None:
-        """Ask for every model in the scene as it is; their walks follow from there."""
+        """Request every model in the unchanged scene; their walks follow from there."""
         for model in self.asked.models:
             self.look(model, {}, lambda found, model=model: self._walk(model, found))  # type: ignore[misc]
 
-    def _walk(self, model: str, nominal: Classified) -> None:
+    def _walk(self, model: str, nominal: ClassifiedPoint) -> None:
         for quantity in self.asked.quantities:
             if not self._depends(model, quantity):
                 continue
@@ -138,25 +143,25 @@ class StudyTrial:
                 self._step(model, quantity, walk)
 
     def _step(self, model: str, quantity: WalkedQuantity, walk: Walk) -> None:
-        """Ask for the next point of a walk, and go on when it is there."""
+        """Request the next point of a walk, and continue when it is available."""
         t = walk.wanted()
         if t is None:
             return
 
-        def told(found: Classified) -> None:
+        def told(found: ClassifiedPoint) -> None:
             walk.tell(t, PointClass.of(found.word, found.status))
             self._step(model, quantity, walk)
 
         self.look(model, {quantity.name: walk.ladder.at(t)}, told)
 
-    def _choose(self, model: str, quantity: WalkedQuantity, nominal: Classified) -> None:
+    def _choose(self, model: str, quantity: WalkedQuantity, nominal: ClassifiedPoint) -> None:
         seen = self.chosen.setdefault((model, quantity.name), {str(quantity.nominal): nominal})
         for option in quantity.options:
             if option != quantity.nominal:
                 self.look(model, {quantity.name: option}, lambda found, o=option: seen.update({o: found}))  # type: ignore[misc]
 
     def _depends(self, model: str, quantity: WalkedQuantity) -> bool:
-        """Whether what a model comes to depends on a quantity: its key changes with it."""
+        """Return whether a model's result depends on a quantity: its key changes with it."""
         scene = self.ground.subject.scene
         owner = quantity.name.rpartition(".")[0]
         if quantity.name not in scene.parameters and scene.declared[owner].kind == "model":
@@ -169,7 +174,7 @@ class StudyTrial:
     # ------------------------------------------------------------------ one point
 
     def look(self, model: str, changed: Mapping[str, Value], then: Then) -> None:
-        """Find out what a point is, and tell."""
+        """Classify a point and pass the class to `then`."""
         values = self.ground.values(changed)
         known = self.points.get((values, model))
         refused = self.ground.refusal(values, model) if known is None else None
@@ -181,7 +186,7 @@ class StudyTrial:
             task = self.ground.task(values, model)
             self.desk.ask(task, lambda outcome: then(self._judged(values, model, outcome)))
 
-    def _judged(self, values: Values, model: str, outcome: LeanOutcome) -> Classified:
+    def _judged(self, values: Values, model: str, outcome: LeanOutcome) -> ClassifiedPoint:
         asked, site = self.asked, self.ground.site(values)
         numerical = uncertainty_of(outcome, asked.against, asked.probe, asked.metric)
         uncertainty = None if numerical is None and not site.theory else (numerical or 0.0) + site.theory
@@ -189,9 +194,9 @@ class StudyTrial:
         self.outlines.setdefault(model, outcome.point.outline)
         return self._kept(values, model, found, outcome.cpu_s)
 
-    def _kept(self, values: Values, model: str, found: Classified, cpu_s: float | None) -> Classified:
+    def _kept(self, values: Values, model: str, found: ClassifiedPoint, cpu_s: float | None) -> ClassifiedPoint:
         texts, key = self.ground.texts(values), self.ground.task(values, model).key
-        self.points.setdefault((values, model), StressPoint(model, dict(values), found, texts, key, cpu_s))
+        self.points.setdefault((values, model), RobustnessPoint(model, dict(values), found, texts, key, cpu_s))
         silent = sum(p.found.word == "silent" for p in self.points.values())
         told = ", ".join((model, *(f"{n} = {t}" for n, t in texts.items())))
         warned = f", {silent} SILENT" if silent else ""
@@ -201,7 +206,7 @@ class StudyTrial:
     # ------------------------------------------------------------------ maps
 
     def map(self) -> None:
-        """Ask for every point of every grid."""
+        """Request every point of every grid."""
         for model, x, y, xs, ys in self._grids():
             for a in xs:
                 for b in ys:
@@ -211,39 +216,39 @@ class StudyTrial:
         if not self.asked.mapped:
             return []
         found = []
-        for x, y in pair_maps.pairs(self.asked.quantities):
+        for x, y in pair_maps.quantity_pairs(self.asked.quantities):
             for model in self.asked.models:
                 if self._depends(model, x) and self._depends(model, y):
                     found.append((model, x, y, self._levels(x), self._levels(y)))
         return found
 
     def _levels(self, quantity: WalkedQuantity) -> list[Value]:
-        return pair_maps.levels(
+        return pair_maps.grid_levels(
             quantity, [w for (_, name), own in self.walks.items() if name == quantity.name for w in own]
         )
 
     # ------------------------------------------------------------------ the result
 
-    def _at(self, model: str, name: str, value: Value) -> Classified | None:
+    def _at(self, model: str, name: str, value: Value) -> ClassifiedPoint | None:
         known = self.points.get((self.ground.values({name: value}), model))
         return known.found if known else None
 
-    def found(self) -> StressStudy:
-        """What the study has found."""
+    def found(self) -> RobustnessStudyRecord:
+        """Return the results of the study."""
         asked, quantities = self.asked, tuple(replace(q, ladders=()) for q in self.asked.quantities)
-        return StressStudy(
+        return RobustnessStudyRecord(
             asked.name, asked.metric, asked.against, asked.within, asked.until, asked.models, self.outlines,
             quantities, tuple(sorted(self.points.values(), key=self._order)), tuple(self._edges()), tuple(self._maps()),
         )  # fmt: skip
 
-    def _order(self, point: StressPoint) -> tuple[Any, ...]:
-        """Return the place of a point among all: the same whether it was computed now or taken from the journal."""
+    def _order(self, point: RobustnessPoint) -> tuple[Any, ...]:
+        """Return the sort key of a point, the same whether it was computed now or read from the journal."""
         names = [q.name for q in self.asked.quantities]
         own = sorted((names.index(n), isinstance(v, str), v) for n, v in point.values.items())
         return self.asked.models.index(point.model), len(own), own
 
-    def _edges(self) -> list[StressEdge]:
-        found: list[StressEdge] = []
+    def _edges(self) -> list[ValidityEdge]:
+        found: list[ValidityEdge] = []
         models = self.asked.models
         for model in models:
             for quantity in self.asked.quantities:
@@ -255,13 +260,13 @@ class StudyTrial:
         return found
 
     def _beside(self, model: str, quantity: WalkedQuantity, walk: Walk) -> dict[str, Walk]:
-        """Walks of other models along the same quantity in the same direction."""
+        """Return walks of other models along the same quantity in the same direction."""
         return {
             other: own for other in self.asked.models if other != model
             for own in self.walks.get((other, quantity.name), ()) if own.ladder.direction == walk.ladder.direction
         }  # fmt: skip
 
-    def _maps(self) -> list[StressMap]:
+    def _maps(self) -> list[PairMap]:
         found = []
         for model, x, y, xs, ys in self._grids():
             places = {(a, b): (self.ground.values({x.name: a, y.name: b}), model) for a in xs for b in ys}

@@ -1,6 +1,6 @@
-"""Who wants to know which point: tasks wait here for workers, and those who asked for the outcomes.
+"""Queue of tasks for the workers, with the callbacks that wait for their outcomes.
 
-Several may ask for one point; it is computed once, and never again while its journal is there.
+Several callers may request one point; it is computed once, and never again while its journal exists.
 """
 
 from __future__ import annotations
@@ -11,28 +11,28 @@ from dataclasses import dataclass, field
 
 from softmark.interpreter.results import json_validation
 from softmark.interpreter.study.configurations.task_outcome import PointTask
-from softmark.interpreter.study.robustness.reference_trust import LeanOutcome, lean
+from softmark.interpreter.study.robustness.reference_trust import LeanOutcome, reduce_outcome
 from softmark.interpreter.study.workers import worker_pool
 from softmark.interpreter.study.workers.task_journal import Journal
 
 Then = Callable[[LeanOutcome], None]
-KIND = "stress"  # of its entries in the journal
-PATIENCE = 10.0  # times the CPU time of a point that it may take by the clock
+KIND = "stress"  # kind of its entries in the journal
+PATIENCE = 10.0  # ratio of the wall time limit to the CPU time limit
 
 
 @dataclass
-class Desk:
-    """Outcomes by key, tasks that wait, who is told. `memory` in GiB and `timeout` in CPU s of each task."""
+class TaskQueue:
+    """Outcomes by key, waiting tasks and callbacks. `memory` in GiB and `timeout` in CPU s of each task."""
 
     journal: Journal
     jobs: int
     timeout: float
     memory: float
-    said: Callable[[int, str], None]  # how many outcomes there are, and the last
+    said: Callable[[int, str], None]  # called with the number of outcomes and the last one
     outcomes: dict[str, LeanOutcome] = field(default_factory=dict)
     _queue: deque[PointTask] = field(default_factory=deque)
     _waiting: dict[str, list[Then]] = field(default_factory=dict)
-    _asked: dict[str, PointTask] = field(default_factory=dict)  # what a key stands for, for who reads the journal
+    _asked: dict[str, PointTask] = field(default_factory=dict)  # description of a key, for readers of the journal
     _ready: deque[Callable[[], None]] = field(default_factory=deque)
 
     def __post_init__(self) -> None:
@@ -40,17 +40,17 @@ class Desk:
         sound = {
             key: entry["outcome"]
             for key, entry in entries
-            if json_validation.misfit(entry, json_validation.ENTRIES[KIND]) is None
+            if json_validation.find_misfit(entry, json_validation.ENTRIES[KIND]) is None
         }
         known = {key: LeanOutcome.from_json({**outcome, "key": key}) for key, outcome in sound.items()}
         self.outcomes = {key: o for key, o in known.items() if not o.again(self.timeout)}
 
     def soon(self, action: Callable[[], None]) -> None:
-        """Do something when whoever is working now has finished, so that no chain of walks is too deep."""
+        """Run an action after the current one has finished, so that chains of walks do not recurse deeply."""
         self._ready.append(action)
 
     def ask(self, task: PointTask, then: Then) -> None:
-        """Tell `then` the outcome of a task, when it is there."""
+        """Call `then` with the outcome of a task when it is available."""
         key = task.key
         if key in self.outcomes:
             self.soon(lambda: then(self.outcomes[key]))
@@ -62,14 +62,14 @@ class Desk:
             self._queue.append(task)
 
     def work(self) -> None:
-        """Until nobody waits for anything. Raises pool.Unavailable, OSError."""
+        """Run tasks until none is left. Raises NoWorkers, OSError."""
         self._drain()
         command = (*worker_pool.WORKER, f"{self.memory:g}")
         while self._queue:
-            for outcome in worker_pool.outcomes(
+            for outcome in worker_pool.run_tasks(
                 self._queue, self.jobs, self.timeout, command=command, patience=PATIENCE
             ):
-                self._keep(lean(outcome))
+                self._keep(reduce_outcome(outcome))
                 self._drain()
 
     def _keep(self, outcome: LeanOutcome) -> None:

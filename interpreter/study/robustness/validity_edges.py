@@ -1,4 +1,4 @@
-"""What walks have found: for each model and quantity how far it is right, and what lies beyond."""
+"""Validity edges found by walks: for each model and quantity the range in which it is right, and the class beyond."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from dataclasses import replace
 from softmark.interpreter.planning.parameter_walk import Walk
 from softmark.interpreter.planning.varied_quantities import WalkedQuantity
 from softmark.interpreter.study.robustness.edge_remedies import reason_of, remedy_of
-from softmark.interpreter.study.robustness.robustness_record import WORST, Classified, StressChoice, StressEdge
+from softmark.interpreter.study.robustness.robustness_record import WORST, ChoiceEdge, ClassifiedPoint, ValidityEdge
 
-At = Callable[[str, str, float | str], Classified | None]  # model, quantity, value -> what the point there is
+At = Callable[[str, str, float | str], ClassifiedPoint | None]  # model, quantity, value -> class of the point
 
 
 def edge_of(
     model: str, quantity: WalkedQuantity, walk: Walk, at: At, outlines: Mapping[str, str], others: Mapping[str, Walk]
-) -> StressEdge:  # fmt: skip
-    """The edges of one walk; `others` go the same way with other models, which may be right where this one is not."""
+) -> ValidityEdge:  # fmt: skip
+    """Return the edges of one walk; `others` are walks of other models in the same direction, which may still be right."""
     found, verdicts, ladder = walk.edge(), walk.verdicts(), walk.ladder
 
     def value(t: float | None) -> float | None:
@@ -28,7 +28,7 @@ def edge_of(
         beyond = at(model, quantity.name, value(found.first_blind) or 0.0)
     silence = value(found.first_silence)
     mute = at(model, quantity.name, silence) if silence is not None and silence != first else None
-    edge = StressEdge(
+    edge = ValidityEdge(
         model, quantity.name, ladder.direction, value(found.last_right), first, word, value(found.last_answer), silence,
         None if mute is None else mute.word, None if beyond is None else reason_of(beyond), None, value(found.reached),
         verdicts.here, value(verdicts.first_right), verdicts.judged, verdicts.blind,
@@ -41,26 +41,26 @@ def edge_of(
 
 
 def _right_there(model: str, quantity: WalkedQuantity, value: str, at: At, models: Sequence[str]) -> list[str]:
-    """Other models that are right with a choice with which this one is not."""
+    """Return other models that are right with an option with which this one is not."""
     found = ((other, at(other, quantity.name, value)) for other in models if other != model)
     return [other for other, seen in found if seen is not None and seen.word == "right"]
 
 
 def choice_of(
-    model: str, quantity: WalkedQuantity, seen: Mapping[str, Classified], at: At, outlines: Mapping[str, str],
+    model: str, quantity: WalkedQuantity, seen: Mapping[str, ClassifiedPoint], at: At, outlines: Mapping[str, str],
     models: Sequence[str],
-) -> StressChoice:  # fmt: skip
-    """The edge of a quantity that is chosen: the worst that a choice comes to."""
+) -> ChoiceEdge:  # fmt: skip
+    """Return the edge of a quantity with discrete options: the worst class of any option."""
     ranked = sorted((WORST.index(c.word), option) for option, c in seen.items() if c.word != "right")
     right = tuple(option for option in quantity.options if option in seen and seen[option].word == "right")
     classes = {option: c.word for option, c in seen.items()}
-    edge = StressChoice(model, quantity.name, "up", right=right, classes=classes)
+    edge = ChoiceEdge(model, quantity.name, "up", right=right, classes=classes)
     if not ranked:
         return edge
     option = ranked[0][1]
     worst = seen[option]
     edge = replace(edge, word=worst.word, reason=f"{option}: {reason_of(worst)}")
-    if worst.word == "unjudged":  # that nothing is known of the truth is no fault of the model
+    if worst.word == "unjudged":  # an unknown reference is no failure of the model
         return edge
     others = _right_there(model, quantity, option, at, models)
     return replace(edge, remedy=remedy_of(worst, quantity, outlines, others, edge))

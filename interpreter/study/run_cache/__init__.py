@@ -1,8 +1,8 @@
-"""Results of `dsl run` that are kept, and reused by later runs while nothing that they depend on has changed.
+"""Saved results of `dsl run`, reused by later runs while nothing that they depend on has changed.
 
-keys     what a result depends on, as one digest, and what cannot be told surely
-plain    results as JSON and arrays, and back: of known classes alone, so that no file can make anything else
-places   warnings by where they stand in a declaration, which may have moved since
-store    the folder: files that are whole or count as not there, and no more than so many
-keeper   what a run takes over, and what it leaves
+run_cache_keys         digest of everything that a result depends on
+result_serialization   results as JSON and arrays, and back, only of known classes
+warning_locations      warnings by their place in a declaration, which may have moved since
+cache_folder           the folder: each file is complete or ignored, and their total size is limited
+result_keeper          reuse and saving of results in a run
 """

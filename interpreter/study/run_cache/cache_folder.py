@@ -1,9 +1,9 @@
-"""The folder of what is kept: a file for each key, written whole or not at all, and checked before it is believed.
+"""Folder of saved results: a file for each key, written atomically, and checked before use.
 
 A file is a line with its schema and the user's authentication code of its key and all that follows, then an archive of
-arrays (`npz`, without objects) among which is the JSON. What cannot be read, or was not written by this user under this
-key, is damaged, and counts as not there: a folder that came with somebody else's scene decides nothing, and neither do
-files that have changed their names.
+arrays (`npz`, without objects) that includes the JSON. A file that cannot be read, or was not written by this user
+under this key, counts as damaged and is ignored: a folder that came with a foreign scene has no effect, and neither
+have renamed files.
 """
 
 from __future__ import annotations
@@ -24,54 +24,54 @@ from softmark.interpreter.results.result_authentication import code_of, is_authe
 from softmark.interpreter.study.run_cache.run_cache_keys import SCHEMA
 from softmark.safe_files import read_regular
 
-FOLDER = "kept"  # in that of the report
+FOLDER = "kept"  # inside the report's folder
 SUFFIX = ".kept"
-MOST, LARGEST = 400, 400 << 20  # files and bytes of a folder
-RESERVE = 256 << 20  # bytes of the disk that are left for reports
+MOST, LARGEST = 400, 400 << 20  # maximum number of files and bytes of a folder
+RESERVE = 256 << 20  # bytes of the disk that stay free
 
 
-class Damaged(Exception):
-    """A file that is not what was written; the text names it."""
+class DamagedFile(Exception):
+    """A file differs from what was written; the text names it."""
 
 
-def read(folder: Path, key: str) -> tuple[Any, Mapping[int, np.ndarray]] | None:
-    """The JSON and the arrays of a key; None where there is nothing. Raises Damaged."""
+def read_saved(folder: Path, key: str) -> tuple[Any, Mapping[int, np.ndarray]] | None:
+    """Read the JSON and the arrays of a key; None if there is no file. Raises DamagedFile."""
     path = _path(folder, key)
     try:
         data = read_regular(path, LARGEST) if _is_own(folder) else b""
     except FileNotFoundError:
         return None
     except OSError as error:
-        raise Damaged(f"{path} cannot be read ({error.strerror})") from error
+        raise DamagedFile(f"{path} cannot be read ({error.strerror})") from error
     head, _, body = data.partition(b"\n")
     schema, _, code = head.decode("ascii", errors="replace").partition(" ")
     if schema != SCHEMA or not is_authentic(_purpose(key), body, code):
-        raise Damaged(f"{path} is damaged, renamed, or not of a run of yours")
+        raise DamagedFile(f"{path} is damaged, renamed, or not of a run of yours")
     try:
         with np.load(io.BytesIO(body), allow_pickle=False) as archive:
             arrays = {int(n): archive[n] for n in archive.files if n != "json"}
             value = json.loads(archive["json"].tobytes())
     except Exception as error:
-        raise Damaged(f"{path} is damaged") from error
+        raise DamagedFile(f"{path} is damaged") from error
     with suppress(OSError):
-        os.utime(path)  # what is used stays longest
+        os.utime(path)  # a use renews its date
     return value, arrays
 
 
-def write(folder: Path, key: str, value: Any, arrays: Sequence[np.ndarray]) -> None:
-    """Keep the JSON and the arrays of a key. Raises OSError."""
+def write_saved(folder: Path, key: str, value: Any, arrays: Sequence[np.ndarray]) -> None:
+    """Save the JSON and the arrays of a key. Raises OSError."""
     text = np.frombuffer(json.dumps(value).encode(), dtype=np.uint8)
     body = io.BytesIO()
     named: dict[str, Any] = {str(i): a for i, a in enumerate(arrays)}
-    np.savez(body, json=text, **named)  # of numbers: nothing is pickled
+    np.savez(body, json=text, **named)  # only numbers: nothing is pickled
     folder_within(folder.parent, folder.name)
     if shutil.disk_usage(folder).free < RESERVE + len(body.getvalue()):
         raise OSError(None, f"less than {RESERVE >> 20} MiB of the disk would be left for reports")
     replace(_path(folder, key), _head(key, body.getvalue()) + b"\n" + body.getvalue())
 
 
-def prune(folder: Path, used: Collection[str]) -> None:
-    """Take away what was not used for longest, until the folder holds no more than it may; of `used` keys nothing."""
+def prune_folder(folder: Path, used: Collection[str]) -> None:
+    """Remove the least recently used files until the folder is within its size limit, but none of `used` keys."""
     if not _is_own(folder):
         return
     own = {_path(folder, key) for key in used}
@@ -80,12 +80,12 @@ def prune(folder: Path, used: Collection[str]) -> None:
     for _, size, path in found:
         room, count = room - size, count - 1
         if room < 0 or count < 0:
-            with suppress(OSError):  # another run was faster
+            with suppress(OSError):  # another run has removed it
                 path.unlink()
 
 
 def _age(path: Path) -> tuple[int, int]:
-    """When it was last used, ns, and its size."""
+    """Return when a file was last used, ns, and its size."""
     try:
         found = path.stat()
     except OSError:
@@ -107,5 +107,5 @@ def _head(key: str, body: bytes) -> bytes:
 
 
 def _purpose(key: str) -> str:
-    """Return what the authentication code of a file is for: the result of this key and of no other."""
+    """Return the purpose of a file's authentication code, which binds it to this key."""
     return f"{SCHEMA} {key}"

@@ -1,6 +1,6 @@
-"""Results as JSON with arrays beside it, and back, each value as it was: float by float, tuples as tuples.
+"""Serialization of results as JSON with arrays, exact for floats and tuples.
 
-Only classes of CLASSES are read, and nothing is ever run for it. To keep a further class: its name there.
+Only classes in CLASSES are read, and no code is ever executed. To save a further class: add its name there.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ CLASSES: Mapping[str, Any] = {
     for cls in (
         run_report.Timing,
         run_report.ProbeResult,
-        run_report.CarriedNumber,
-        run_report.SeenInstrument,
-        run_report.SeenSurface,
-        run_report.SeenCurve,
+        run_report.SurfaceField,
+        run_report.DrawnRigidBody,
+        run_report.DrawnSurface,
+        run_report.PlottedCurve,
         run_report.MetricResult,
         run_report.ModelKind,
         run_report.ModelResult,
@@ -36,34 +36,34 @@ CLASSES: Mapping[str, Any] = {
         error_statements.StatedError,
         load_results.Resultant,
         reaction_results.Reaction,
-        reaction_results.HeldSupport,
-        reaction_results.Touch,
+        reaction_results.SupportResult,
+        reaction_results.ContactNumbers,
         reaction_results.Friction,
-        reaction_results.Touched,
-        saved_results.Told,
-        saved_results.KeptModel,
-        saved_results.KeptReferences,
+        reaction_results.ContactResult,
+        saved_results.WarningGroup,
+        saved_results.SavedModel,
+        saved_results.SavedReferences,
     )
 }
-LEFT: Mapping[type[Any], tuple[str, ...]] = {  # what files for other programs are made from, and no report
-    run_report.ModelResult: ("mesh", "stress", "constants"), reaction_results.Touch: ("field",),
+LEFT: Mapping[type[Any], tuple[str, ...]] = {  # fields only for output files, not for the report
+    run_report.ModelResult: ("mesh", "stress", "constants"), reaction_results.ContactNumbers: ("field",),
 }  # fmt: skip
 NUMBERS = "biuf"  # kinds of arrays: no objects
 
 
-class Unkept(Exception):
-    """A value that is of no class which is kept."""
+class NotSaved(Exception):
+    """A value has a class that is not saved."""
 
 
 @dataclass
 class Writer:
-    """Makes JSON of values; `arrays` are those that it names by their number."""
+    """Converts values to JSON; `arrays` are those that it refers to by their index."""
 
     scene: Scene
     arrays: list[np.ndarray] = field(default_factory=list)
 
     def write(self, value: Any) -> Any:
-        """Raises Unkept, Unplaced."""
+        """Convert a value. Raises NotSaved, NoDeclaration."""
         cls = type(value)
         if value is None or cls in (bool, int, str):
             return value
@@ -82,26 +82,26 @@ class Writer:
         if isinstance(value, Diagnostic):
             return {"~warning": warning_locations.to_json(value, self.scene)}
         if CLASSES.get(cls.__name__) is not cls:
-            raise Unkept(f"{cls.__module__}.{cls.__qualname__}")
+            raise NotSaved(f"{cls.__module__}.{cls.__qualname__}")
         named = [f.name for f in fields(cls) if f.name not in LEFT.get(cls, ())]
         return {"~class": cls.__name__, "fields": {n: self.write(getattr(value, n)) for n in named}}
 
     def _array(self, value: np.ndarray) -> int:
         if value.dtype.kind not in NUMBERS:
-            raise Unkept(f"an array of {value.dtype}")
+            raise NotSaved(f"an array of {value.dtype}")
         self.arrays.append(value)
         return len(self.arrays) - 1
 
 
 @dataclass(frozen=True)
 class Reader:
-    """Makes values of JSON."""
+    """Converts JSON back to values."""
 
     scene: Scene
     arrays: Mapping[int, np.ndarray]
 
     def read(self, value: Any) -> Any:
-        """Raises LookupError, TypeError, ValueError for what was never written so."""
+        """Convert JSON to a value. Raises LookupError, TypeError, ValueError for invalid JSON."""
         if isinstance(value, list):
             return [self.read(v) for v in value]
         if not isinstance(value, dict):
@@ -113,7 +113,7 @@ class Reader:
         return _READ[what](self, inner)
 
     def pairs(self, inner: Any) -> dict[Any, Any]:
-        """A mapping."""
+        """Convert a list of pairs to a mapping."""
         return {self.read(k): self.read(v) for k, v in inner}
 
 

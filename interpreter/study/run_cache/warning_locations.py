@@ -1,4 +1,4 @@
-"""Warnings by the declaration that they point into: it may stand elsewhere by now, and is the same text."""
+"""Locations of warnings relative to their declaration, which may have moved since but has the same text."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 Json = Mapping[str, Any]
 
 
-class Unplaced(Exception):
-    """It points to what no declaration holds."""
+class NoDeclaration(Exception):
+    """A warning points outside all declarations."""
 
 
 def to_json(found: Diagnostic, scene: Scene) -> dict[str, Any]:
-    """A warning without its texts. Raises Unplaced."""
+    """Return a warning without the text of its sources. Raises NoDeclaration."""
     return {
         "code": found.code, "message": found.message, "label": found.label, "help": found.help,
         "notes": list(found.notes), "at": _place(found.source, found.span, scene),
@@ -28,7 +28,7 @@ def to_json(found: Diagnostic, scene: Scene) -> dict[str, Any]:
 
 
 def from_json(own: Json, scene: Scene) -> Diagnostic:
-    """The warning in a scene of the same declarations. Raises LookupError."""
+    """Return the warning in a scene with the same declarations. Raises LookupError."""
     source, span = _found(own["at"], scene)
     also = []
     for second in own["also"]:
@@ -42,13 +42,13 @@ def from_json(own: Json, scene: Scene) -> Diagnostic:
 
 
 def _place(source: Source | None, span: Span | None, scene: Scene) -> list[Any] | None:
-    """The name of the declaration, the field whose text it is in, and the span from where that begins."""
+    """Return the name of the declaration, the field whose text contains the span, and the span relative to it."""
     if source is None or span is None:
         return None
     for name, field, at in _anchors(scene):
         if at.source == source and at.span.start <= span.start and span.end <= at.span.end:
             return [name, field, *_shifted(span, at.span, -1)]
-    raise Unplaced(f"{source.name}:{span.line}")
+    raise NoDeclaration(f"{source.name}:{span.line}")
 
 
 def _found(at: list[Any] | None, scene: Scene) -> tuple[Source | None, Span | None]:
@@ -67,7 +67,7 @@ def _anchors(scene: Scene) -> Iterator[tuple[str, str, Location]]:
 
 
 def _shifted(span: Span, begin: Span, sign: int) -> tuple[int, int, int, int, int, int]:
-    """A span from its anchor (-1), or back (1): columns of the first line alone depend on it."""
+    """Return a span relative to its anchor (-1), or back (1): columns are relative only in the first line."""
     first = 0 if sign > 0 else begin.line
 
     def column(line: int, column: int) -> int:

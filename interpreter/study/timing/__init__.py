@@ -1,1 +1,1 @@
-"""Timing in processes of their own, and what tells that a time was disturbed."""
+"""Timing in separate processes, and detection of disturbances."""

@@ -1,6 +1,6 @@
-"""What the operating system says of a stretch of time: how long this process computed, waited, or was displaced.
+"""Counters of the operating system: time in which this process computed, waited, or was displaced.
 
-Linux tells all of it; elsewhere what is not told is None, and nothing is concluded from it.
+Linux has all of them; elsewhere a missing counter is None, and nothing is concluded from it.
 """
 
 from __future__ import annotations
@@ -15,26 +15,26 @@ from softmark.records import dataclass
 
 Read = TypeVar("Read")
 PROC = Path("/proc")
-PACED = 30_000  # turns of a loop, between one and two milliseconds
+PACED = 30_000  # iterations of a loop, one to two milliseconds
 
 
 @dataclass(frozen=True)
-class Gauges:
-    """Counters at one moment: seconds since some beginning, and counts."""
+class OsCounters:
+    """Counters at one moment: seconds since an arbitrary origin, and counts."""
 
     wall: float
     cpu: float
-    involuntary: int | None  # switches to another process although this one could go on
+    involuntary: int | None  # involuntary context switches
     voluntary: int | None
-    waited: float | None  # s for which this thread could run and did not get a processor
-    pressure: float | None  # s for which some task on this machine had to wait for a processor
+    waited: float | None  # s in which this thread waited for a processor
+    pressure: float | None  # s in which some task on this machine waited for a processor
     pressure_avg10: float | None  # share of the last ten seconds, 0 to 1
     steal: float | None  # s that the hypervisor gave to others, of the processors in use
     busy: tuple[float, ...]  # s for which each processor has computed, () where it is not known
 
     @classmethod
-    def now(cls, cores: frozenset[int] = frozenset()) -> Gauges:
-        """Read all of them; steal is that of `cores`, of all where there are none."""
+    def now(cls, cores: frozenset[int] = frozenset()) -> OsCounters:
+        """Read all counters; steal is that of `cores`, or of all if none are given."""
         switches, (avg10, total) = _switches(), _known(_pressure) or (None, None)
         lines = _known(_processors) or {}
         steal = sum(s for n, (_, s) in lines.items() if not cores or n in cores) if lines else None
@@ -42,8 +42,8 @@ class Gauges:
         waited = _known(_waited)
         return cls(time.perf_counter(), time.process_time(), *switches, waited, total, avg10, steal, busy)
 
-    def since(self, start: Gauges) -> dict[str, Any]:
-        """What happened since `start`: seconds, and shares of the wall time; None where it is not known."""
+    def since(self, start: OsCounters) -> dict[str, Any]:
+        """Return the differences since `start`: seconds, and fractions of the wall time; None if unknown."""
         wall = max(self.wall - start.wall, 1e-9)
         cpu = self.cpu - start.cpu
         return {
@@ -58,8 +58,8 @@ class Gauges:
             "others_s": self._others(start, cpu),
         }
 
-    def _others(self, start: Gauges, own: float) -> float | None:
-        """Seconds that all processors together computed for others; counted in hundredths of a second."""
+    def _others(self, start: OsCounters, own: float) -> float | None:
+        """Return the seconds that all processors together computed for other processes, to 0.01 s."""
         if not self.busy or len(self.busy) != len(start.busy):
             return None
         return max(0.0, sum(self.busy) - sum(start.busy) - own)
@@ -70,7 +70,7 @@ def _less(now: Any, then: Any) -> Any:
 
 
 def _known(read: Callable[[], Read]) -> Read | None:
-    """What can be read, None where this system does not tell."""
+    """Return a counter's value, or None if this system lacks it."""
     try:
         return read()
     except (OSError, ValueError, IndexError, KeyError):
@@ -87,19 +87,19 @@ def _switches() -> tuple[int | None, int | None]:
 
 
 def _waited() -> float:
-    """Seconds on the queue of a processor, of the calling thread."""
+    """Return the seconds that the calling thread waited for a processor."""
     return int((PROC / "thread-self/schedstat").read_text().split()[1]) * 1e-9
 
 
 def _pressure() -> tuple[float, float]:
-    """The share of the last ten seconds, and seconds in all, for which some task waited for a processor."""
+    """Return the fraction of the last ten seconds, and total seconds, in which some task waited for a processor."""
     some = next(line for line in (PROC / "pressure/cpu").read_text().splitlines() if line.startswith("some"))
     values = dict(item.split("=") for item in some.split()[1:])
     return float(values["avg10"]) / 100.0, int(values["total"]) * 1e-6
 
 
 def _processors() -> dict[int, tuple[float, float]]:
-    """Seconds busy and seconds stolen of each processor."""
+    """Return busy seconds and stolen seconds of each processor."""
     tick = 1.0 / os.sysconf("SC_CLK_TCK")
     found = {}
     for line in (PROC / "stat").read_text().splitlines():
@@ -110,10 +110,10 @@ def _processors() -> dict[int, tuple[float, float]]:
     return found
 
 
-def pace() -> float:
-    """CPU seconds of a fixed piece of work that needs no memory: how fast the processor is at the moment.
+def measure_pace() -> float:
+    """Return the CPU seconds of a fixed piece of work without memory access: the current speed of the processor.
 
-    A guest of a hypervisor shares cores with strangers, and processors change their frequency; no counter tells, and
+    A guest of a hypervisor shares cores with others, and processors change their frequency. No counter shows this, and
     CPU time grows by half and more.
     """
     begin, total = time.process_time(), 0
@@ -122,10 +122,10 @@ def pace() -> float:
     return time.process_time() - begin
 
 
-def memory() -> dict[str, int | None]:
-    """Bytes of memory that this process holds, and the most that it has held.
+def memory_use() -> dict[str, int | None]:
+    """Return the bytes of memory that this process holds, and the maximum so far.
 
-    `ru_maxrss` begins with what the parent held when it started this process, so the kernel's own counter goes first.
+    `ru_maxrss` starts with the parent's memory at the start of this process, so the kernel's own counter is preferred.
     """
     return {"now": _known(lambda: _status("VmRSS")), "peak": _known(lambda: _status("VmHWM")) or _largest()}
 
@@ -149,5 +149,5 @@ def _largest() -> int | None:
 
 
 def load_average() -> float | None:
-    """Tasks that ran or waited, mean of the last minute."""
+    """Return the number of running or waiting tasks, mean of the last minute."""
     return _known(lambda: os.getloadavg()[0])

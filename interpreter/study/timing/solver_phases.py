@@ -1,9 +1,8 @@
-"""Where the time of a solution goes: functions of the solvers with a clock around them, put there from outside.
+"""Times of the phases of a solution, by clocks added to functions of the solvers at run time.
 
-A clock that is entered while another runs stops the other (exclusive time); what no clock counts is "other". Clocks
-cost time themselves, up to a tenth of a solution of a small model, so a run with clocks is never one that counts.
-To have a function counted: a line in FUNCTIONS, by its dotted name; a method that every class of some modules has:
-a line in METHODS.
+A clock that starts while another runs pauses the other (exclusive time); time outside all clocks is "other". Clocks
+cost up to a tenth of the time of a small model, so a run with clocks never counts as a timing. To time a further
+function: a line in FUNCTIONS, by its dotted name; for a method of every class of some modules: a line in METHODS.
 """
 
 from __future__ import annotations
@@ -25,14 +24,14 @@ FUNCTIONS: dict[str, str] = {
     "softmark.solvers.assembly.assembly.Assembly.gradient": "assembly",
     "softmark.solvers.assembly.assembly.Assembly.rounding": "assembly",
     "softmark.solvers.assembly.assembly.Assembly.tangent": "assembly",
-    "softmark.solvers.dynamics.dynamic_forces.Forces.inertia": "assembly",
-    "softmark.solvers.dynamics.dynamic_forces.Forces.value": "assembly",
-    "softmark.solvers.dynamics.dynamic_forces.Forces.strain": "assembly",
-    "softmark.solvers.dynamics.dynamic_forces.Forces.at": "assembly",
-    "softmark.solvers.dynamics.dynamic_forces.Forces.rounding": "assembly",
-    "softmark.solvers.dynamics.dynamic_forces.Forces.drag": "assembly",
-    "softmark.solvers.dynamics.dynamic_forces.Forces.tangent": "assembly",
-    "softmark.solvers.dynamics.dynamic_forces.Forces.add_mass": "assembly",
+    "softmark.solvers.dynamics.dynamic_forces.DynamicForces.inertia": "assembly",
+    "softmark.solvers.dynamics.dynamic_forces.DynamicForces.value": "assembly",
+    "softmark.solvers.dynamics.dynamic_forces.DynamicForces.strain": "assembly",
+    "softmark.solvers.dynamics.dynamic_forces.DynamicForces.at": "assembly",
+    "softmark.solvers.dynamics.dynamic_forces.DynamicForces.rounding": "assembly",
+    "softmark.solvers.dynamics.dynamic_forces.DynamicForces.drag": "assembly",
+    "softmark.solvers.dynamics.dynamic_forces.DynamicForces.tangent": "assembly",
+    "softmark.solvers.dynamics.dynamic_forces.DynamicForces.add_mass": "assembly",
     "softmark.solvers.linear.factorisations.factor": "factorisation",
     "softmark.solvers.linear.symbolic_cache.plan_of": "factorisation",
 }
@@ -47,7 +46,7 @@ METHODS: dict[str, dict[str, str]] = {
         "add_both_lagged": "assembly",
         "add_gradient_kept": "assembly",
         "rounding": "assembly",
-        "move": "assembly",  # of a state: for rods, which turn, as costly as their forces
+        "move": "assembly",  # update of a state, which for rods costs as much as their forces
     },
     "softmark.solvers.linear.factorisations": {"solve": "solution"},
     "softmark.solvers.linear.recycled_solves": {"solve": "solution"},
@@ -55,7 +54,7 @@ METHODS: dict[str, dict[str, str]] = {
 }
 
 
-class Phases:
+class PhaseClock:
     """CPU seconds of each solution by phases."""
 
     def __init__(self) -> None:
@@ -65,7 +64,7 @@ class Phases:
         self._since = 0.0
 
     def around(self, solve: Callable[[], Result]) -> Result:
-        """Run `solve` with clocks in all modules that are loaded; afterwards everything is as it was."""
+        """Run `solve` with clocks in all loaded modules, and remove them afterwards."""
         self._spent, self._open = {}, [OTHER]
         undo: list[tuple[Any, str, Any]] = []
         try:
@@ -79,7 +78,7 @@ class Phases:
                 setattr(owner, name, original)
 
     def _turn(self) -> None:
-        """Book the time since the last turn."""
+        """Add the time since the last change of phase to the current phase."""
         now, name = time.process_time(), self._open[-1]
         self._spent[name] = self._spent.get(name, 0.0) + now - self._since
         self._since = now
@@ -103,9 +102,9 @@ class Phases:
 def _replaced(
     clocked: Callable[[Callable[..., Any], str], Callable[..., Any]],
 ) -> Iterator[tuple[Any, str, Any]]:
-    """Put clocks around what the tables name, wherever it is bound; owner, name and original of each place."""
+    """Add clocks to all functions in the tables, wherever they are bound; yield owner, name and original of each."""
     ours = [m for n, m in sorted(sys.modules.items()) if n.startswith("softmark.") and m is not None]
-    for owner, name, phase in places():
+    for owner, name, phase in find_timed_functions():
         original = vars(owner)[name]
         replacement = clocked(original, phase)
         if inspect.isclass(owner):
@@ -118,8 +117,8 @@ def _replaced(
                 yield module, bound, original
 
 
-def places() -> Iterator[tuple[Any, str, str]]:
-    """Owner (class or module), name and phase of everything that the tables name, in modules that are loaded."""
+def find_timed_functions() -> Iterator[tuple[Any, str, str]]:
+    """Yield owner (class or module), name and phase of every function in the tables, in loaded modules."""
     for dotted, phase in FUNCTIONS.items():
         owner, name = owner_of(dotted)
         if owner is not None:
@@ -132,7 +131,7 @@ def places() -> Iterator[tuple[Any, str, str]]:
 
 
 def owner_of(dotted: str) -> tuple[Any, str]:
-    """The class or module that holds what a dotted name means, and its last part; no owner if it is not loaded."""
+    """Return the class or module that a dotted name belongs to, and its last part; no owner if it is not loaded."""
     path, _, name = dotted.rpartition(".")
     if path in sys.modules:
         return sys.modules[path], name
@@ -141,7 +140,7 @@ def owner_of(dotted: str) -> tuple[Any, str]:
 
 
 def _classes(prefix: str) -> Iterator[type]:
-    """Classes of a module or of the modules of a package, protocols left out."""
+    """Yield the classes of a module or of the modules of a package, without protocols."""
     for name, module in sorted(sys.modules.items()):
         if (name == prefix or name.startswith(prefix + ".")) and isinstance(module, ModuleType):
             for value in vars(module).values():

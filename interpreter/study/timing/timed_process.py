@@ -1,8 +1,8 @@
-"""One run of one model in a process of its own: `python -m softmark.interpreter.study.timing.timed_process`.
+"""Process that times one run of one model: `python -m softmark.interpreter.study.timing.timed_process`.
 
-A job comes as JSON on standard input, one line of JSON goes to standard output, whatever happens. The number of
-threads must be fixed by the environment, before anything is imported; the processor is chosen here, before libraries
-start their threads. Compiling kernels, loading code and one solution to warm up stay outside the clock.
+It reads a job as JSON from standard input and always writes one line of JSON to standard output. The environment must
+fix the number of threads before anything is imported; the processor is chosen here, before libraries start their
+threads. Compiling kernels, loading code and one warm-up solution are not timed.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.interpreter.results.state_results import SOLVED
 from softmark.interpreter.study.analysis.timing_quality import OWN, WHOLE
 from softmark.interpreter.study.configurations.timing_job import TimingJob
-from softmark.interpreter.study.timing.os_counters import Gauges, load_average, memory, pace
+from softmark.interpreter.study.timing.os_counters import OsCounters, load_average, measure_pace, memory_use
 from softmark.interpreter.study.workers.orphan_processes import die_with_parent
 from softmark.records import dataclass
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared, Scene
     from softmark.interpreter.models.shared.prepared_model import Prepared, Solution
     from softmark.interpreter.problem.body_case import Case
-    from softmark.interpreter.study.timing.solver_phases import Phases
+    from softmark.interpreter.study.timing.solver_phases import PhaseClock
 
 FACTS = ("iterations", "steps", "residual", "linear_solver", "criterion", "unsolved", "halved")
 QUANTILES = {"median": 0.5, "p95": 0.95, "p99": 0.99, "max": 1.0}
@@ -41,13 +41,13 @@ QUANTILES = {"median": 0.5, "p95": 0.95, "p99": 0.99, "max": 1.0}
 Record = dict[str, Any]
 
 
-class Untimed(Exception):
-    """Why nothing could be timed."""
+class NotTimed(Exception):
+    """Nothing could be timed, with the reason."""
 
 
 @dataclass(frozen=True)
-class Clocked:
-    """A solution, its wall and CPU seconds, and what the gauges said meanwhile."""
+class TimedSolution:
+    """Solution with its wall and CPU seconds, and the counters meanwhile."""
 
     solution: Solution
     wall: float
@@ -56,14 +56,14 @@ class Clocked:
 
     @property
     def good(self) -> bool:
-        """Whether there is a solution."""
+        """True if there is a solution."""
         return self.solution.status in SOLVED
 
 
 def main() -> int:
-    """Read the job, time it, write the record; 0 unless nothing could be written."""
+    """Read the job, time it, and write the record; return 0 unless nothing could be written."""
     answer = os.dup(1)
-    os.dup2(2, 1)  # what libraries print must not get between
+    os.dup2(2, 1)  # output of libraries must not mix with the record
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     die_with_parent()
     try:
@@ -72,23 +72,23 @@ def main() -> int:
     except ValueError as error:
         record = _failed(f"the job cannot be read: {error}")
     with os.fdopen(answer, "w", encoding="utf-8") as out:
-        out.write(json.dumps(finite(record), allow_nan=False) + "\n")
+        out.write(json.dumps(replace_nonfinite(record), allow_nan=False) + "\n")
     return 0
 
 
 def _guarded(asked: Mapping[str, Any]) -> Record:
-    """The record of a job, with a status and a message where it fails."""
+    """Return the record of a job, with a status and a message if it fails."""
     from softmark.interpreter.problem.body_case import Fault
 
     try:
-        return timed(TimingJob.from_json(asked), asked.get("cores") or [], bool(asked.get("phases")))
-    except Untimed as refused:
+        return time_job(TimingJob.from_json(asked), asked.get("cores") or [], bool(asked.get("phases")))
+    except NotTimed as refused:
         return _failed(str(refused))
     except Fault as refused:
         return _failed(refused.diagnostic.message)
     except MemoryError:
         return _failed("out of memory")
-    except Exception as error:  # a defect, or a file that is gone: the parent goes on with other jobs
+    except Exception as error:  # a defect, or a missing file: the parent continues with other jobs
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
         return _failed(f"it stopped with an error ({type(error).__name__}: {error})")
@@ -98,9 +98,9 @@ def _failed(message: str) -> Record:
     return {"status": "failed", "message": message, "pid": os.getpid()}
 
 
-def timed(job: TimingJob, cores: Sequence[int], phases: bool = False) -> Record:
-    """The record of one run; with `phases`, of where its time goes, which disturbs the clock. Raises Refused, Fault."""
-    _alone(job, cores)
+def time_job(job: TimingJob, cores: Sequence[int], phases: bool = False) -> Record:
+    """Return the record of one run; with `phases`, that of its phases, which slow the run. Raises NotTimed, Fault."""
+    _bind_processors(job, cores)
     scene, declared, case = _scene(job)
     prepared, setup, before = _prepared(job, scene, declared, case)
     prepared.warm()
@@ -113,14 +113,14 @@ def timed(job: TimingJob, cores: Sequence[int], phases: bool = False) -> Record:
         "size": dict(prepared.size),
         "solve": _facts(last),
         "setup": setup,
-        "memory": memory() | {"before": before},
+        "memory": memory_use() | {"before": before},
     }
     if not found.runs[-1].good:
         return record
     if last.spent is not None:
         record |= {"clock": WHOLE if last.spent.most else OWN, "memory": {}}
     if where is not None:
-        parts = {} if last.spent is not None else _spent(where, found.warmed)  # of ours, which looks at an answer
+        parts = {} if last.spent is not None else _spent(where, found.warmed)  # our clocks would not see its phases
         return record | {"phases": parts, "output_s": _written(job, last)}
     return record | {
         "warmed": found.warmed,
@@ -132,29 +132,29 @@ def timed(job: TimingJob, cores: Sequence[int], phases: bool = False) -> Record:
     }
 
 
-def _clocks() -> Phases:
-    from softmark.interpreter.study.timing.solver_phases import Phases
+def _clocks() -> PhaseClock:
+    from softmark.interpreter.study.timing.solver_phases import PhaseClock
 
-    return Phases()
+    return PhaseClock()
 
 
 # ------------------------------------------------------------------ before the clock
 
 
-def _alone(job: TimingJob, cores: Sequence[int]) -> None:
-    """Stay on the processors that were chosen; see that the number of threads is fixed. Raises Refused."""
+def _bind_processors(job: TimingJob, cores: Sequence[int]) -> None:
+    """Bind to the chosen processors and check that the number of threads is fixed. Raises NotTimed."""
     if cores and hasattr(os, "sched_setaffinity"):
         with suppress(OSError):  # the container may have lost it
             os.sched_setaffinity(0, cores)
     wrong = [n for n, v in job.environment.items() if os.environ.get(n) != v]
     if wrong:
-        raise Untimed(f"{', '.join(wrong)} must be {job.threads} before a timed process starts")
+        raise NotTimed(f"{', '.join(wrong)} must be {job.threads} before a timed process starts")
     if hasattr(signal, "alarm"):  # the parent may be gone
         signal.alarm(math.ceil(min(job.timeout_s, 1e8)) + 5)
 
 
 def _scene(job: TimingJob) -> tuple[Scene, Declared, Case]:
-    """The scene, the model and its case. Raises Refused, Fault."""
+    """Return the scene, the model and its case. Raises NotTimed, Fault."""
     from pathlib import Path
 
     from softmark.grammar.diagnostic import Source
@@ -166,26 +166,26 @@ def _scene(job: TimingJob) -> tuple[Scene, Declared, Case]:
         path = locate_scene(job.file) if job.text is None and job.file else None
         source = read_scene_file(path) if path else Source(job.file or "<text>", job.text or "")
     except UnreadableScene as missing:
-        raise Untimed(missing.reason) from missing
+        raise NotTimed(missing.reason) from missing
     folder = path.parent if path else Path(job.folder)
     scene, found = compile_source(source, folder, path, job.overrides, job.plugins)
     if errors := [d for d in found if d.severity == "error"]:
-        raise Untimed(f"{errors[0].code}: {errors[0].message}")
+        raise NotTimed(f"{errors[0].code}: {errors[0].message}")
     declared = scene.of_kind("model").get(job.model)
     if declared is None:
-        raise Untimed(f"the scene has no model `{job.model}`")
+        raise NotTimed(f"the scene has no model `{job.model}`")
     return scene, declared, case_for(scene, declared)
 
 
 def _prepared(job: TimingJob, scene: Scene, declared: Declared, case: Case) -> tuple[Prepared, Record, int | None]:
-    """The model, what building it took, and the bytes held before. Raises Fault.
+    """Return the prepared model, the cost of building it, and the bytes held before. Raises Fault.
 
-    Where kernels or libraries were loaded meanwhile, it is built once more, unless that takes too long.
+    If kernels or libraries were loaded meanwhile, it is built again, unless that takes too long.
     """
     from softmark.interpreter.models import model_builders
 
     model_builders.load(declared.thing)
-    before, compiling, begin = memory()["now"], _compilations(), time.perf_counter()
+    before, compiling, begin = memory_use()["now"], _compilations(), time.perf_counter()
     prepared, setup = _built(scene, declared, case)
     if compiling() and time.perf_counter() - begin < job.patience_s:
         del prepared
@@ -195,7 +195,9 @@ def _prepared(job: TimingJob, scene: Scene, declared: Declared, case: Case) -> t
 
 
 def _built(scene: Scene, declared: Declared, case: Case) -> tuple[Prepared, Record]:
-    """The model, and wall and CPU seconds of its mesh, of the rest, and of reading what was measured. Raises Fault."""
+    """Build the model; return it with wall and CPU seconds of mesh, reading of measurements, and the rest. Raises
+    Fault.
+    """
     from softmark.interpreter.language.scene_states import in_state, states_of
     from softmark.interpreter.problem.body_case import case_for
 
@@ -213,7 +215,7 @@ def _built(scene: Scene, declared: Declared, case: Case) -> tuple[Prepared, Reco
 def _built_once(
     scene: Scene, declared: Declared, case: Case, meshes: dict[tuple[Any, ...], Any]
 ) -> tuple[Prepared, Record]:
-    """The same in one situation; `meshes` are shared."""
+    """Build the model in one state; `meshes` are shared between states."""
     from softmark.interpreter.models.model_preparation import Measurements, prepared_model
     from softmark.interpreter.models.shared.prepared_model import Workshop
 
@@ -226,7 +228,7 @@ def _built_once(
 
 
 def _identity(job: TimingJob) -> Record:
-    """What ran where."""
+    """Return the entries that say what ran where."""
     numpy = sys.modules.get("numpy")
     cores = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else []
     tasks = len(os.listdir("/proc/self/task")) if os.path.isdir("/proc/self/task") else None
@@ -247,27 +249,27 @@ def _identity(job: TimingJob) -> Record:
 
 
 @dataclass
-class Timed:
-    """The solutions that were timed, with the pace of the processor before, between and after them."""
+class TimedSolutions:
+    """Timed solutions, with the pace of the processor before, between and after them."""
 
-    runs: list[Clocked]
+    runs: list[TimedSolution]
     warmed: bool = False  # a first solution was left out
     compile_source: int = 0  # kernels that were compiled or loaded meanwhile
     paces: list[float] = field(default_factory=list)
     during: Record = field(default_factory=dict)
 
 
-def _solutions(prepared: Prepared, job: TimingJob, where: Phases | None) -> Timed:
-    """A first solution, and others until they have taken long enough."""
+def _solutions(prepared: Prepared, job: TimingJob, where: PhaseClock | None) -> TimedSolutions:
+    """Solve once, and then again until the solutions have taken long enough."""
     gc.collect()
-    before, first = pace(), _clocked(prepared, where)
+    before, first = measure_pace(), _clocked(prepared, where)
     if not first.good or first.wall > job.patience_s:
-        return Timed([first], paces=[before, pace()], during=first.during)
+        return TimedSolutions([first], paces=[before, measure_pace()], during=first.during)
     compiling = _compilations()
-    found = Timed([], warmed=True, paces=[pace()])
+    found = TimedSolutions([], warmed=True, paces=[measure_pace()])
     while not found.runs or sum(r.wall for r in found.runs) < job.least_s:
         found.runs.append(_clocked(prepared, where))
-        found.paces.append(pace())
+        found.paces.append(measure_pace())
         if not found.runs[-1].good:
             break
     found.compiled = compiling()
@@ -276,7 +278,7 @@ def _solutions(prepared: Prepared, job: TimingJob, where: Phases | None) -> Time
 
 
 def _summed(stretches: Sequence[Record]) -> Record:
-    """What happened in several stretches of time together."""
+    """Return the sums of the counters of several time intervals."""
     whole: Record = {}
     for name, last in stretches[-1].items():
         values = [s[name] for s in stretches]
@@ -284,25 +286,25 @@ def _summed(stretches: Sequence[Record]) -> Record:
     return whole
 
 
-def _clocked(prepared: Prepared, where: Phases | None) -> Clocked:
-    """One solution between two looks at the gauges, which take half a millisecond and are not counted."""
+def _clocked(prepared: Prepared, where: PhaseClock | None) -> TimedSolution:
+    """Solve once between two readings of the counters, which take half a millisecond outside the timed interval."""
     cores = frozenset(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else frozenset()
     solve = partial(prepared.solve, _unwatched)
-    begin = Gauges.now(cores)
+    begin = OsCounters.now(cores)
     wall, cpu = time.perf_counter(), time.process_time()
     solution = solve() if where is None else where.around(solve)
     cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
-    if (spent := solution.spent) is not None:  # our clock knows nothing of another program
+    if (spent := solution.spent) is not None:  # our clock does not include an external program
         wall, cpu = spent.wall_s, spent.cpu_s
-    return Clocked(solution, wall, cpu, Gauges.now(cores).since(begin))
+    return TimedSolution(solution, wall, cpu, OsCounters.now(cores).since(begin))
 
 
 def _unwatched(iteration: object) -> None:
-    """Nobody looks on."""
+    """Ignore an iteration."""
 
 
 def _compilations() -> Callable[[], int]:
-    """Begin to count how often numba compiles or loads a kernel; the function says how often it did."""
+    """Start counting kernels that numba compiles or loads; the returned function gives the count."""
     if "numba" not in sys.modules:
         return lambda: int("numba" in sys.modules)
     from numba.core import event
@@ -322,7 +324,7 @@ def _compilations() -> Callable[[], int]:
 
 
 def _facts(solution: Solution) -> Record:
-    """What tells that two runs did the same: iterations, residual, and the size of the motion."""
+    """Return the numbers that show whether two runs did the same: iterations, residual, and displacement size."""
     facts = {name: solution.facts[name] for name in FACTS if name in solution.facts}
     if solution.mesh is not None:
         facts["motion"] = math.sqrt(float((solution.mesh.displacement**2).sum()))
@@ -330,7 +332,7 @@ def _facts(solution: Solution) -> Record:
 
 
 def _steps(solutions: Sequence[Solution]) -> Record | None:
-    """Quantiles of the seconds of time steps, over all solutions; None of a static analysis."""
+    """Return quantiles of the seconds of time steps, over all solutions; None for a static analysis."""
     histories = [s.history for s in solutions if s.history is not None]
     if not histories:
         return None
@@ -340,20 +342,20 @@ def _steps(solutions: Sequence[Solution]) -> Record | None:
 
 
 def quantiles(ordered: Sequence[float]) -> dict[str, float] | None:
-    """The least value that is not below a share of all, for the shares of QUANTILES; None of nothing."""
+    """Return the smallest value not below each fraction in QUANTILES of all values; None if there are none."""
     count = len(ordered)
     return {n: ordered[max(0, math.ceil(q * count) - 1)] for n, q in QUANTILES.items()} if count else None
 
 
-def _spent(where: Phases, warmed: bool) -> dict[str, float]:
-    """CPU seconds of one solution by phases: means over those that were timed."""
+def _spent(where: PhaseClock, warmed: bool) -> dict[str, float]:
+    """Return the CPU seconds of one solution by phases, as means over the timed ones."""
     counted = where.solutions[1:] if warmed else where.solutions
     names = dict.fromkeys(name for spent in counted for name in spent)
     return {name: statistics.fmean(spent.get(name, 0.0) for spent in counted) for name in names}
 
 
 def _written(job: TimingJob, solution: Solution) -> float | None:
-    """CPU seconds of writing the deformed mesh, or its state at some points, to a file; imports are not counted."""
+    """Return the CPU seconds of writing the deformed mesh, or its state at some points, to a file, without imports."""
     import tempfile
 
     from softmark.interpreter.results.run_report import ModelResult, Report
@@ -370,12 +372,12 @@ def _written(job: TimingJob, solution: Solution) -> float | None:
         return time.process_time() - begin
 
 
-def finite(value: Any) -> Any:
-    """The same value with None for numbers that JSON does not have."""
+def replace_nonfinite(value: Any) -> Any:
+    """Return the value with None in place of numbers that JSON lacks."""
     if isinstance(value, Mapping):
-        return {str(k): finite(v) for k, v in value.items()}
+        return {str(k): replace_nonfinite(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
-        return [finite(v) for v in value]
+        return [replace_nonfinite(v) for v in value]
     if isinstance(value, bool | int | str) or value is None:
         return value
     try:

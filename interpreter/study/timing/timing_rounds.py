@@ -1,8 +1,8 @@
-"""Timing that can be trusted: one process at a time on the machine, on a processor of its own, in rounds.
+"""Reliable timing: one process at a time on the machine, on its own processor, in interleaved rounds.
 
-Every run of every job is a fresh process (`timed_process.py`). Rounds are interleaved, A B C A B C, so that a machine
-that slows down slows all; two comparisons on one machine take turns. A run that was disturbed is repeated. Each record
-goes to `keep` as soon as it is there, and comes back as `done` when a comparison goes on after an interruption.
+Every run of every job is a new process (`timed_process.py`). Rounds are interleaved, A B C A B C, so that a machine
+that slows down slows all jobs; two comparisons on one machine take turns. Disturbed runs are repeated. Each record is
+passed to `keep` at once, and returns in `done` when an interrupted comparison continues.
 """
 
 from __future__ import annotations
@@ -23,32 +23,32 @@ from typing import Any
 from softmark.interpreter.results.state_results import SOLVED
 from softmark.interpreter.study.analysis import timing_quality
 from softmark.interpreter.study.configurations.timing_job import TimingJob
-from softmark.interpreter.study.timing.os_counters import Gauges
-from softmark.interpreter.study.timing.processor_choice import least_busy
+from softmark.interpreter.study.timing.os_counters import OsCounters
+from softmark.interpreter.study.timing.processor_choice import choose_processors
 
 Record = dict[str, Any]
 Say = Callable[[str, str], None]  # (what is being done, detail)
 CHILD = (sys.executable, "-P", "-m", "softmark.interpreter.study.timing.timed_process")
 GLANCE = 0.25  # s, how long the machine is watched before a round
-LONGEST_WAIT = 600.0  # s; whoever holds the lock for longer is timing no run, and anybody can hold it
+LONGEST_WAIT = 600.0  # s, maximum wait for the lock: a longer holder is not timing a run
 TURN = 0.1  # s after a run in which another comparison may begin one
-PATIENCE = 5.0  # s at most that a round waits for the machine to calm down
+PATIENCE = 5.0  # s, maximum wait of a round for an idle machine
 QUIET = 5.0  # s of waiting after which a line is printed, also where no progress is drawn
-CALM = 0.05  # share of the time in which some task waits
-FEW = 3  # runs of a job whose process takes long
+CALM = 0.05  # fraction of the time in which some task waits
+FEW = 3  # number of runs of a slow job
 
 
-def _nobody(what: str, detail: str) -> None:
-    """Nobody listens."""
+def _ignore_message(what: str, detail: str) -> None:
+    """Ignore a message."""
 
 
-def _nowhere(record: Record) -> None:
-    """Nothing is kept."""
+def _discard_record(record: Record) -> None:
+    """Discard a record."""
 
 
 @dataclass
-class _Book:
-    """All records of the jobs, and what is still to be done."""
+class _TimingRecords:
+    """All records of the jobs, and the remaining runs."""
 
     jobs: Sequence[TimingJob]
     repeats: int
@@ -57,83 +57,83 @@ class _Book:
     records: dict[str, list[Record]] = field(default_factory=dict)
 
     def add(self, record: Record) -> None:
-        """Another run."""
+        """Add a run."""
         self.records.setdefault(str(record.get("key")), []).append(record)
 
     def of(self, job: TimingJob) -> list[Record]:
-        """Runs of a job, in their order."""
+        """Return the runs of a job, in order."""
         return self.records.get(job.key, [])
 
     @property
     def pace(self) -> float | None:
-        """How fast the processor usually was."""
+        """Usual pace of the processor."""
         return timing_quality.usual_pace(r for own in self.records.values() for r in own)
 
     def timed(self, job: TimingJob) -> list[Record]:
-        """Runs that were timed."""
-        return [r for r in self.of(job) if timing_quality.good(r)]
+        """Return the runs of a job that were timed."""
+        return [r for r in self.of(job) if timing_quality.is_timed_solution(r)]
 
     def wanted(self, job: TimingJob) -> int:
-        """How many clean runs there should be."""
+        """Return the number of clean runs that a job should have."""
         costly = any(r.get("elapsed_s", 0.0) > job.costly_s for r in self.timed(job))
         return min(self.repeats, FEW) if costly else self.repeats
 
     def due(self, job: TimingJob) -> bool:
-        """Whether it needs another run: there are too few clean ones, and it has not failed or been tried enough."""
+        """Return whether a job needs another run: it has too few clean ones, has not failed, and has tries left."""
         if any(r.get("status") not in SOLVED for r in self.of(job)):
             return False
         runs, wanted = self.timed(job), self.wanted(job)
-        calm = sum(timing_quality.clean(r, self.pace) for r in runs)
+        calm = sum(timing_quality.is_undisturbed(r, self.pace) for r in runs)
         return calm < wanted and len(runs) < wanted + self.extra
 
     def unexplained(self) -> list[TimingJob]:
-        """Jobs of which it is not known where their time goes."""
+        """Return the jobs without times of their phases."""
         if not self.phases:
             return []
         return [j for j in self.jobs if self.timed(j) and not any(r.get("kind") == "phases" for r in self.of(j))]
 
 
-def timings(
+def time_jobs(
     jobs: Sequence[TimingJob],
     repeats: int = 5,
-    keep: Callable[[Record], None] = _nowhere,
+    keep: Callable[[Record], None] = _discard_record,
     done: Iterable[Record] = (),
-    say: Say = _nobody,
+    say: Say = _ignore_message,
     extra: int | None = None,
     phases: bool = True,
 ) -> dict[str, timing_quality.CostJson | None]:
-    """The cost of each job by its key (see `quality.cost`), None where it has no solution.
+    """Return the cost of each job by its key (see `timing_quality`), None without a solution.
 
-    Each is run until `repeats` of its runs are undisturbed, with at most `extra` more (as many as `repeats`, unless
-    said otherwise), and once more with clocks inside for the `phases`. Records in `done` count if they are of this
-    machine. Jobs of one key are one job.
+    Each job runs until `repeats` runs are undisturbed, with at most `extra` more (by default `repeats`), and once more
+    with
+    clocks for the `phases`. Records in `done` count if they are from this machine. Jobs with one key are one job.
     """
     unique = list({job.key: job for job in jobs}.values())
-    book = _Book(unique, repeats, repeats if extra is None else extra, phases)
+    book = _TimingRecords(unique, repeats, repeats if extra is None else extra, phases)
     for record in done:
-        if record.get("host") == host():
+        if record.get("host") == describe_host():
             book.add(record)
     if any(map(book.due, unique)) or book.unexplained():
-        with _Desk(keep, say) as desk:
+        with _TimingRunner(keep, say) as desk:
             desk.work(book)
-    return {job.key: timing_quality.cost(book.of(job), repeats, book.pace) for job in unique}
+    return {job.key: timing_quality.summarize_cost(book.of(job), repeats, book.pace) for job in unique}
 
 
-def host() -> str:
-    """What times are comparable on: this machine, with this Python."""
+def describe_host() -> str:
+    """Return the identity of this machine and Python, within which times are comparable."""
     return f"{platform.node()} {platform.machine()} python {platform.python_version()}"
 
 
-class _Desk:
-    """Runs one process after the other; stays off the processor that they are on."""
+class _TimingRunner:
+    """Runs one process after the other, and keeps its own work off their processor."""
 
     def __init__(self, keep: Callable[[Record], None], say: Say) -> None:
         self.keep, self.say = keep, say
         self.cores: list[int] = []
-        self.busy = False  # whether it has been said that the machine is busy
+        self.busy = False  # whether the busy machine was already reported
         self.allowed = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else set()
 
-    def __enter__(self) -> _Desk:
+    def __enter__(self) -> _TimingRunner:
         return self
 
     def __exit__(self, *failure: object) -> None:
@@ -141,22 +141,22 @@ class _Desk:
             with suppress(OSError):
                 os.sched_setaffinity(0, self.allowed)
 
-    def work(self, book: _Book) -> None:
-        """Round after round until nothing is due."""
+    def work(self, book: _TimingRecords) -> None:
+        """Run rounds until no job needs another run."""
         while due := [job for job in book.jobs if book.due(job)]:
             self._settle(max(job.threads for job in due))
             for job in due:
                 tries = len(book.timed(job)) + 1
                 self.say("time", f"{job.called}: run {tries} of {max(tries, book.wanted(job))}")
-                with exclusive(self.say):
+                with exclusive_timing(self.say):
                     self._one(book, job, "timed")
         for job in book.unexplained():
             self.say("time", f"{job.called}: where the time goes")
             self._settle(job.threads)
-            with exclusive(self.say):
+            with exclusive_timing(self.say):
                 self._one(book, job, "phases")
 
-    def _one(self, book: _Book, job: TimingJob, kind: str) -> None:
+    def _one(self, book: _TimingRecords, job: TimingJob, kind: str) -> None:
         record = one_run(job, self.cores, kind)
         if kind == "timed" and (found := timing_quality.disturbances(record, book.pace)):
             record["flags"] = found
@@ -167,12 +167,12 @@ class _Desk:
         self.keep(record)
 
     def _settle(self, threads: int) -> None:
-        """Wait, but not for long, until nobody waits for a processor; then choose one."""
+        """Wait, for a limited time, until no task waits for a processor; then choose one."""
         begin = time.monotonic()
         while True:
-            start = Gauges.now()
+            start = OsCounters.now()
             time.sleep(GLANCE)
-            now = Gauges.now()
+            now = OsCounters.now()
             seen = now.since(start)
             if (seen["pressure_s"] or 0.0) <= CALM * seen["wall_s"]:
                 break
@@ -180,7 +180,7 @@ class _Desk:
                 self._say_busy()
                 break
         if self.allowed and len(self.cores) != min(threads, len(self.allowed)):
-            self.cores = least_busy(self.allowed, start.busy, now.busy, threads)
+            self.cores = choose_processors(self.allowed, start.busy, now.busy, threads)
             with suppress(OSError):
                 os.sched_setaffinity(0, self.allowed - set(self.cores) or self.allowed)
 
@@ -192,20 +192,20 @@ class _Desk:
 
 
 def one_run(job: TimingJob, cores: Sequence[int], kind: str = "timed") -> Record:
-    """The record of one process; a process that ends without one, or not in time, has a status and a message."""
+    """Return the record of one process; one that ends without a record, or too late, gets a status and a message."""
     asked = job.to_json() | {"cores": list(cores), "phases": kind == "phases"}
     begin = time.monotonic()
     record = _answer(job, json.dumps(asked).encode())
     return record | {
         "key": job.key,
         "kind": kind,
-        "host": host(),
+        "host": describe_host(),
         "elapsed_s": time.monotonic() - begin,
     }
 
 
 def _answer(job: TimingJob, asked: bytes) -> Record:
-    """What the process says, or what became of it."""
+    """Return the record that the process writes, or one with the reason why there is none."""
     with tempfile.TemporaryFile() as spoken:
         environment = {**os.environ, **job.environment}
         pipe = subprocess.PIPE
@@ -236,15 +236,15 @@ def _read(answer: bytes, child: subprocess.Popen[bytes], spoken: str) -> Record:
 
 
 def lock_file() -> Path:
-    """The file whose lock a comparison holds while a run is timed; one for the machine, whoever works on it."""
+    """Return the file that a comparison locks while a run is timed; one per machine, for all users."""
     return Path(tempfile.gettempdir()) / "softmark-timing.lock"
 
 
 @contextmanager
-def exclusive(say: Say = _nobody) -> Iterator[None]:
-    """Wait until no other comparison on this machine is timing a run. Without such locks nothing is waited for.
+def exclusive_timing(say: Say = _ignore_message) -> Iterator[None]:
+    """Wait until no other comparison on this machine times a run; without such locks, do not wait.
 
-    The lock is held for a run, and left to others for a moment after it: comparisons take turns.
+    The lock is held for one run and released for a moment after it, so that comparisons take turns.
     """
     try:
         import fcntl
@@ -272,12 +272,12 @@ def exclusive(say: Say = _nobody) -> Iterator[None]:
             say("took", f"{lock_file()} is locked for {LONGEST_WAIT:g} s: timing goes on without it")
         yield
     finally:
-        os.close(handle)  # gives the lock back
+        os.close(handle)  # releases the lock
         time.sleep(TURN)
 
 
 def _opened(file: Path) -> int | None:
-    """The file, made if need be; in a folder of everybody's, one that another has made may only be read."""
+    """Open the file, creating it if necessary; in a public folder, a file of another user may only be read."""
     careful = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
     for flags in (os.O_RDONLY, os.O_RDWR | os.O_CREAT):
         with suppress(OSError):

@@ -1,1 +1,1 @@
-"""Processes that carry out tasks, and the journal of what is finished."""
+"""Worker processes that perform tasks, and the journal of finished tasks."""

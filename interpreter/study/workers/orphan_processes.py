@@ -1,4 +1,4 @@
-"""Processes that must not outlive the one that started them."""
+"""Termination of child processes with their parent."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 
 
 def die_with_parent() -> None:
-    """Ask Linux to kill this process when its parent dies; elsewhere the end of a pipe has to."""
+    """Ask Linux to kill this process when its parent dies; on other systems it ends with its pipe."""
     if sys.platform != "linux":
         return
     import ctypes

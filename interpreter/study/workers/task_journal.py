@@ -1,10 +1,9 @@
-"""What a comparison has finished, line by line on disk: a process that is killed loses nothing that was written.
+"""Journal of finished tasks on disk, line by line: a killed process loses nothing that was written.
 
-A line is one JSON object, written by one call and synced. The first says whose journal it is; every other has a `kind`,
-the `key` of a configuration and the number of its `repeat`: the three together occur once. A last line
-that was torn when the power went is not counted, and is cut off before anything is appended. Every entry ends with the
-authentication code of the user who wrote it, `hmac`: an entry without it, as in a journal that came with somebody
-else's scene, counts as not written.
+A line is one JSON object, written by one call and synced. The first identifies the journal; every other has a `kind`,
+the `key` of a configuration and the number of its `repeat`, which together are unique. A last line that was torn by a
+power failure is ignored, and removed before anything is appended. Every entry ends with the authentication code of the
+user who wrote it, `hmac`: an entry without it, as in a journal that came with a foreign scene, is ignored.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ Identity = tuple[str, str, int]  # kind, key, repeat
 
 
 class JournalRefused(Exception):
-    """The folder cannot be used for this comparison; the text says why and what to do."""
+    """A folder cannot be used for this comparison; the text gives the reason and the remedy."""
 
 
 class Interrupted(KeyboardInterrupt):
@@ -37,13 +36,13 @@ class Interrupted(KeyboardInterrupt):
 
 
 def identity(entry: Json) -> Identity:
-    """What an entry is about: entries that share it are one."""
+    """Return the identity of an entry; entries that share it are one."""
     return str(entry["kind"]), str(entry["key"]), int(entry.get("repeat", 0))
 
 
 @dataclass
 class Journal:
-    """An open journal, locked against other processes. Use it as a context, or close it."""
+    """Open journal, locked against other processes. Use it as a context, or close it."""
 
     path: Path
     entries: dict[Identity, Json] = field(default_factory=dict)
@@ -53,7 +52,7 @@ class Journal:
 
     @classmethod
     def open(cls, folder: Path, fresh: bool = False) -> Journal:
-        """The journal of a folder, made if need be; `fresh` starts it anew. Raises Refused, OSError."""
+        """Open the journal of a folder, creating it if necessary; `fresh` clears it. Raises JournalRefused, OSError."""
         folder.mkdir(parents=True, exist_ok=True)
         journal = cls(folder / NAME)
         journal._lock = _locked(folder / LOCK)
@@ -66,7 +65,7 @@ class Journal:
 
     def _start(self, fresh: bool) -> None:
         data = b"" if fresh else _contents(self.path)
-        whole = data[: data.rfind(b"\n") + 1]  # what follows the last line end was torn
+        whole = data[: data.rfind(b"\n") + 1]  # an incomplete last line
         lines = list(_objects(whole))
         if whole and not lines:
             raise JournalRefused(f"{self.path} is not a journal; `--fresh` replaces it, `--out` chooses another folder")
@@ -83,7 +82,7 @@ class Journal:
             else:
                 self.foreign += 1
         if fresh:
-            replace(self.path, "")  # a new file: one that has other names, or a link, stays as it is
+            replace(self.path, "")  # a new file: a hard link or symbolic link keeps its target unchanged
         self._file = _opened(self.path, os.O_RDWR | os.O_APPEND)
         os.ftruncate(self._file, len(whole) if lines else 0)
         if not lines:
@@ -99,7 +98,7 @@ class Journal:
         return f"{count} not written by your own runs: computed again"
 
     def add(self, entry: Json) -> bool:
-        """Append an entry and sync; False, and nothing written, where it is there already. Raises OSError."""
+        """Append an entry and sync; return False, and write nothing, if it exists already. Raises OSError."""
         name = identity(entry)
         if name in self.entries:
             return False
@@ -108,7 +107,7 @@ class Journal:
         return True
 
     def append(self, kind: str, key: str, **said: Any) -> None:
-        """Add a further entry of a kind and a key: the next of its repeats. Raises OSError."""
+        """Add a further entry of a kind and a key, with the next repeat number. Raises OSError."""
         repeat = next(i for i in count() if (kind, key, i) not in self.entries)
         self.add({"kind": kind, "key": key, "repeat": repeat, **said})
 
@@ -120,17 +119,17 @@ class Journal:
         os.fsync(self._file)
 
     def of_kind(self, kind: str) -> dict[str, Json]:
-        """Entries of a kind by key; of those with repeats, the last."""
+        """Return the entries of a kind by key; of repeats, the last."""
         return {key: entry for (own, key, _), entry in self.entries.items() if own == kind}
 
     def on_disk(self, kind: str) -> set[str]:
-        """Keys of a kind as the file has them: after an interruption it may know more than this process."""
+        """Return the keys of a kind in the file, which after an interruption may have more than this process knows."""
         data = _contents(self.path)
         lines = _objects(data[: data.rfind(b"\n") + 1])
         return {str(line["key"]) for line in lines if line.get("kind") == kind and "key" in line and _authentic(line)}
 
     def close(self) -> None:
-        """Let go of the file and of the lock."""
+        """Release the file and the lock."""
         for descriptor in (self._file, self._lock):
             if descriptor >= 0:
                 os.close(descriptor)
@@ -144,7 +143,7 @@ class Journal:
 
 
 def _sound(entry: Json) -> bool:
-    """Whether an entry says what it is about; another counts as not written."""
+    """Return whether an entry has an identity; others are ignored."""
     named = isinstance(entry.get("kind"), str) and isinstance(entry.get("key"), str)
     return named and type(entry.get("repeat", 0)) is int
 
@@ -164,7 +163,7 @@ def _text(entry: Json) -> bytes:
 
 
 def _contents(path: Path) -> bytes:
-    """Return the bytes of a journal, empty if there is no file. Raises Refused, OSError."""
+    """Return the bytes of a journal, empty if there is no file. Raises JournalRefused, OSError."""
     try:
         descriptor = _opened(path, os.O_RDONLY)
     except FileNotFoundError:
@@ -174,7 +173,7 @@ def _contents(path: Path) -> bytes:
 
 
 def _opened(path: Path, flags: int) -> int:
-    """Open a regular file, created if it is to be written, never through a symbolic link. Raises Refused."""
+    """Open a regular file, created if it is to be written, never through a symbolic link. Raises JournalRefused."""
     careful = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
     if path.is_symlink() or (path.exists() and not path.is_file()):
         what = "a symbolic link" if path.is_symlink() else "not a regular file"
@@ -183,7 +182,7 @@ def _opened(path: Path, flags: int) -> int:
 
 
 def _objects(data: bytes) -> Iterator[Json]:
-    """The JSON objects of whole lines; a line that cannot be read counts as not written."""
+    """Yield the JSON objects of whole lines; unreadable lines are ignored."""
     for line in data.splitlines():
         if not line.startswith(b"{"):
             continue
@@ -196,7 +195,7 @@ def _objects(data: bytes) -> Iterator[Json]:
 
 
 def _locked(path: Path) -> int:
-    """An exclusive lock that the system lets go when this process ends, however it ends. Raises Refused."""
+    """Take an exclusive lock, which the system releases when this process ends in any way. Raises JournalRefused."""
     import fcntl
 
     descriptor = _opened(path, os.O_RDWR)

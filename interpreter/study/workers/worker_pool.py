@@ -1,9 +1,9 @@
-"""Accuracy tasks done by others: worker processes of this machine, or a dask cluster.
+"""Pool of workers for tasks: worker processes of this machine, or a dask cluster.
 
-    outcomes(tasks, jobs=2)                 in worker processes, one thread each
-    outcomes_of_cluster(tasks, address)     wherever the scheduler at the address has workers
+    run_tasks(tasks, jobs=2)                in worker processes, one thread each
+    run_tasks_on_cluster(tasks, address)    on the workers of the scheduler at the address
 
-Both give every task's outcome as it comes, once. A worker that dies takes one task with it, which fails, and no other.
+Both yield each task's outcome once, as it becomes available. If a worker dies, only its current task fails.
 """
 
 from __future__ import annotations
@@ -23,35 +23,35 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from softmark.interpreter.study.configurations import timing_job
-from softmark.interpreter.study.configurations.configuration_task import failed
+from softmark.interpreter.study.configurations.configuration_task import failed_outcome
 from softmark.interpreter.study.configurations.task_outcome import PointOutcome, PointTask
 
-Started = Callable[[str], None]  # told the key of a task as it begins
+Started = Callable[[str], None]  # called with the key of a task when it starts
 
 THREADS = (*timing_job.THREADS, "NUMEXPR_NUM_THREADS", "BLIS_NUM_THREADS")
 WORKER = (sys.executable, "-P", "-m", "softmark.interpreter.study.workers.worker_process")
-TICK = 0.2  # s between looks at the clock
+TICK = 0.2  # s between checks of the clock
 START = 120.0  # s in which a worker must have started
-STARTS = 3  # workers in a row that may fail to start
+STARTS = 3  # maximum number of consecutive failed starts
 
 
 class NoWorkers(Exception):
-    """Nobody can do the tasks; the text says why and what to do."""
+    """No worker is available; the text gives the reason and the remedy."""
 
 
-def unfinished(task: PointTask, message: str) -> PointOutcome:
-    """The outcome of a task that was lost: it says nothing about the result, another try may have one."""
-    return failed(task, message, unfinished=True)
+def unfinished_outcome(task: PointTask, message: str) -> PointOutcome:
+    """Return the outcome of a lost task: nothing is known about its result, and another try may have one."""
+    return failed_outcome(task, message, unfinished=True)
 
 
-def timed_out(task: PointTask, limit: float) -> PointOutcome:
-    """The outcome of a task that had `limit` seconds: with more, it may have a result."""
+def timed_out_outcome(task: PointTask, limit: float) -> PointOutcome:
+    """Return the outcome of a task that exceeded `limit` seconds: with more time it may have a result."""
     why = f"it was stopped after {limit:g} s; `--timeout` gives more"
-    return failed(task, why, "timed_out", wall_s=limit, unfinished=True, limit_s=limit)
+    return failed_outcome(task, why, "timed_out", wall_s=limit, unfinished=True, limit_s=limit)
 
 
-def environment() -> dict[str, str]:
-    """The environment of a worker: one thread for every library, since tasks share the machine."""
+def worker_environment() -> dict[str, str]:
+    """Return the environment of a worker: one thread for every library, since tasks share the machine."""
     return {**os.environ, **dict.fromkeys(THREADS, "1")}
 
 
@@ -60,7 +60,7 @@ def environment() -> dict[str, str]:
 
 @dataclass
 class _Worker:
-    """One process, and the task that it has."""
+    """One process, and its current task."""
 
     process: subprocess.Popen[bytes]
     task: PointTask | None = None
@@ -70,14 +70,14 @@ class _Worker:
     spent: float | None = None  # CPU s of the process when it began with its task
 
     def give(self, task: PointTask) -> None:
-        """Send a task. Raises OSError if the process has gone."""
-        self.task, self.since, self.spent = task, time.monotonic(), cpu_of(self.process.pid)
+        """Send a task. Raises OSError if the process has ended."""
+        self.task, self.since, self.spent = task, time.monotonic(), cpu_seconds_of(self.process.pid)
         assert self.process.stdin is not None
         self.process.stdin.write(json.dumps(task.to_json(), separators=(",", ":")).encode() + b"\n")
         self.process.stdin.flush()
 
     def end(self) -> int:
-        """Kill the process and wait for it; its exit status."""
+        """Kill the process, wait for it, and return its exit status."""
         if self.process.poll() is None:
             self.process.kill()
         code = self.process.wait()
@@ -88,8 +88,8 @@ class _Worker:
         return code
 
 
-def cpu_of(pid: int) -> float | None:
-    """CPU seconds that a process has spent so far; None where the system does not tell."""
+def cpu_seconds_of(pid: int) -> float | None:
+    """Return the CPU seconds of a process so far; None if unknown."""
     try:
         with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
             fields = file.read().rpartition(")")[2].split()
@@ -98,7 +98,7 @@ def cpu_of(pid: int) -> float | None:
     return (int(fields[11]) + int(fields[12])) / float(os.sysconf("SC_CLK_TCK"))  # utime and stime of proc(5)
 
 
-def outcomes(
+def run_tasks(
     tasks: Sequence[PointTask] | deque[PointTask],
     jobs: int = 1,
     timeout: float | None = None,
@@ -106,12 +106,14 @@ def outcomes(
     command: Sequence[str] = WORKER,
     patience: float = 1.0,
 ) -> Iterator[PointOutcome]:
-    """The outcomes of tasks done in `jobs` processes, as they come. Raises Unavailable if no process starts.
+    """Yield the outcomes of tasks run in `jobs` processes, as they become available. Raises NoWorkers if no process
+    starts.
 
-    A task that takes longer than `timeout` seconds is killed, `timed_out`; closing the iterator kills all workers.
-    With a `patience` above 1 the timeout is of CPU time, so that a busy machine changes no outcome; what waits in vain
-    is killed after so many times as long.
-    Of a deque they are taken as they are given: whoever hears an outcome may append further ones.
+    A task that takes longer than `timeout` seconds is killed (`timed_out_outcome`); closing the iterator kills all
+    workers.
+    With a
+    `patience` above 1 the timeout is CPU time, so that a busy machine changes no outcome, and the limit of wall time is
+    that many times as long. If `tasks` is a deque, the receiver of an outcome may append further tasks.
     """
     waiting = tasks if isinstance(tasks, deque) else deque(tasks)
     pool = _Pool(waiting, jobs, timeout, started, command=command, patience=patience)
@@ -134,7 +136,7 @@ class _Pool:
     patience: float = 1.0
 
     def run(self) -> Iterator[PointOutcome]:
-        """Outcomes until all tasks are done."""
+        """Yield outcomes until all tasks are done."""
         while self.waiting or any(w.task for w in self.workers.values()):
             self._staff()
             for key, _ in self.selector.select(TICK):
@@ -149,12 +151,12 @@ class _Pool:
         self.selector.close()
 
     def _staff(self) -> None:
-        """As many workers as there is work for, and a task for each that has none."""
+        """Start as many workers as there is work for, and give a task to each idle one."""
         busy = sum(w.task is not None for w in self.workers.values())
         while len(self.workers) < min(self.jobs, busy + len(self.waiting)):
             process = subprocess.Popen(
                 [*self.command],
-                stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment(),
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=worker_environment(),
             )  # fmt: skip
             assert process.stdout is not None
             self.workers[process.stdout.fileno()] = _Worker(process)
@@ -163,11 +165,11 @@ class _Pool:
             if worker.ready and worker.task is None and self.waiting:
                 task = self.waiting.popleft()
                 self.started(task.key)
-                with suppress(OSError):  # it may have died: its pipe ends, and then the task is told of
+                with suppress(OSError):  # it may have died: its pipe ends, and the task is reported then
                     worker.give(task)
 
     def _heard(self, descriptor: int) -> Iterator[PointOutcome]:
-        """What a worker has written: that it is ready, an outcome, or its end."""
+        """Handle the output of a worker: readiness, an outcome, or its end."""
         worker = self.workers[descriptor]
         data = os.read(descriptor, 1 << 20)
         if not data:
@@ -188,14 +190,18 @@ class _Pool:
         code = worker.end()
         if worker.task is not None:
             limit = self.timeout if late else None
-            yield unfinished(worker.task, _death(code)) if limit is None else timed_out(worker.task, limit)
+            yield (
+                unfinished_outcome(worker.task, _describe_death(code))
+                if limit is None
+                else timed_out_outcome(worker.task, limit)
+            )
         elif not worker.ready:
             self.lost += 1
             if self.lost >= STARTS:
                 raise NoWorkers(f"worker processes do not start (exit status {code}); see the lines above")
 
     def _late(self) -> Iterator[PointOutcome]:
-        """Kill what has had its time."""
+        """Kill workers whose task exceeded its time limit."""
         now = time.monotonic()
         for descriptor, worker in list(self.workers.items()):
             spent = now - worker.since
@@ -205,16 +211,16 @@ class _Pool:
                 yield from self._died(descriptor)
 
     def _over(self, worker: _Worker, wall: float) -> bool:
-        """Whether a task has had its time."""
+        """Return whether a task exceeded its time limit."""
         limit = max(self.timeout or 0.0, worker.task.limit_s or 0.0 if worker.task else 0.0)
-        now = cpu_of(worker.process.pid) if self.patience > 1 else None
+        now = cpu_seconds_of(worker.process.pid) if self.patience > 1 else None
         if now is None or worker.spent is None:
             return wall > limit
         return now - worker.spent > limit or wall > self.patience * limit
 
 
-def _death(code: int) -> str:
-    """What to say of a process that ended with a task."""
+def _describe_death(code: int) -> str:
+    """Return the message for a process that ended during a task."""
     if code >= 0:
         return f"the process ended with exit status {code}"
     try:
@@ -228,19 +234,20 @@ def _death(code: int) -> str:
 # ------------------------------------------------------------------ a cluster
 
 
-def outcomes_of_cluster(
+def run_tasks_on_cluster(
     tasks: Sequence[PointTask], address: str, timeout: float | None = None, wait: float = 10.0
 ) -> Iterator[PointOutcome]:
-    """The outcomes of tasks done by the workers of a dask scheduler, as they come. Raises Unavailable.
+    """Yield the outcomes of tasks run by the workers of a dask scheduler, as they become available. Raises NoWorkers.
 
-    Each thread of a worker does one task at a time. A task cannot be killed there: after `timeout` seconds it counts as
-    `timed_out`, and its thread goes on.
+    Each thread of a worker performs one task at a time. A task cannot be killed there: after `timeout` seconds it
+    counts as
+    `timed_out_outcome`, and its thread continues.
     """
     client = _client(address, wait)
     try:
         yield from _gathered(client, tasks, timeout)
     finally:
-        with suppress(Exception):  # of a scheduler that died, with which there is nothing to settle
+        with suppress(Exception):  # the scheduler has died, so nothing can be cancelled
             client.close()
 
 
@@ -255,7 +262,7 @@ def _client(address: str, wait: float) -> Any:
 
 
 def _dask() -> Any:
-    """The package `distributed`, which comes with an extra. Raises Unavailable."""
+    """Import the package `distributed`, which an extra installs. Raises NoWorkers."""
     try:
         return importlib.import_module("distributed")
     except ImportError as error:
@@ -265,8 +272,8 @@ def _dask() -> Any:
 def _gathered(client: Any, tasks: Sequence[PointTask], timeout: float | None) -> Iterator[PointOutcome]:
     from softmark.interpreter.study.configurations import source_digests
 
-    own = source_digests.digest()
-    futures = {client.submit(perform_there, task, own, timeout, pure=False, retries=0): task for task in tasks}
+    own = source_digests.digest_sources()
+    futures = {client.submit(perform_on_cluster, task, own, timeout, pure=False, retries=0): task for task in tasks}
     waiting = dict(futures)
     try:
         for future in _dask().as_completed(futures, loop=client.loop):
@@ -274,11 +281,11 @@ def _gathered(client: Any, tasks: Sequence[PointTask], timeout: float | None) ->
             if future.status == "finished":
                 yield future.result()
             else:
-                yield unfinished(task, _lost(future))
+                yield unfinished_outcome(task, _lost(future))
     except _connection_errors() as error:
         reason = str(error) or type(error).__name__
         for task in waiting.values():
-            yield unfinished(task, f"the cluster lost this task (its scheduler is gone: {reason})")
+            yield unfinished_outcome(task, f"the cluster lost this task (its scheduler is gone: {reason})")
 
 
 def _connection_errors() -> tuple[type[BaseException], ...]:
@@ -296,19 +303,21 @@ def _lost(future: Any) -> str:
     return f"the cluster lost this task ({name}: {error})"
 
 
-def perform_there(task: PointTask, digest: str, timeout: float | None = None) -> PointOutcome:
-    """`perform` on a worker of a cluster, which must have the same softmark."""
+def perform_on_cluster(task: PointTask, digest: str, timeout: float | None = None) -> PointOutcome:
+    """Run `perform` on a worker of a cluster, which must have the same softmark."""
     from softmark.interpreter.study.configurations import configuration_task, source_digests
 
-    if source_digests.digest() != digest:
-        return unfinished(task, "the worker has another version of softmark, numpy, scipy or numba than this process")
+    if source_digests.digest_sources() != digest:
+        return unfinished_outcome(
+            task, "the worker has another version of softmark, numpy, scipy or numba than this process"
+        )
     if timeout is None:
         return configuration_task.perform(task)
     return _within(task, timeout)
 
 
 def _within(task: PointTask, timeout: float) -> PointOutcome:
-    """`perform` in a thread of its own, which is left to itself when its time is over."""
+    """Run `perform` in a separate thread, which is abandoned after its time limit."""
     import threading
 
     from softmark.interpreter.study.configurations import configuration_task
@@ -319,4 +328,4 @@ def _within(task: PointTask, timeout: float) -> PointOutcome:
     thread.join(timeout)
     if found:
         return found[0]
-    return timed_out(task, timeout)
+    return timed_out_outcome(task, timeout)

@@ -1,9 +1,9 @@
-"""A worker process: tasks come as lines of JSON, outcomes go as lines of JSON, until the pipe ends.
+"""Worker process: reads tasks as lines of JSON and writes outcomes as lines of JSON, until the pipe ends.
 
     python -m softmark.interpreter.study.workers.worker_process [GIBIBYTES]
 
-What libraries print goes to standard error, so that it cannot get among the outcomes. The worker dies with the process
-that started it: the kernel ends it where it can (Linux), else it notices that its pipe has ended.
+Output of libraries goes to standard error, so that it cannot mix with the outcomes. The worker ends with the process
+that started it: the kernel kills it where possible (Linux), otherwise it notices the end of its pipe.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from softmark.interpreter.study.workers.orphan_processes import die_with_parent
 
 
 def main() -> None:
-    """Serve until standard input ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupt is for the parent, which ends us
+    """Serve tasks until standard input ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupt is handled by the parent, which ends this process
     die_with_parent()
     _limit_memory()
     out = os.fdopen(os.dup(1), "wb", buffering=0)
@@ -38,7 +38,7 @@ def main() -> None:
 
 
 def _listen(tasks: queue.Queue[bytes]) -> None:
-    """Pass lines on; leave at once when there will be no more, for nobody would read an outcome."""
+    """Queue lines; exit at the end of input, since nobody would read an outcome."""
     for line in sys.stdin.buffer:
         tasks.put(line)
     os._exit(0)
@@ -51,7 +51,7 @@ def _send(out: BinaryIO | Any, value: dict[str, Any]) -> None:
 
 
 def _prepare() -> None:
-    """Import what every task needs, so that no task's clock counts it."""
+    """Import the modules that every task needs, so that no task's time includes it."""
     import importlib
 
     for step in ("pipeline", "references", "models", "reports"):
@@ -59,7 +59,7 @@ def _prepare() -> None:
 
 
 def _limit_memory() -> None:
-    """Let what asks for more memory than an argument allows fail with that, instead of the system."""
+    """Limit memory to the given argument, so that an allocation fails in this process and not in the system."""
     if len(sys.argv) > 1:
         import resource
 

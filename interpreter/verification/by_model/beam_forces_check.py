@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.beam.beam_declaration import Beam6Dof, station
 from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
-from softmark.interpreter.problem.axial_selection import coverage, whole
+from softmark.interpreter.problem.axial_selection import coverage, selects_whole_sections
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.by_model.solid_forces_check import LEFT
 from softmark.interpreter.verification.by_model.verifier import Found
@@ -159,7 +159,7 @@ class BeamLine:
 
     def _at(self, support: Declared, which: Sequence[int]) -> NDArray[np.bool_]:
         """These of its six forces and moments (n, 6), where a support takes whole sections."""
-        where = whole(support.thing.where, self.case.prism, tuple(self.s.tolist()))
+        where = selects_whole_sections(support.thing.where, self.case.prism, tuple(self.s.tolist()))
         return np.outer(where, np.isin(np.arange(6), which))
 
 
@@ -250,8 +250,8 @@ def balance_of(found: Found) -> ForceBalance:
 
 def worse(inside: Floats, outside: Floats, fixed: NDArray[np.bool_], noise: float) -> ForceBalance:
     """The balance of forces, or that of forces and moments (n, 6)."""
-    result = solid_forces.balance(inside[:, :3], outside[:, :3], fixed[:, :3], noise, None)
-    whole = solid_forces.balance(inside, outside, fixed, noise, None)
+    result = solid_forces.force_balance(inside[:, :3], outside[:, :3], fixed[:, :3], noise, None)
+    whole = solid_forces.force_balance(inside, outside, fixed, noise, None)
     return whole if whole.residual >= result.residual else result
 
 

@@ -38,7 +38,9 @@ class Points(Voucher):
     def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
         """Forces at the corners by differences of the energy. Raises Unchecked."""
         inside, outside, held, noise, lacking = self._forces(found)
-        return solid_forces.balance(inside, outside, held, noise, None, lacking), found.solution.facts.get("residual")
+        return solid_forces.force_balance(inside, outside, held, noise, None, lacking), found.solution.facts.get(
+            "residual"
+        )
 
     def reactions(self, found: Found) -> tuple[dict[str, Wrench], float]:
         """By the same. Raises Unchecked."""

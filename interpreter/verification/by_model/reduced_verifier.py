@@ -13,7 +13,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.shared.prepared_model import Solution
 from softmark.interpreter.problem.body_case import case_for
-from softmark.interpreter.results.json_records import clean
+from softmark.interpreter.results.json_records import to_plain_json
 from softmark.interpreter.verification.by_model.solid_forces_check import balance_of, solved
 from softmark.interpreter.verification.by_model.solid_verifier import Solids
 from softmark.interpreter.verification.by_model.verifier import Found
@@ -59,7 +59,7 @@ def judged(declared: Declared, solution: Solution) -> Solution:
         reason = f"its error in the full model could not be found ({type(stopped).__name__}: {stopped})"
         return Solution("failed", reason, solution.facts, notes=solution.notes)
     reduced = (solution.facts.get("reduced") or {}) | error.facts
-    facts = solution.facts | {"reduced": clean(reduced)}
+    facts = solution.facts | {"reduced": to_plain_json(reduced)}
     of = declared.thing.reduces
     if _too_large(error):
         reason = f"its fields cannot represent the state: {_in_words(error, of)}; {MEASURES.format(of=of)}"

@@ -24,7 +24,7 @@ from softmark.solvers.elements import CELLS
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.mixed_formulation_forces import MixedBody, split_law
 from softmark.solvers.independent_forces.solid_forces import CheckedBody, Floats, ForceBalance, StressTerm
-from softmark.solvers.independent_forces.stress_by_differences import EnergyStress, FreeFaces
+from softmark.solvers.independent_forces.stress_by_differences import EnergyStress, PlaneStressLaw
 
 LEFT = 50.0  # times the estimate of what rounding leaves
 
@@ -82,7 +82,9 @@ class Solved:
         """Nodes at which forces are checked (k,): a sample of a large mesh, or None for all nodes."""
         if self.model.formulation != "displacement" or self.case.porous:
             return None
-        return solid_forces.sample(len(self.mesh.points), self.mesh.cells, len(solid_forces.rule(self.mesh.kind)[1]))[0]
+        return solid_forces.sample_nodes(
+            len(self.mesh.points), self.mesh.cells, len(solid_forces.quadrature_rule(self.mesh.kind)[1])
+        )[0]
 
     @cached_property
     def balanced(self) -> tuple[Floats, float, float]:
@@ -122,7 +124,7 @@ class Solved:
             return body
         from softmark.interpreter.verification import viscoelastic_forces_check
 
-        points = len(self.mesh.cells) * len(solid_forces.rule(self.mesh.kind)[1])
+        points = len(self.mesh.cells) * len(solid_forces.quadrature_rule(self.mesh.kind)[1])
         return viscoelastic_forces_check.remembering(
             body, viscoelastic_forces_check.course_of(own, self.model.strain, self.mesh, points)
         )
@@ -166,7 +168,7 @@ def balance_of(state: Solved) -> ForceBalance:
     """The forces of finite elements found again. Raises Unchecked."""
     inside, lacking, noise = state.balanced
     outside, unsure = state.loads
-    return solid_forces.balance(inside, outside, state.held, noise + unsure / LEFT, state.looked_at, lacking)
+    return solid_forces.force_balance(inside, outside, state.held, noise + unsure / LEFT, state.looked_at, lacking)
 
 
 def reactions_of(state: Solved) -> tuple[dict[str, Wrench], float]:
@@ -293,7 +295,7 @@ def terms_of(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
     """The parts of the stress of a model, and its stiffest modulus, Pa. Raises Unchecked."""
     terms, stiff = _of_solid(model, case)
     if case.material.thin:
-        return tuple(replace(term, stress=FreeFaces(term.stress)) for term in terms), stiff
+        return tuple(replace(term, stress=PlaneStressLaw(term.stress)) for term in terms), stiff
     return terms, stiff
 
 
@@ -306,7 +308,7 @@ def _of_solid(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
     selective, strain = model.integration == "selective", "small" if model.rotation == "element" else model.strain
     if strain == "finite":
         return _finite_terms(case.material, selective), stiff
-    law = solid_forces.small_stress if strain == "small" else solid_forces.corotational_stress
+    law = solid_forces.small_strain_stress if strain == "small" else solid_forces.corotational_stress
     if selective:
         return (StressTerm(law(mu, 0.0)), StressTerm(law(0.0, lam), mean=True)), stiff
     return (StressTerm(law(mu, lam)),), stiff

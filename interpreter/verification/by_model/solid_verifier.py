@@ -30,7 +30,7 @@ from softmark.interpreter.verification.probe_errors import TRIFLE, Floats, Probe
 from softmark.interpreter.verification.solution_under_test import Answer
 from softmark.interpreter.verification.unverified_models import Unchecked
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.solvers.elements import named
+from softmark.solvers.elements import find_element
 from softmark.solvers.independent_forces.solid_forces import ForceBalance
 
 THEORY = 2.0  # times the distance of two strain measures on another mesh
@@ -178,7 +178,7 @@ class Solids(Sized):
         finite element approximation of elasticity problems").
         """
         thing: Fem = answer.solid.thing
-        element = named(thing.element)
+        element = find_element(thing.element)
         full = thing.integration == "full" and thing.formulation == "displacement"
         tight = full and element.order > 1 and not answer.own.material.thin and _largest_poisson(answer) >= TIGHT
         return element.leaves * (LOST if tight else 1.0)

@@ -30,7 +30,7 @@ class Networks(Sized):
     def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
         """Of each spring by itself. Raises Unchecked."""
         mesh, inside, outside, noise = self._forces(found)
-        balance = solid_forces.balance(inside, outside, held(found.case, mesh), noise, None)
+        balance = solid_forces.force_balance(inside, outside, held(found.case, mesh), noise, None)
         return balance, found.solution.facts.get("residual")
 
     def reactions(self, found: Found) -> tuple[dict[str, Wrench], float]:

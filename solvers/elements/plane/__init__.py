@@ -1,4 +1,4 @@
-"""The elements of plane problems by their words: slices of those in space."""
+"""Elements of plane problems by name: slices of solid elements."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Quadrilaterals for plane problems: slices of hexahedra, one of them thick.
+"""Quadrilaterals for plane problems: slices of hexahedra, one cell thick.
 
-A body of plane strain or plane stress is a slice whose points stay in their planes. Displacements that are the same
-through its thickness then fulfil the equations of its hexahedra, and these are the equations of the quadrilateral: the
-answers are the same to rounding, as the tests hold against a program of plane elements. To add one: a class on the
-hexahedron that it is a slice of, and a line in PLANE.
+A body of plane strain or plane stress is a slice whose points stay in their planes. Displacements that are uniform
+through its thickness then satisfy the equations of its hexahedra, and these are the equations of the quadrilateral: the
+results agree to rounding, as tests against a program with plane elements show. To add one: a class on the hexahedron
+that it is a slice of, and a line in PLANE.
 """
 
 from __future__ import annotations
@@ -19,8 +19,9 @@ class Quad4(Hex8):
     """Four-node quadrilateral for plane strain and plane stress, bilinear displacement: stiff in bending.
 
     N_a = (1 + xi_a xi)(1 + eta_a eta)/4, four Gauss points. Displacements converge with h^2 and strains with h. In
-    plane strain it locks from a Poisson ratio of about 0.45, unless `integration = selective` or a `formulation` keeps
-    it from that; in plane stress nothing locks. It is a slice of `hex8`. Source: Zienkiewicz, Taylor and Zhu (2013), 6.
+    plane strain it locks from a Poisson ratio of about 0.45, unless `integration = selective` or a `formulation`
+    prevents that; in plane stress there is no locking. It is a slice of `hex8`. Source: Zienkiewicz, Taylor and Zhu
+    (2013), 6.
     """
 
     name: ClassVar[str] = "quad4"
@@ -32,11 +33,11 @@ class Quad4(Hex8):
 
 
 class Quad8(Hex20):
-    """Eight-node quadrilateral of serendipity for plane strain and plane stress, sides of second degree.
+    """Eight-node serendipity quadrilateral for plane strain and plane stress, with quadratic sides.
 
     Nine Gauss points. Displacements converge with h^3 and strains with h^2 on cells that are parallelograms; on
-    distorted ones `quad9` is better. With `formulation = mixed` pressures are linear between corners, and it takes
-    Poisson ratios up to 0.5. It is a slice of `hex20`. Source: Zienkiewicz, Taylor and Zhu (2013), 6.
+    distorted ones `quad9` is better. With `formulation = mixed` pressures are linear between corners, and Poisson
+    ratios up to 0.5 are possible. It is a slice of `hex20`. Source: Zienkiewicz, Taylor and Zhu (2013), 6.
     """
 
     name: ClassVar[str] = "quad8"
@@ -47,10 +48,10 @@ class Quad8(Hex20):
 
 
 class Quad9(Hex27):
-    """Nine-node quadrilateral for plane strain and plane stress, biquadratic: good in distorted cells too.
+    """Nine-node quadrilateral for plane strain and plane stress, biquadratic: accurate in distorted cells too.
 
     Nine Gauss points. Displacements converge with h^3 and strains with h^2, whatever the shape of the cells. With
-    `formulation = mixed` (Taylor and Hood's Q2/Q1) it takes Poisson ratios up to 0.5. It is a slice of `hex27`.
+    `formulation = mixed` (Taylor and Hood's Q2/Q1) Poisson ratios up to 0.5 are possible. It is a slice of `hex27`.
     Source: Zienkiewicz, Taylor and Zhu (2013), 6.
     """
 

@@ -37,7 +37,7 @@ class MovingRodMoments(Energy):
         return list(zip(self.on.nodes.tolist(), self.on.moments.tolist(), strict=True))
 
     def value(self, x: Floats) -> float:
-        """There is none: what such a moment does depends on the way."""
+        """Return zero: a moment fixed in space has no potential, because its work depends on the path."""
         return self.on.value(x)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
@@ -63,7 +63,7 @@ class MovingRodMoments(Energy):
                         data[place] -= scale * turn[i]
 
     def rounding(self, x: Floats) -> float:
-        """Far below that of the rod."""
+        """Return zero: the rounding error of this load is far below that of the rod."""
         return 0.0
 
 
@@ -90,7 +90,7 @@ class MovingGuidedTendon(Energy):
 
     @property
     def stencils(self) -> Ints:
-        """Those of the tendon."""
+        """Stencils of the tendon."""
         return self.through.stencils
 
     @cached_property
@@ -141,7 +141,7 @@ class MovingGuidedTendon(Energy):
         return found
 
     def value(self, x: Floats) -> float:
-        """Potential, zero in the undeformed state, J."""
+        """Return the potential, zero in the undeformed state, J."""
         return self.through.value(self.chart.state(x))
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
@@ -168,5 +168,5 @@ class MovingGuidedTendon(Energy):
         add_blocks(local, slots, data)
 
     def rounding(self, x: Floats) -> float:
-        """Far below that of the rod."""
+        """Return zero: the rounding error of this load is far below that of the rod."""
         return 0.0

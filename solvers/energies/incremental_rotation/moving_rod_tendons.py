@@ -24,7 +24,7 @@ class MovingRodTendons(Energy):
 
     @property
     def stencils(self) -> Ints:
-        """Those of the tendons."""
+        """Stencils of the tendons."""
         return self.tendons.stencils
 
     @cached_property
@@ -44,7 +44,7 @@ class MovingRodTendons(Energy):
         )
 
     def value(self, x: Floats) -> float:
-        """Potential, zero in the undeformed state, J."""
+        """Return the potential, zero in the undeformed state, J."""
         return self._run(x, 1.0) - float(self.tendons.tension @ self.tendons.at_rest)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
@@ -59,5 +59,5 @@ class MovingRodTendons(Energy):
             self._run(x, scale, NO_FORCES, slots, data)
 
     def rounding(self, x: Floats) -> float:
-        """Far below that of the rod."""
+        """Return zero: the rounding error of this load is far below that of the rod."""
         return 0.0

@@ -101,7 +101,7 @@ class MovingRod(Energy):
         return float(moving_rod_kernels.assemble_rod(at, q, T, elements, l, C, rest, scale, g, slots, data))
 
     def value(self, x: Floats) -> float:
-        """Strain energy, J."""
+        """Return the strain energy, J."""
         return self._run(self.chart.turned(x), 1.0)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
@@ -137,7 +137,7 @@ class MovingRodForces(Energy):
 
     @property
     def stencils(self) -> Ints:
-        """None: it has no Hessian."""
+        """Empty stencils: this load has no Hessian."""
         return no_stencils()
 
     def value(self, x: Floats) -> float:
@@ -154,10 +154,10 @@ class MovingRodForces(Energy):
         g -= scale * self._nodal_forces
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Nothing: the forces are constant."""
+        """Do nothing: the forces are constant."""
 
     def rounding(self, x: Floats) -> float:
-        """None: the forces are constant."""
+        """Return zero: the forces are constant."""
         return 0.0
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from softmark.safe_files import descriptor_of
 
-PATIENCE = 100  # times that nothing may be read at the end of a file
+PATIENCE = 100  # allowed empty reads at the end of a file
 
 
 class ReadPastEnd(EOFError):
@@ -70,7 +70,7 @@ def _ignore_warning(text: str, *further: Any, **options: Any) -> None:
 
 def patch_open(package: str) -> None:
     """Make all loaded modules of a package open their files with `open_bounded`."""
-    for name, module in sys.modules.copy().items():  # at once: what a collector of garbage runs may import
+    for name, module in sys.modules.copy().items():  # copied first, since garbage collection may import modules
         if module is not None and (name == package or name.startswith(f"{package}.")):
             module.__dict__.setdefault("open", open_bounded)
             if name == "meshio" or name.startswith("meshio."):

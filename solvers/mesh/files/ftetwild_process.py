@@ -12,8 +12,8 @@ import types
 
 import numpy as np
 
-STOP = 10.0  # energy of the worst cell at which it stops to improve: its authors' own
-STEPS = 80  # of improvement at most: its authors' own
+STOP = 10.0  # energy of the worst cell at which improvement stops, the authors' default
+STEPS = 80  # largest number of improvement steps, the authors' default
 
 
 def main(given: str, wanted: str) -> None:

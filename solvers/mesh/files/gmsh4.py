@@ -16,7 +16,7 @@ from softmark.safe_files import open_regular
 PLACE = {0: 3}  # numbers that say where an entity is: of a point its coordinates, of others the corners of a box
 BOX = 6
 BEGIN, END = b"$Entities", b"$EndEntities"
-MOST = 1 << 32  # of anything: more is a broken file
+MOST = 1 << 32  # largest count of any item: more means a broken file
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def repair(path: Path) -> bytes | None:
     try:
         dims, end = _words(data, start) if text else _numbers(data, start, wide)
     except (ValueError, IndexError, StopIteration, struct.error):
-        return None  # which meshio may say
+        return None  # meshio reports it
     grouped = {bool(own.groups) for entities in dims for own in entities}
     if len(grouped) < 2:
         return None

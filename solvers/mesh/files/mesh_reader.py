@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.mesh_file_hazards import hazard_of
-from softmark.resource_limits import limited_resources, reason_of
+from softmark.mesh_file_hazards import find_hazard
+from softmark.resource_limits import describe_read_error, limited_resources
 from softmark.safe_files import UnsafeFile, open_regular, path_within, read_regular
 from softmark.solvers.elements import ELEMENTS, element_of
 from softmark.solvers.elements.element import Element
@@ -49,7 +49,7 @@ NODES = {element.meshio: element.nodes for element in ELEMENTS.values()} | {
 }  # of a cell, by meshio's word  # fmt: skip
 
 
-__all__ = ["UnreadableMesh", "converted", "read", "read_points", "read_surface", "read_triangles"]
+__all__ = ["UnreadableMesh", "convert_cells", "read_cells", "read_points", "read_surface", "read_triangles"]
 
 
 def read_cells(path: str, unit: float, coincident: str = "refuse", named: bool = False, pieces: str = "refuse") -> Mesh:
@@ -78,7 +78,7 @@ def keep_node_order(data: Any, path: Path, unit: float) -> Mesh:
         raise UnreadableMesh(f"it has other solid cells beside its {solids[0]} cells ({', '.join(sorted(others))})")
     cells = [block.data for block in data.cells if block.type == solids[0]]
     points, kind = points_in_metres(data, unit), KINDS[solids[0]]
-    whole = np.concatenate(cells).astype(np.int64, order="C")  # kernels are compiled for one order
+    whole = np.concatenate(cells).astype(np.int64, order="C")  # kernels are compiled for one memory order
     return Mesh(points, whole, kind)
 
 
@@ -142,14 +142,14 @@ def _surface(path: Path, unit: float) -> tuple[Floats, Ints]:
     import trimesh
 
     log = logging.getLogger("trimesh")
-    told, log.disabled = log.disabled, True  # a missing texture is nobody's concern here
+    told, log.disabled = log.disabled, True  # missing textures do not matter here
     try:
-        with limited_resources(path):  # without a name and a path: what it names elsewhere stays unread
+        with limited_resources(path):  # without name and path, so that other files it names stay unread
             data = BytesIO(read_regular(path))
             found: Any = trimesh.load(data, file_type=path.suffix.lower()[1:], process=False, force="mesh",
                                  skip_materials=True)  # fmt: skip
-    except Exception as error:  # its readers raise what they like
-        raise UnreadableMesh(f"trimesh cannot read it ({reason_of(error)})", remedy=SURFACE_AGAIN) from error
+    except Exception as error:  # its readers raise any exception
+        raise UnreadableMesh(f"trimesh cannot read it ({describe_read_error(error)})", remedy=SURFACE_AGAIN) from error
     finally:
         log.disabled = told
     triangles = np.asarray(getattr(found, "faces", ()), dtype=np.int64)
@@ -181,7 +181,7 @@ def convert_cells(mesh: Mesh, kind: str, split: str) -> Mesh:
         return mesh
     if own.family != element.family:
         mesh = _split(mesh, element, split)
-    elif own.nodes > element.nodes:  # nodes that both have stand first in both
+    elif own.nodes > element.nodes:  # common nodes come first in both
         return Mesh(*drop_unused_points(mesh.points, mesh.cells[:, : element.nodes])[:2], kind, groups=mesh.groups)
     return add_midside_nodes(mesh, element)
 
@@ -213,7 +213,7 @@ def points_in_metres(data: Any, unit: float) -> Floats:
     read = np.asarray(data.points, dtype=np.float64)
     if read.ndim != 2 or not len(read):
         raise UnreadableMesh("it has no points", remedy=AGAIN)
-    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused with its place
+    with np.errstate(over="ignore", invalid="ignore"):  # non-finite values are refused later, with their location
         points: Floats = unit * read[:, :3]
     if points.shape[1] < 3:  # a plane format
         points = np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
@@ -224,14 +224,14 @@ def parse(path: Path) -> Any:
     """Read a mesh file as meshio's mesh; cells have the number of nodes of their kind. Raises UnreadableMesh."""
     data = _parse_by_format(path)
     for block in data.cells:
-        if not isinstance(block.data, np.ndarray):  # cells of any number of faces, which nobody takes
+        if not isinstance(block.data, np.ndarray):  # polyhedra, which are not supported
             continue
         shape, many = block.data.shape, NODES.get(block.type)
         if many is not None and (len(shape) != 2 or shape[1] != many):
             raise UnreadableMesh(f"its {block.type} cells have {shape[-1]} nodes each, which is not {many}")
         try:
             block.data.astype(np.int64)
-        except (OverflowError, TypeError, ValueError):  # Python's own integers, as readers of texts leave them
+        except (OverflowError, TypeError, ValueError):  # Python integers from text readers
             raise UnreadableMesh(f"its {block.type} cells name points by numbers that no file has") from None
     return data
 
@@ -244,13 +244,13 @@ def _parse_by_format(path: Path) -> Any:
             with limited_resources(path):
                 return gmsh1.read(path)
         except (gmsh1.Malformed, MemoryError) as error:
-            why = reason_of(error)
+            why = describe_read_error(error)
             raise UnreadableMesh(f"it is no complete Gmsh file of format 1 ({why})", remedy=AGAIN) from error
     try:
         with limited_resources(path):
-            elsewhere = hazard_of(path)
-    except Exception as error:  # the readers of HDF5 raise what they like
-        raise UnreadableMesh(f"it cannot be read ({reason_of(error)})", remedy=AGAIN) from error
+            elsewhere = find_hazard(path)
+    except Exception as error:  # the HDF5 readers raise any exception
+        raise UnreadableMesh(f"it cannot be read ({describe_read_error(error)})", remedy=AGAIN) from error
     if elsewhere:
         raise UnreadableMesh(elsewhere, remedy=AGAIN)
     if path.suffix.lower() in VTK and (found := _vtk(path)) is not None:
@@ -259,7 +259,7 @@ def _parse_by_format(path: Path) -> Any:
         return _deck(path)
     import meshio
 
-    kinds = meshio.extension_to_filetypes.get(path.suffix.lower(), [None])  # None: let meshio say it
+    kinds = meshio.extension_to_filetypes.get(path.suffix.lower(), [None])  # None: meshio reports it
     return _try_formats(path, (k for k in kinds if k not in UNENDING))
 
 
@@ -272,7 +272,7 @@ def _deck(path: Path) -> Any:
         with limited_resources(path):
             return DeckData(read_mesh(path))
     except (MemoryError, OSError, ValueError, LookupError, ArithmeticError, RecursionError) as error:
-        raise UnreadableMesh(f"it cannot be read ({reason_of(error)})", remedy=AGAIN) from error
+        raise UnreadableMesh(f"it cannot be read ({describe_read_error(error)})", remedy=AGAIN) from error
 
 
 def _vtk(path: Path) -> Any:
@@ -288,7 +288,7 @@ def _vtk(path: Path) -> Any:
             else:
                 return None
     except (gmsh1.Malformed, ValueError, MemoryError) as error:
-        raise UnreadableMesh(f"it is no complete file of VTK ({reason_of(error)})", remedy=AGAIN) from error
+        raise UnreadableMesh(f"it is no complete file of VTK ({describe_read_error(error)})", remedy=AGAIN) from error
     with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
         (copy := Path(folder, "mesh.vtu")).write_bytes(data)
         return _try_formats(copy, ["vtu"])
@@ -328,7 +328,7 @@ def _without_cell_data(path: Path, kind: str) -> Any:
     return meshio.Mesh(points, cells)
 
 
-OWN = {  # what meshio does not read as it is
+OWN = {  # formats that meshio cannot read directly
     "gmsh": _with_groups, "tetgen": _with_companion, "dolfin-xml": _without_cell_data,
 }  # fmt: skip
 
@@ -358,7 +358,7 @@ def _try_formats(path: Path, kinds: Iterable[str | None]) -> Any:
                 return OWN.get(kind or "", meshio.read)(path, kind)
         except SystemExit:
             reasons.append(" ".join(said.getvalue().partition("Error:")[0].split()) or f"it is no {kind} file")
-        except Exception as error:  # its readers raise what they like
-            reasons.append(reason_of(error))
+        except Exception as error:  # its readers raise any exception
+            reasons.append(describe_read_error(error))
     why = "; ".join(dict.fromkeys(reasons)) or "in this format it may never finish"
     raise UnreadableMesh(f"meshio cannot read it ({why})", remedy=AGAIN)

@@ -13,11 +13,11 @@ from softmark.solvers.elements import element_of
 from softmark.solvers.mesh.jacobian_bounds import find_folded_cells, has_folded_corner
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, jacobians
 
-COINCIDENT = 1e-6  # of the extent, and at most a hundredth of the shortest edge: nodes so close are one
-ABSURD = 1e50  # m: cubes of larger coordinates leave the range of numbers
-FLAT = 1e-13  # of the cube of a cell's longest edge
+COINCIDENT = 1e-6  # relative to the extent, at most a hundredth of the shortest edge: closer nodes coincide
+ABSURD = 1e50  # m: cubes of larger coordinates overflow
+FLAT = 1e-13  # relative to the cube of a cell's longest edge: smaller volumes are flat
 INSIDE = 1e-3  # least barycentric coordinate of a point that is well inside a tetrahedron
-PAIRS = 4_000_000  # of points and cells near them: where a mesh has more, it is not searched for overlaps
+PAIRS = 4_000_000  # largest number of point-cell pairs: meshes with more are not searched for overlaps
 
 
 class UnreadableMesh(Exception):

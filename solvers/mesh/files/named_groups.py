@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.files.abaqus.deck_groups import Members
 
 CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4, "triangle7": 3}
-VALUES = 1000  # different numbers on cells, more of which are a result and no names
+VALUES = 1000  # largest number of distinct values of a group array; more are a result field
 PHYSICAL = "gmsh:physical"
 FACES, EDGES = ":faces", ":edges"
 

@@ -35,7 +35,7 @@ CORNERS = {"triangle": 3, "quad": 4}  # by how the names of meshio begin
 OF_THE_PLANE = {"wedges": "triangles", "hexahedra": "quadrilaterals"}
 EDGES = frozenset({"line", "line3", "line4"})
 ENDINGS = frozenset({".msh", ".vtu", ".vtk"})
-OFF = 1e-9  # of the extent: how far from the plane z = 0 rounding may leave a node
+OFF = 1e-9  # relative to the extent: tolerance of z = 0
 NO_REGION = "E579"
 
 
@@ -157,7 +157,7 @@ def _check_points(points: Floats, cells: Ints, number: Ints, edges: list[Ints], 
 def _orient_cells(points: Floats, cells: Ints, corners: int) -> Ints:
     """Return cells (m, a) ordered counter-clockwise by their corners."""
     own = points[cells[:, :corners], :2]
-    # from a corner: far from the origin, products of coordinates leave nothing of small areas
+    # relative to a corner, to avoid cancellation far from the origin
     x, y = np.moveaxis(own - own[:, :1], 2, 0)
     area = (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1)
     back = [0, *range(corners - 1, 0, -1), *range(2 * corners - 1, corners - 1, -1), *range(2 * corners, 9)]
@@ -175,10 +175,10 @@ def _build_slice(points: Floats, cells: Ints, kind: str) -> Mesh:
     layers[:, 2] = np.repeat((-half, half), n)
     mesh = Mesh(layers, np.concatenate([cells[:, :c], cells[:, :c] + n], axis=1), element.linear)
     if element.name != element.linear:
-        mesh = add_midside_nodes(mesh, element)  # points of its own
+        mesh = add_midside_nodes(mesh, element)  # separate points
         for k, ends in enumerate(element.between):
             below = tuple(sorted({corner % c for corner in ends}))
-            if len(below) > 1:  # where the file has it: sides may be curved
+            if len(below) > 1:  # as in the file, since sides may be curved
                 own = 2 * c if len(below) == c else c + (below[0] if below[1] == below[0] + 1 else c - 1)
                 mesh.points[mesh.cells[:, element.corners + k], :2] = points[cells[:, own], :2]
     try:

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from softmark.solvers.mesh.mesh import Floats, Ints
 
-AT_ONCE = 2_000_000  # of pairs of a place and a triangle
-TOUCH = 1e-9  # of an edge: what only touches a triangle does not pass through it
+AT_ONCE = 2_000_000  # pairs of a point and a triangle processed at once
+TOUCH = 1e-9  # relative to an edge: tolerance below which an edge only touches a triangle
 
 
 def find_near_triangles(places: Floats, reach: Floats, corners: Floats) -> Iterator[tuple[Ints, Ints]]:

@@ -22,9 +22,9 @@ from softmark.solvers.mesh.files.mesh_validation import (
 from softmark.solvers.mesh.files.triangle_proximity import edges_of_triangles, find_intersecting_triangles
 from softmark.solvers.mesh.mesh import Floats, Ints
 
-OPEN = 0.02  # of the area of a surface: holes as large are no defects of it
-SPECK = 1e-3  # of the volume of the largest shell: what floats beside it is left out
-THIN = 1e-6  # of the extent: what is no thicker encloses nothing
+OPEN = 0.02  # relative to the surface area: larger holes are not repaired
+SPECK = 1e-3  # relative to the volume of the largest shell: smaller separate shells are dropped
+THIN = 1e-6  # relative to the extent: thinner bodies enclose no volume
 
 NO_VOLUME, SHELLS = "E573", "E574"
 ONE_SKIN = "a body is what one closed surface encloses: close it in the program that made it, or name a mesh of cells"

@@ -11,7 +11,7 @@ from softmark.interpreter.models.external.adapters import RODS, Program
 from softmark.interpreter.models.external.external_program import Asked
 from softmark.interpreter.models.external.problem_transfer import Reason, of_body, of_motion
 from softmark.interpreter.models.shared.model_declaration import Model
-from softmark.interpreter.problem.axial_selection import whole
+from softmark.interpreter.problem.axial_selection import selects_whole_sections
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad, TendonLoad
 from softmark.records import dataclass
@@ -119,7 +119,9 @@ class OutsideRod(Asked):
         for support in case.supports:
             if len(support.thing.components) < 3:
                 yield f"support `{support.name}`", "it is held by clamps"
-            held |= {i for i, taken in enumerate(whole(support.thing.where, case.prism, nodes)) if taken}
+            held |= {
+                i for i, taken in enumerate(selects_whole_sections(support.thing.where, case.prism, nodes)) if taken
+            }
         if not held <= {0, len(nodes) - 1}:
             yield "the supports", "it is held at its ends alone"
         elif len(held) == 2 and not self.told.stretches:

@@ -44,7 +44,7 @@ def read(file: Path) -> Told:
         raise Unreadable(file.name, reason, INSTEAD.get(suffix, "convert the file to one of them, .vtu for one"))
     _there(file)
     reader = import_module(f"{__name__}.{_by_content(file, READERS[suffix])}")
-    from softmark.resource_limits import process_lock, reason_of
+    from softmark.resource_limits import describe_read_error, process_lock
 
     try:
         with (
@@ -60,7 +60,7 @@ def read(file: Path) -> Told:
     except Unreadable:
         raise
     except Exception as error:  # readers raise what they like
-        raise Unreadable(file.name, f"it cannot be read ({reason_of(error)})", AGAIN) from None
+        raise Unreadable(file.name, f"it cannot be read ({describe_read_error(error)})", AGAIN) from None
     return told
 
 

@@ -16,7 +16,7 @@ from softmark.interpreter.report.page.html_markup import prose, section
 from softmark.interpreter.report.run.report_summary import Findings, MetricColumn
 from softmark.interpreter.report.run.tables.curve_points import columns, saved
 from softmark.interpreter.report.run.tables.line_probes import drawn_first, looks
-from softmark.interpreter.results.run_report import SeenCurve
+from softmark.interpreter.results.run_report import PlottedCurve
 from softmark.records import dataclass
 
 WIDTH, HEIGHT = 640.0, 300.0
@@ -35,16 +35,16 @@ def section_of(findings: Findings) -> str:
     return section("along", "Along lines", *(own.plate() for own in charts.values())) if charts else ""
 
 
-def curves_of(findings: Findings, metric: MetricColumn, unit: str) -> dict[str, SeenCurve]:
+def curves_of(findings: Findings, metric: MetricColumn, unit: str) -> dict[str, PlottedCurve]:
     """Those of a metric over what has that unit, by the name of the model or reference."""
     every = ((name, outcome.metrics.get(metric.name)) for name, outcome in findings.everyone.items())
     return {name: m.curve for name, m in every if m is not None and m.curve and m.curve.units[0] == unit}
 
 
-def _right(metric: MetricColumn, along: Mapping[str, SeenCurve]) -> dict[str, SeenCurve]:
+def _right(metric: MetricColumn, along: Mapping[str, PlottedCurve]) -> dict[str, PlottedCurve]:
     """What a metric is held against, which is the same for all."""
     right = metric.against or metric.model
-    each = [SeenCurve(c.x, c.known, c.units) for c in along.values() if c.known is not None]
+    each = [PlottedCurve(c.x, c.known, c.units) for c in along.values() if c.known is not None]
     return {right: each[0]} if right is not None and each else {}
 
 
@@ -55,7 +55,7 @@ class Along:
     findings: Findings
     number: int
     metric: MetricColumn
-    curves: Mapping[str, SeenCurve]
+    curves: Mapping[str, PlottedCurve]
 
     @property
     def title(self) -> str:

@@ -17,7 +17,7 @@ from softmark.interpreter.report.page.figure_frame import PlateColumn, plate
 from softmark.interpreter.report.page.html_markup import prose, tag, text
 from softmark.interpreter.report.run.report_summary import Findings
 from softmark.interpreter.report.run.tables.line_probes import Floats
-from softmark.interpreter.results.even_thinning import picked
+from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.interpreter.results.run_report import ModelResult
 from softmark.records import dataclass
 
@@ -60,7 +60,7 @@ class _Energies:
     @cached_property
     def chosen(self) -> NDArray[np.int64]:
         """Numbers of the moments that are drawn."""
-        return picked(len(self.times), DRAWN)
+        return pick_evenly(len(self.times), DRAWN)
 
     @property
     def words(self) -> str:

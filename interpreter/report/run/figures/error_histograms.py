@@ -16,7 +16,7 @@ from softmark.interpreter.report.page.figure_frame import PlateColumn, plate
 from softmark.interpreter.report.page.html_markup import prose, section, tag
 from softmark.interpreter.report.run.report_summary import Findings, MetricColumn
 from softmark.interpreter.report.run.tables.line_probes import Floats, looks
-from softmark.interpreter.results.even_thinning import picked
+from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.records import dataclass
 
 BINS = 40
@@ -185,7 +185,7 @@ class _Distribution:
 
 def _chosen(ordered: Floats, most: int) -> Floats:
     """So many of the values, from the least to the largest."""
-    chosen: Floats = ordered[picked(len(ordered), most)]
+    chosen: Floats = ordered[pick_evenly(len(ordered), most)]
     return chosen
 
 

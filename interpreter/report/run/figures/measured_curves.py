@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.interpreter.results.run_report import SeenCurve
+    from softmark.interpreter.results.run_report import PlottedCurve
 
     Floats = NDArray[np.float64]
 
@@ -55,8 +55,8 @@ class _Measured:
     number: int
     metric: MetricColumn
     reference: str
-    drawn: SeenCurve
-    seen: Mapping[str, SeenCurve]
+    drawn: PlottedCurve
+    seen: Mapping[str, PlottedCurve]
 
     @cached_property
     def judged(self) -> tuple[float, float]:

@@ -19,8 +19,8 @@ from softmark.interpreter.report.page.figure_frame import PlateColumn, plate
 from softmark.interpreter.report.page.html_markup import count, prose, section
 from softmark.interpreter.report.run.report_summary import Findings, MetricColumn
 from softmark.interpreter.report.run.tables.line_probes import drawn_first, looks
-from softmark.interpreter.results.even_thinning import picked
-from softmark.interpreter.results.state_results import ANSWERED, Curve, Moment, percent
+from softmark.interpreter.results.even_thinning import pick_evenly
+from softmark.interpreter.results.state_results import ANSWERED, Curve, Moment, format_state
 from softmark.records import dataclass
 
 WIDTH, HEIGHT = 560.0, 260.0
@@ -113,7 +113,7 @@ class _Metric:
         values = [0.0 if is_negligible(v, 0.0, self.metric.unit, self.findings.moved) else v for v in self.values]
         scale = choose_scale(values, self.metric.unit, self.metric.percent)
         decimals = choose_decimals(values, scale, 6)
-        found = [PlateColumn("state", ("state",), [(percent(s),) for s in self.states])]
+        found = [PlateColumn("state", ("state",), [(format_state(s),) for s in self.states])]
         for name, curve in self.curves.items():
             cells = [("–" if v is None else scale.fixed(v, decimals),) for v in curve.values]
             found.append(PlateColumn(name, (scale.heading(self.metric.name),), cells))
@@ -131,9 +131,9 @@ def lines(findings: Findings) -> Iterator[str]:
     first = next((r for r in report.outcomes if r.states), None)
     if first is None:
         return
-    some = [int(i) for i in picked(len(first.states), SEVERAL)]
+    some = [int(i) for i in pick_evenly(len(first.states), SEVERAL)]
     left = f"{len(some)} of {len(first.states)} states" if len(some) < len(first.states) else "states"
-    rows = [["", left, *(percent(first.states[i]) for i in some)]]
+    rows = [["", left, *(format_state(first.states[i]) for i in some)]]
     for metric in findings.metrics:
         for n, (name, curve) in enumerate(curves_of(findings, metric.name).items()):
             values = [curve.values[i] for i in some]
@@ -144,7 +144,7 @@ def lines(findings: Findings) -> Iterator[str]:
         cells = (f"{c:<{w}}" if i < 2 else f"{c:>{w}}" for i, (c, w) in enumerate(zip(row, widths, strict=True)))
         yield "  ".join(cells).rstrip()
     if any(r.status in ANSWERED for r in report.models.values()):
-        yield f"what else is told is of the last state, {percent(first.states[-1])}"
+        yield f"what else is told is of the last state, {format_state(first.states[-1])}"
 
 
 def _short(value: float, metric: MetricColumn, moved: float) -> str:

@@ -16,7 +16,7 @@ from softmark.interpreter.report.page.html_markup import prose, section, tag, te
 from softmark.interpreter.report.run.figures.energy_charts import energy_plates
 from softmark.interpreter.report.run.report_summary import Findings
 from softmark.interpreter.report.run.tables.line_probes import AXES, Floats, drawn_first, looks
-from softmark.interpreter.results.even_thinning import picked
+from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.interpreter.results.run_report import ProbeResult
 from softmark.records import dataclass
 
@@ -76,7 +76,7 @@ class Course:
     def moments(self) -> Floats:
         """The times (t,) in s that are drawn: those of the finest history, thinned."""
         finest: Floats = max((p.times for p in self.seen.values() if p.times is not None), key=len)
-        moments: Floats = finest[picked(len(finest), DRAWN)]
+        moments: Floats = finest[pick_evenly(len(finest), DRAWN)]
         return moments
 
     @cached_property

@@ -9,7 +9,7 @@ from softmark.interpreter.language.number_formatting import round_significant
 from softmark.interpreter.report.page.html_markup import prose, tag, text
 from softmark.interpreter.report.run.report_summary import Findings
 from softmark.interpreter.report.run.tables.table_section import by_thing, newtons, pressing, row_head, table_section
-from softmark.interpreter.results.reaction_results import Touched
+from softmark.interpreter.results.reaction_results import ContactResult
 from softmark.interpreter.results.run_report import Report
 from softmark.interpreter.results.state_results import SOLVED
 
@@ -35,7 +35,7 @@ def section_of(findings: Findings) -> str:
     return table_section("Contacts", LEAD.format(findings.of_last or (ENDED if moving else "")), HEAD, rows)
 
 
-def _row(contact: str, model: str, own: Touched) -> str:
+def _row(contact: str, model: str, own: ContactResult) -> str:
     touch = own.touch
     said = []
     if touch.left:

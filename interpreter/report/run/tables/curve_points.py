@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from softmark.interpreter.language.number_formatting import choose_decimals, choose_scale
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
 from softmark.interpreter.report.page.figure_frame import PlateColumn
-from softmark.interpreter.results.run_report import SeenCurve
+from softmark.interpreter.results.run_report import PlottedCurve
 
 ROWS = 60  # of the table of numbers
 
 
-def columns(curves: Mapping[str, SeenCurve], units: tuple[str, str]) -> list[PlateColumn]:
+def columns(curves: Mapping[str, PlottedCurve], units: tuple[str, str]) -> list[PlateColumn]:
     """x of the curve with most points, and y of every curve there."""
     first = max(curves.values(), key=lambda c: len(c.x))
     every = -(-len(first.x) // ROWS)
@@ -29,7 +29,7 @@ def columns(curves: Mapping[str, SeenCurve], units: tuple[str, str]) -> list[Pla
     return found
 
 
-def saved(file: str, curves: Mapping[str, SeenCurve], units: tuple[str, str]) -> str:
+def saved(file: str, curves: Mapping[str, PlottedCurve], units: tuple[str, str]) -> str:
     """A link to a file of every point of them."""
     header = ["name", f"x [{units[0]}]", f"y [{units[1]}]"]
     rows: list[list[Cell]] = [
@@ -40,7 +40,7 @@ def saved(file: str, curves: Mapping[str, SeenCurve], units: tuple[str, str]) ->
     return csv_link(file, header, rows)
 
 
-def _each_at(curve: SeenCurve, places: Sequence[float]) -> list[float | None]:
+def _each_at(curve: PlottedCurve, places: Sequence[float]) -> list[float | None]:
     """y at its own points, None at what is none of them; where places come back, those of the way back."""
     known: dict[float, list[float]] = {}
     for x, y in zip(curve.x.tolist(), curve.y.tolist(), strict=True):

@@ -7,7 +7,7 @@ from collections.abc import Container, Iterable
 from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.page.html_markup import count, prose, section, tag, text
 from softmark.interpreter.report.run.report_summary import Findings
-from softmark.interpreter.results.run_report import ExpectationResult, Warned
+from softmark.interpreter.results.run_report import ExpectationResult, ReportWarning
 
 HEADS = ("Verdict", "Expectation", "Value", "Line")
 VERDICTS = {True: ("✓", "good", "met"), False: ("✗", "bad", "not met"), None: ("?", "quiet", "not judged")}
@@ -72,16 +72,16 @@ def warnings(findings: Findings) -> str:
     return section("warnings", "Warnings", said) if said else ""
 
 
-def warned(warnings: Iterable[Warned], lines: Container[int] = ()) -> str:
+def warned(warnings: Iterable[ReportWarning], lines: Container[int] = ()) -> str:
     """A list of warnings, those that say the same together, with links to `lines`; empty where there are none."""
-    same: dict[tuple[str, str, str], list[Warned]] = {}
+    same: dict[tuple[str, str, str], list[ReportWarning]] = {}
     for one in warnings:
         same.setdefault((one.code, one.message, one.help), []).append(one)
     items = [_warning(group, lines) for group in same.values()]
     return tag("ul", *items, class_="warnings") if items else ""
 
 
-def _warning(group: list[Warned], lines: Container[int]) -> str:
+def _warning(group: list[ReportWarning], lines: Container[int]) -> str:
     first = group[0]
     places = ", ".join(f"line {_place(w.line, lines)}" for w in group if w.line)
     said = [tag("span", text(first.code), class_="code"), " ", prose(first.message)]

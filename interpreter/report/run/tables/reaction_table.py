@@ -10,7 +10,7 @@ from softmark.interpreter.language.compiled_scene import RIGID
 from softmark.interpreter.report.page.html_markup import prose, tag, text
 from softmark.interpreter.report.run.report_summary import Findings
 from softmark.interpreter.report.run.tables.table_section import by_thing, newtons, pressing, row_head, table_section
-from softmark.interpreter.results.reaction_results import HeldSupport
+from softmark.interpreter.results.reaction_results import SupportResult
 from softmark.interpreter.results.run_report import ModelResult, Report
 from softmark.interpreter.results.state_results import SOLVED
 
@@ -41,7 +41,7 @@ def section_of(findings: Findings) -> str:
     return table_section("Supports", LEAD.format(findings.of_last, pressed), HEAD, rows)
 
 
-def _row(support: str, model: str, held: HeldSupport, checks: Mapping[str, Any]) -> str:
+def _row(support: str, model: str, held: SupportResult, checks: Mapping[str, Any]) -> str:
     head, own = (row_head(support), tag("td", tag("code", text(model)))), held.reaction
     if own is None:
         return tag("tr", *head, *(tag("td", NOTHING) for _ in range(2)), tag("td", prose(str(held.reason))))
@@ -80,7 +80,7 @@ def _largest(model: ModelResult) -> float:
     return max((*map(_size, model.reactions.values()), *pressed), default=0.0)
 
 
-def _size(held: HeldSupport) -> float:
+def _size(held: SupportResult) -> float:
     """Of its force, N; 0 where it is not known."""
     return 0.0 if held.reaction is None else math.hypot(*held.reaction.force)
 

@@ -12,7 +12,7 @@ from softmark.interpreter.report.run.figures.tolerance_bands import Band
 from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, Result, worth
 from softmark.interpreter.report.run.tables.metric_details import unit_of
 from softmark.interpreter.report.run.tables.table_section import row_head, table_section
-from softmark.interpreter.results.state_results import percent
+from softmark.interpreter.results.state_results import format_state
 from softmark.records import dataclass
 
 LEAD = (
@@ -110,7 +110,7 @@ def _of(findings: Findings, metric: MetricColumn) -> Iterator[_Held]:
     """Everyone's, in every state."""
     for name, result in findings.everyone.items():
         in_each: Sequence[Result] = result.each
-        each = [(percent(value), own.metrics) for value, own in zip(result.states, in_each, strict=True)]
+        each = [(format_state(value), own.metrics) for value, own in zip(result.states, in_each, strict=True)]
         for state, metrics in each or [("", result.metrics)]:
             found = metrics.get(metric.name)
             if found is not None and (told := _told(found.details)) is not None:

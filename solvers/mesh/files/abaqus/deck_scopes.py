@@ -20,7 +20,7 @@ from softmark.solvers.mesh.files.abaqus.keyword_lines import SHORTEST, Card, Uns
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Kind = Literal["nodes", "elements"]
-MOST = 2**62  # of a number that numpy can hold
+MOST = 2**62  # largest supported integer
 SET_OPTIONS = frozenset({"NSET", "ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED"})
 NODE_OPTIONS = frozenset({"NSET"})
 ELEMENT_OPTIONS = frozenset({"TYPE", "ELSET", "OFFSET"})
