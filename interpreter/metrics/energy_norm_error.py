@@ -108,9 +108,9 @@ def _energy(E: Floats, w: Floats, case: Case, X: Floats) -> float:
     mu, lam = each[0]
     if case.parts:
         from softmark.interpreter.problem.group_conditions import point_membership
-        from softmark.interpreter.problem.material_layers import number
+        from softmark.interpreter.problem.material_layers import material_numbers
 
-        at = number(case, X, point_membership(case, X)), np.arange(len(X))
+        at = material_numbers(case, X, point_membership(case, X)), np.arange(len(X))
         mu, lam = np.array([own[0] for own in each])[at], np.array([own[1] for own in each])[at]
     if not np.isfinite(lam).all():
         raise Undefined("in an incompressible material any change of volume has infinite energy")

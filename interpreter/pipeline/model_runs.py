@@ -24,7 +24,7 @@ from softmark.interpreter.models.shared.prepared_model import Moved, Prepared, S
 from softmark.interpreter.pipeline import cached_results, probe_sampling
 from softmark.interpreter.pipeline.run_state import StateRun
 from softmark.interpreter.problem.body_case import Case, Fault
-from softmark.interpreter.problem.probe_points import seen_finite
+from softmark.interpreter.problem.probe_points import is_finite_probe
 from softmark.interpreter.problem.solution import View
 from softmark.interpreter.problem.surface_selection.load_resultants import doubts, resultants
 from softmark.interpreter.results.reaction_results import ContactResult, EquilibriumForces
@@ -92,7 +92,7 @@ def solve_model(work: StateRun, name: str) -> None:
     seen = {}
     if solution.displacement is not None:
         seen = probe_sampling.sample_probes(work, case.body.name, solution.displacement, history)
-        if not all(map(seen_finite, seen.values())):
+        if not all(map(is_finite_probe, seen.values())):
             reason, seen = "the displacements are not finite numbers", {}
             solution = Solution("failed", reason, solution.facts, notes=solution.notes)
     rest = at_rest(declared, case, prepared, solution)

@@ -18,7 +18,7 @@ from softmark.interpreter.models.model_preparation import from_a_model, measurem
 from softmark.interpreter.pipeline import probe_sampling
 from softmark.interpreter.pipeline.run_state import StateRun
 from softmark.interpreter.problem.body_case import Fault
-from softmark.interpreter.problem.probe_points import above, facts_of, scanned, seen_finite
+from softmark.interpreter.problem.probe_points import above, facts_of, scan_surface, is_finite_probe
 from softmark.interpreter.problem.solution import View
 from softmark.interpreter.problem.theory_problems import at_rest_of, doubt_of_theory, facts_of_theory, solved, stress_of
 from softmark.interpreter.results.even_thinning import pick_evenly
@@ -161,7 +161,7 @@ def _keep_reference(
     """Store a reference that has a displacement field, or only forces."""
     cls, case = type(declared.thing), work.case(declared)
     seen = {} if displacement is None else probe_sampling.sample_probes(work, case.body.name, displacement)
-    if not (np.isfinite(error) and all(map(seen_finite, seen.values()))):
+    if not (np.isfinite(error) and all(map(is_finite_probe, seen.values()))):
         _failed(work, declared, "its displacements are not finite numbers")
         return
     weights = probe_sampling.probe_weights(work, case.body.name)
@@ -238,7 +238,7 @@ def _keep_measured(work: StateRun, declared: Declared, data: Any) -> None:
             if probe.thing.tracked == declared.name:
                 X = work.place(probe).X
                 seen[probe.name] = ProbeResult(X, data.displacement(X))
-    if not (np.isfinite(resolution) and all(map(seen_finite, seen.values()))):
+    if not (np.isfinite(resolution) and all(map(is_finite_probe, seen.values()))):
         _failed(work, declared, "what was measured is not finite numbers")
         return
     work.views[declared.name] = View(
@@ -263,7 +263,7 @@ def _virtual_scan(work: StateRun, declared: Declared) -> None:
     if model is None or model.displacement is None:
         _failed(work, declared, f"the model `{thing.of}` has no shape to scan")
         return
-    place = scanned(model.case)
+    place = scan_surface(model.case)
     try:
         data = thing.load(place.X + model.displacement(place.X), place.triangles)
     except Exception as failure:

@@ -12,7 +12,7 @@ from softmark.interpreter.metrics.metric_evaluation import evaluate_metrics
 from softmark.interpreter.pipeline.run_environment import describe_environment, describe_scene
 from softmark.interpreter.pipeline.run_state import StateRun
 from softmark.interpreter.pipeline.scene_declarations import names_of
-from softmark.interpreter.problem.probe_points import drawn, surface_of
+from softmark.interpreter.problem.probe_points import drawn_surface, surface_of
 from softmark.interpreter.problem.solution import View
 from softmark.interpreter.results.run_report import (
     DrawnRigidBody,
@@ -88,7 +88,7 @@ def _shape(work: StateRun, name: str, errors: dict[str, np.ndarray]) -> DrawnSur
         return None
     probe = next((p for p in work.probes(view.body) if work.place(p).triangles is not None), None)
     if view.body not in work.surfaces:
-        work.surfaces[view.body] = work.place(probe) if probe else drawn(view.case)
+        work.surfaces[view.body] = work.place(probe) if probe else drawn_surface(view.case)
     place, u = work.surfaces[view.body], _surface_displacements(work, view)
     asked = {m.name: m.thing for m in work.scene.of_kind("metric").values()}
     for metric, error in errors.items():

@@ -30,7 +30,7 @@ def remaining_conditions(case: Case) -> tuple[Condition, ...]:
     return tuple(found)
 
 
-def number(case: Case, X: Any, members: Callable[[str], Any]) -> Any:
+def material_numbers(case: Case, X: Any, members: Callable[[str], Any]) -> Any:
     """Return the material number of each point X (n, 3), m: (n,), 0 for that of the body.
 
     `members` returns which points are in a named group.
@@ -49,7 +49,7 @@ def number(case: Case, X: Any, members: Callable[[str], Any]) -> Any:
     return found
 
 
-def unordered(case: Case) -> list[tuple[Declared, Declared]]:
+def unordered_overlaps(case: Case) -> list[tuple[Declared, Declared]]:
     """Return pairs of regions of different materials without an order between them."""
     return [
         (a, b) for a, b in combinations(case.parts, 2)
@@ -57,7 +57,7 @@ def unordered(case: Case) -> list[tuple[Declared, Declared]]:
     ]  # fmt: skip
 
 
-def overlap(a: Declared, b: Declared, label: str) -> Fault:
+def overlap_fault(a: Declared, b: Declared, label: str) -> Fault:
     """Return the Fault of two overlapping regions."""
     return fault(
         "E592", b.at("where" if b.thing.group is None else "name"),
@@ -67,7 +67,7 @@ def overlap(a: Declared, b: Declared, label: str) -> Fault:
     )  # fmt: skip
 
 
-def common(a: Condition, b: Condition, low: Point, high: Point) -> Point | None:
+def find_common_box(a: Condition, b: Condition, low: Point, high: Point) -> Point | None:
     """Return the middle of a box in which two conditions hold everywhere; None if none was found.
 
     The box from `low` to `high` (m) is halved repeatedly across its longest side, the largest first.

@@ -47,7 +47,7 @@ NONE = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
-class Piled:
+class BlockPile:
     """Blocks of a case along an axis, in order; `first` is the number of the block that the scene names first."""
 
     case: Case
@@ -129,7 +129,7 @@ def _must_meet(stack: Stack) -> None:
 # ------------------------------------------------------------------ the blocks
 
 
-def piled_of(case: Case) -> Piled:
+def piled_of(case: Case) -> BlockPile:
     """Return the blocks of a case, in order along the axis. Raises Refused if their sections differ."""
     name = case.body.name
     if not isinstance(case.shape, Apart):
@@ -153,7 +153,7 @@ def piled_of(case: Case) -> Piled:
     order = sorted(blocks, key=lambda block: block.low[way])
     if any(a.high[way] > b.low[way] + near for a, b in pairwise(order)):
         raise Refused(f"pieces of `{name}` overlap", PIECES)
-    return Piled(case, tuple(order), way, order.index(first))
+    return BlockPile(case, tuple(order), way, order.index(first))
 
 
 def _pieces(shape: Any) -> tuple[Any, ...]:
@@ -163,7 +163,7 @@ def _pieces(shape: Any) -> tuple[Any, ...]:
     return tuple(piece for half in shape.pair for piece in _pieces(half))
 
 
-def _sides(piled: Piled, number: int) -> Rectangular:
+def _sides(piled: BlockPile, number: int) -> Rectangular:
     """Return a block without its ends, which other blocks may touch."""
     block, way = piled.blocks[number], piled.way
     a, b = block.low[way], block.high[way]
@@ -173,7 +173,7 @@ def _sides(piled: Piled, number: int) -> Rectangular:
     )
 
 
-def _solid(piled: Piled, number: int) -> Solid:
+def _solid(piled: BlockPile, number: int) -> Solid:
     """Return the material of a block. Raises Refused."""
     case, inner = piled.case, _sides(piled, number)
     material = case.material
@@ -192,7 +192,7 @@ def _solid(piled: Piled, number: int) -> Solid:
     return Solid(young, nu, isinstance(material, NeoHookean), free)
 
 
-def _joint(piled: Piled, number: int) -> Joint:
+def _joint(piled: BlockPile, number: int) -> Joint:
     """Return the joint between a block and the next. Raises Refused unless one contact covers all of it."""
     low, high = piled.blocks[number], piled.blocks[number + 1]
     gap = max(high.low[piled.way] - low.high[piled.way], 0.0)
@@ -211,7 +211,7 @@ def _joint(piled: Piled, number: int) -> Joint:
     return Joint(gap, glued=True)
 
 
-def _joint_contacts(piled: Piled, number: int) -> list[Declared]:
+def _joint_contacts(piled: BlockPile, number: int) -> list[Declared]:
     """Return the contacts that select the joint above a block. Raises Refused if one selects a part of it."""
     found = []
     for pair in piled.case.pairs:
@@ -227,7 +227,7 @@ def _joint_contacts(piled: Piled, number: int) -> list[Declared]:
 
 
 def _held_ends_and_sides(
-    piled: Piled, solids: tuple[Solid, ...]
+    piled: BlockPile, solids: tuple[Solid, ...]
 ) -> tuple[tuple[float | None, float | None], set[tuple[int, int, int]]]:
     """Return the axial displacements of both ends, m, and the held sides: block, way, end. Raises Refused."""
     ends, mirrors = dict[int, float](), set[tuple[int, int, int]]()
@@ -255,7 +255,7 @@ def _held_ends_and_sides(
     return (ends.get(0), ends.get(1)), mirrors
 
 
-def _mirrors(piled: Piled, support: Declared, thing: Any) -> set[tuple[int, int, int]]:
+def _mirrors(piled: BlockPile, support: Declared, thing: Any) -> set[tuple[int, int, int]]:
     """Return the sides that a support holds along their normal, for all blocks it selects. Raises Refused."""
     found = set()
     for i in range(len(piled.blocks)):
@@ -273,7 +273,7 @@ def _mirrors(piled: Piled, support: Declared, thing: Any) -> set[tuple[int, int,
     return found
 
 
-def _roots(piled: Piled, joints: tuple[Joint, ...], mirrors: set[tuple[int, int, int]],
+def _roots(piled: BlockPile, joints: tuple[Joint, ...], mirrors: set[tuple[int, int, int]],
            solids: tuple[Solid, ...]) -> tuple[Vector, ...]:  # fmt: skip
     """Return the lateral fixed point of each block, m: symmetry planes, also of tied blocks, or its middle."""
     found = []
@@ -294,7 +294,7 @@ def _is_tied(joints: tuple[Joint, ...], a: int, b: int) -> bool:
     return all(joint.glued for joint in joints[min(a, b) : max(a, b)])
 
 
-def _must_narrow_alike(piled: Piled, joints: tuple[Joint, ...], solids: tuple[Solid, ...],
+def _must_narrow_alike(piled: BlockPile, joints: tuple[Joint, ...], solids: tuple[Solid, ...],
                        roots: tuple[Vector, ...]) -> None:  # fmt: skip
     """Check that tied faces contract equally. Raises Refused."""
     for i, joint in enumerate(joints):
@@ -309,7 +309,7 @@ def _must_narrow_alike(piled: Piled, joints: tuple[Joint, ...], solids: tuple[So
             raise Refused(f"`{pair.name}` {how} between blocks that narrow by different amounts", remedy)
 
 
-def _end_load(piled: Piled, ends: tuple[float | None, float | None]) -> tuple[bool, float, float]:
+def _end_load(piled: BlockPile, ends: tuple[float | None, float | None]) -> tuple[bool, float, float]:
     """Return whether an end is loaded, its outward traction and the pressure on it, Pa. Raises Refused."""
     traction, pressure = 0.0, 0.0
     for load in piled.case.loads:
@@ -341,7 +341,7 @@ def _traction_on_face(action: RemoteStress, n: Vector) -> Vector:
 class Pressing:
     """Pressure on the faces in contact."""
 
-    piled: Piled
+    piled: BlockPile
     joints: Mapping[int, float]  # of the joint above each of these blocks, Pa
 
     def pressures(self, X: Any) -> Any:
@@ -391,7 +391,7 @@ def at_rest(case: Case, found: PressedStack) -> EquilibriumForces:
     return EquilibriumForces(reactions, work, math.nan, touches=touches, off=sum(map(abs, found.off.values())))
 
 
-def _contact_force(piled: Piled, found: PressedStack, numbers: list[int]) -> Reaction:
+def _contact_force(piled: BlockPile, found: PressedStack, numbers: list[int]) -> Reaction:
     """Return the force of a contact on all blocks but the first of the scene, through the joints above some blocks."""
     total, moment, at = NONE, NONE, piled.whole.middle
     for number in numbers:
@@ -403,12 +403,12 @@ def _contact_force(piled: Piled, found: PressedStack, numbers: list[int]) -> Rea
     return Reaction(total, moment, at, add_multiples(moment, (-1.0, cross(at, total))))
 
 
-def _end_centre(piled: Piled, found: PressedStack, end: int) -> Vector:
+def _end_centre(piled: BlockPile, found: PressedStack, end: int) -> Vector:
     """Return the centre of an end, m: deformed for neo-Hookean blocks, undeformed for Hooke's."""
     return _deformed_position(found, piled.whole.centre(piled.way, end), -end)
 
 
-def _joint_middle(piled: Piled, found: PressedStack, number: int) -> Vector:
+def _joint_middle(piled: BlockPile, found: PressedStack, number: int) -> Vector:
     """Return the centre of the upper face of a block, m, as for ends."""
     return _deformed_position(found, piled.blocks[number].centre(piled.way, 1), number)
 
@@ -421,7 +421,7 @@ def _deformed_position(found: PressedStack, at: Vector, number: int) -> Vector:
 
 
 @dataclass(frozen=True)
-class Told(AnalyticField):
+class PatchStress(AnalyticField):
     """Stress of the theory for metrics; without cells."""
 
     theory: PressedStack

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
 
 
-def beside_plane(rigid: Declared, body: Declared, low: float, high: float) -> Diagnostic | None:
+def missed_plane_error(rigid: Declared, body: Declared, low: float, high: float) -> Diagnostic | None:
     """Return an error if the plane of a plane body misses a rigid one, at z from `low` to `high`, m, else None.
 
     The indenter is the section at z = 0: bodies next to the plane, or that end in it, have none.

@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 BESIDE = 0.01  # of the body's diagonal: what marks on a surface, and meshes of it, may lie off it
 
 
-def kept(probe: Declared, case: Case, X: Floats) -> tuple[NDArray[np.bool_], tuple[Diagnostic, ...]]:
+def keep_near_points(probe: Declared, case: Case, X: Floats) -> tuple[NDArray[np.bool_], tuple[Diagnostic, ...]]:
     """Return which points X (n, 3), m, lie in the body or next to it, and a warning about the others.
 
     A displacement outside the body is extrapolated. Next to the surface that depends on curvature and on where marks
@@ -55,7 +55,7 @@ def distances(case: Case, X: Floats) -> tuple[Floats, float]:
     assert bounds is not None  # but of a file of cells
     low, high = (np.array(end) for end in bounds)
     extent = float(np.linalg.norm(high - low))
-    return (_of_swept(shape, X) if isinstance(shape, Swept) else _box_distances(low, high, X)), extent
+    return (_swept_distances(shape, X) if isinstance(shape, Swept) else _box_distances(low, high, X)), extent
 
 
 def _box_distances(low: Floats, high: Floats, X: Floats) -> Floats:
@@ -64,7 +64,7 @@ def _box_distances(low: Floats, high: Floats, X: Floats) -> Floats:
     return found
 
 
-def _of_swept(shape: Swept, X: Floats) -> Floats:
+def _swept_distances(shape: Swept, X: Floats) -> Floats:
     """Return distances from a body along an axis: exact if straight; a curved one is continued beyond its ends."""
     s, u, v = shape.coordinates(X)
     along = np.maximum(np.maximum(-s, s - shape.length), 0.0)

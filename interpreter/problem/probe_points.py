@@ -16,7 +16,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case, Fault, fault
 from softmark.interpreter.problem.conforming_mesh import cuts_for
 from softmark.interpreter.problem.data_sets import download_shape
-from softmark.interpreter.problem.points_outside_body import kept
+from softmark.interpreter.problem.points_outside_body import keep_near_points
 from softmark.interpreter.problem.probe_domains import ProbeDomain
 from softmark.interpreter.problem.solution import View
 from softmark.interpreter.results.even_thinning import pick_evenly
@@ -98,7 +98,7 @@ def _place(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Pro
 def _of_body(probe: Declared, case: Case, X: Floats) -> ProbePoints:
     """Return the points that the probe's condition selects, without those far outside the body. Raises Fault."""
     chosen = _part(probe, X)
-    inside, notes = kept(probe, case, chosen)
+    inside, notes = keep_near_points(probe, case, chosen)
     return ProbePoints(chosen[inside], notes=notes)
 
 
@@ -247,7 +247,7 @@ def _volume(probe: Declared, case: Case, shape: geometry.Shape, size: float) -> 
     At the centroid alone, strains of linear elements are superconvergent, so their error would be underestimated.
     Tetrahedra are cut along borders of the condition and of other materials. Raises Fault for an empty selection.
     """
-    each, named = _each(probe, case), case.groups and shape.prebuilt
+    each, named = _conditions_by_material(probe, case), case.groups and shape.prebuilt
     cuts = tuple(dict.fromkeys(cut for where in each for cut in cuts_for(where, shape)))
     mesh = shape.named(Tet4.name) if named else shape.mesh(Tet4.name, size, cuts)
     xi, weights = Tet10.quadrature()
@@ -259,7 +259,7 @@ def _volume(probe: Declared, case: Case, shape: geometry.Shape, size: float) -> 
     return ProbePoints(X.reshape(-1, 3), weights=shares, border=np.unique(corners.reshape(-1, 3), axis=0))
 
 
-def _each(probe: Declared, case: Case) -> tuple[Condition, ...]:
+def _conditions_by_material(probe: Declared, case: Case) -> tuple[Condition, ...]:
     """Return the probe's selection in each material, since stress and strain jump between them; None if it is all."""
     where = probe.thing.where
     if not case.parts:
@@ -296,12 +296,12 @@ def _selected(probe: Declared, case: Case, mesh: Mesh, each: Sequence[Condition]
     return corners, sizes
 
 
-def drawn(case: Case) -> ProbePoints:
+def drawn_surface(case: Case) -> ProbePoints:
     """Return a surface of the body for pictures."""
-    return ProbePoints(*pictured(download_shape(case.shape, case.shaped)))
+    return ProbePoints(*surface_triangles(download_shape(case.shape, case.shaped)))
 
 
-def pictured(shape: geometry.Shape) -> tuple[Floats, Ints]:
+def surface_triangles(shape: geometry.Shape) -> tuple[Floats, Ints]:
     """Return points (n, 3), m, and triangles (t, 3) of the surface of a shape, for pictures."""
     if isinstance(shape, geometry.Swept):
         return triangulate_swept(shape)
@@ -312,7 +312,7 @@ def pictured(shape: geometry.Shape) -> tuple[Floats, Ints]:
     return X, triangles
 
 
-def throughout(case: Case, place: ProbePoints) -> Floats:
+def points_throughout(case: Case, place: ProbePoints) -> Floats:
     """Return points (n, 3), m, throughout a body and on its drawn surface: nodes of its file, or of a cheap mesh."""
     shape = download_shape(case.shape, case.shaped)
     if case.planar or shape.enclosed or place.triangles is None:
@@ -331,15 +331,15 @@ def surface_points(case: Case, place: ProbePoints, where: Condition) -> Floats:
     return clipped(where, place.X, place.triangles, members)[0]
 
 
-def scanned(case: Case) -> ProbePoints:
+def scan_surface(case: Case) -> ProbePoints:
     """Return a surface of the body that is fine enough for a simulated scan."""
     shape = download_shape(case.shape, case.shaped)
-    return ProbePoints(*triangulate_swept(shape, *SCANNED)) if isinstance(shape, geometry.Swept) else drawn(case)
+    return ProbePoints(*triangulate_swept(shape, *SCANNED)) if isinstance(shape, geometry.Swept) else drawn_surface(case)
 
 
 def held_face(case: Case) -> tuple[Floats, Ints] | None:
     """Return the part of the undeformed surface that supports fix; None if there is none."""
-    place = drawn(case)
+    place = drawn_surface(case)
     if place.triangles is None:
         return None
     held = [s.thing for s in case.named_supports if isinstance(s.thing, Holding) and not s.thing.moves]
@@ -373,7 +373,7 @@ def surface_of(
     return DrawnSurface(position, place.triangles, times, frames, error, measured_from)
 
 
-def seen_finite(probe: ProbeResult) -> bool:
+def is_finite_probe(probe: ProbeResult) -> bool:
     """Return whether all numbers of a probe are finite."""
     course = probe.displacement if probe.course is None else probe.course
     return bool(np.all(np.isfinite(probe.displacement)) and np.all(np.isfinite(course)))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.interpreter.problem.probe_points import pictured
+from softmark.interpreter.problem.probe_points import surface_triangles
 from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.mesh.rigid_shapes import HalfSpace
 from softmark.solvers.mesh.shape import Swept, transverse
@@ -30,7 +30,7 @@ def surface_in_space(shape: Shape, position: Floats) -> tuple[Floats, Ints]:
     """Return the surface of a rigid body at its declared position, near a body at points (n, 3), m."""
     if isinstance(shape, HalfSpace):
         return _plate(shape, position)
-    return triangulate_swept(shape, *ROUND) if isinstance(shape, Swept) else pictured(shape)
+    return triangulate_swept(shape, *ROUND) if isinstance(shape, Swept) else surface_triangles(shape)
 
 
 def _plate(shape: HalfSpace, position: Floats) -> tuple[Floats, Ints]:

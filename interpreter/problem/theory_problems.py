@@ -169,7 +169,7 @@ def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:
     if reference.thing.about == "stacked":
         from softmark.interpreter.problem import patch_theory
 
-        told = patch_theory.Told(own)
+        told = patch_theory.PatchStress(own)
     else:
         from softmark.interpreter.problem import inclusion_theory
 

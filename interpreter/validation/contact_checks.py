@@ -12,7 +12,7 @@ from softmark.interpreter.language.compiled_scene import Declared, Scene, is_rig
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import is_force_driven
-from softmark.interpreter.problem.plane_of_contact import beside_plane
+from softmark.interpreter.problem.plane_of_contact import missed_plane_error
 from softmark.interpreter.problem.symmetry_planes import led_fault
 from softmark.interpreter.validation.initial_overlap import check_initial_overlap
 from softmark.interpreter.vocabulary.contact_words import Between
@@ -143,7 +143,7 @@ def _check_geometry(scene: Scene, contact: Declared, first: Declared, second: De
         yield diagnostic("E654", first.at("shape"), f"`{first.name}` does not turn about the y axis, as `{second.name}`"
                          f" does: its middle is {units.format_value(off, units.LENGTH)} from it", "beside the axis",
                          "put it on the y axis, or press a `solid`")  # fmt: skip
-    elif missed := beside_plane(first, second, low[2], high[2]):
+    elif missed := missed_plane_error(first, second, low[2], high[2]):
         yield missed
     elif shape.contains((x, y, z)) and _is_inside(second.thing.shape, (x, y, z)):
         yield diagnostic("E612", contact.at(), f"`{first.name}` is inside `{second.name}`: its middle is in the matter "

@@ -31,11 +31,11 @@ def alone(case: Case, mesh: Moved) -> list[tuple[Case, Any]]:
 def _seen(case: Case, mesh: Moved) -> Any:
     """The number of the material that all points of a cell are of (m,), -1 where they are of several."""
     from softmark.interpreter.problem.group_conditions import cell_membership
-    from softmark.interpreter.problem.material_layers import number
+    from softmark.interpreter.problem.material_layers import material_numbers
 
     corners = mesh.points[mesh.cells]
     middle = corners.mean(axis=1, keepdims=True)
     X = np.concatenate([corners + INWARD * (middle - corners), middle], axis=1)
     cells = cell_membership(mesh.mesh)
-    found = number(case, X.reshape(-1, 3), lambda g: np.repeat(cells(g), X.shape[1])).reshape(X.shape[:2])
+    found = material_numbers(case, X.reshape(-1, 3), lambda g: np.repeat(cells(g), X.shape[1])).reshape(X.shape[:2])
     return np.where((found == found[:, :1]).all(axis=1), found[:, 0], -1)

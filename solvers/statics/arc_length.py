@@ -102,7 +102,7 @@ class PathFollower:
             raise self._stopped(f"where the path ends: {lost}") from lost
 
     def _followed(self) -> Floats:
-        """Follow the path to full load. Raises NotConverged, and PathLost where a point that must exist is not found."""
+        """Follow the path to full load. Raises NotConverged, and PathLost if a point that must exist is not found."""
         here, step, length = self._first(), FIRST, 0.0
         self.path.points.append(here)
         while len(self.path.points) < STEPS:
@@ -198,7 +198,7 @@ class PathFollower:
         return PathPoint(x, load, tangent, self._negative(factor), self._displaced(x), iterations)
 
     def _displaced(self, x: Floats) -> float:
-        """Return the largest nodal displacement, m; rods have position and rotation at each node, solids only position."""
+        """Return the largest nodal displacement, m; rods also have rotations at nodes, solids have none."""
         moved = x - self.origin
         if len(x) == self.assembly.dofs:
             moved, width = moved[~_pressures(self.problem)], 3

@@ -61,7 +61,7 @@ class Below:
 def settled(
     assembly: Assembly, x: Floats, below: Callable[[], Below], watch: Callable[[], None] = lambda: None
 ) -> Floats:
-    """Return the equilibrium (dofs,) near x, to SETTLED of its distance. Raises StateLost, Singular, errors of `watch`."""
+    """Return the equilibrium (dofs,) near x, to SETTLED of its distance. Raises StateLost, Singular, `watch` errors."""
     first = 0.0
     with np.errstate(all="ignore"), ALONE:
         for number in range(STEPS):
@@ -104,7 +104,7 @@ def nearby(assembly: Assembly, x: Floats, known: Factor, watch: Callable[[], Non
 def solver(
     assembly: Assembly, x: Floats, below: Callable[[], Below], watch: Callable[[], None] = lambda: None
 ) -> tuple[sparse.csr_matrix, Solve]:
-    """Return the tangent in a state, and a solver for it, which raises StateLost. Raises Singular, errors of `watch`."""
+    """Return the tangent in a state, and a solver for it, which raises StateLost. Raises Singular, `watch` errors."""
     K = assembly.tangent(x, 1.0)
     watch()
     if is_direct(assembly):
@@ -169,7 +169,7 @@ def _inside(assembly: Assembly, x: Floats, d: Floats) -> Floats:
 def _step(
     assembly: Assembly, x: Floats, g: Floats, below: Callable[[], Below], watch: Callable[[], None]
 ) -> tuple[Floats, Solve]:
-    """Return the Newton step of the free unknowns, by the tangent or a definite one, and its solver. Raises StateLost."""
+    """Return the Newton step of the free unknowns, by a tangent or a definite one, and its solver. Raises StateLost."""
     if not np.all(np.isfinite(g)):
         raise StateLost("the forces of the finer space are not finite")
     direct = is_direct(assembly)

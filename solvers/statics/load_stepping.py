@@ -20,7 +20,7 @@ MEETING = 20  # the same where something may touch: a step leaves a quarter of a
 
 
 def raised(newton: Newton) -> tuple[Floats, int]:
-    """Return the equilibrium at full load along the path from rest, and the number of load steps. Raises NotConverged."""
+    """Return the equilibrium at full load along the path from rest, and the number of steps. Raises NotConverged."""
     longest = newton.problem.longest
     x, load, step, count = newton.problem.rest, 0.0, min(FIRST, longest), 0
     while load < 1.0:

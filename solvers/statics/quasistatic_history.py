@@ -1,4 +1,4 @@
-"""Equilibria of what remembers, one after another: each is a problem of statics, for the energies of a step in time."""
+"""Sequence of equilibria with history variables: each is a static problem, for the energies of one time step."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from softmark.solvers.statics.static_equilibrium import Equilibrium, Iteration, 
 
 @dataclass(frozen=True)
 class Instant:
-    """What acts at a time, s: shares of every load (l,), and what supports impose (c,), m."""
+    """Loading at a time, s: factors of every load (l,), and imposed displacements (c,), m."""
 
     time: float
     shares: tuple[float, ...]
@@ -26,10 +26,11 @@ class Instant:
 
 @dataclass(frozen=True, eq=False)
 class Aged:
-    """A state in time: `x` at `time`, the memories of its energies, and works since the start, J.
+    """State at a time: `x` at `time`, the history variables of its energies, and works since the start, J.
 
-    `work` is that of internal forces and of fluid that is pumped, `times` and `states` are those of all steps so far,
-    jumps among them twice.
+    `work` is that of internal forces and of pumped fluid; `times` and `states` are those of all steps so far, with
+    jumps
+    twice.
     """
 
     x: Floats
@@ -47,22 +48,22 @@ class Aged:
 
     @property
     def stored(self) -> float:
-        """Energy of all springs, J."""
+        """Energy stored in all springs, J."""
         return self.memories.stored(self.x)
 
     @property
     def dissipated(self) -> float:
-        """Since the start, J."""
+        """Energy dissipated since the start, J."""
         return self.memories.dissipated
 
 
 def begun(problem: Statics, memories: BodyHistory) -> Aged:
-    """The state of rest before anything acts."""
+    """Return the state of rest before any loading."""
     return Aged(problem.rest, 0.0, memories, np.zeros(problem.assembly.dofs))
 
 
 def aged(problem: Statics, before: Aged, to: Instant) -> Aged:
-    """The equilibrium at a later time, or at the same after a jump. Raises NotConverged."""
+    """Return the equilibrium at a later time, or at the same time after a jump. Raises NotConverged."""
     h = max(0.0, to.time - before.time)
     internal = before.memories.over(h)
     loads = [ScaledLoad(load, share) for load, share in zip(problem.assembly.loads, to.shares, strict=True)]
@@ -93,14 +94,14 @@ def aged(problem: Statics, before: Aged, to: Instant) -> Aged:
 
 
 def _displaced(internal: Sequence[Energy], d: Floats) -> Floats:
-    """A motion (dofs,) without that of pressures, whose rows are volumes."""
+    """Return a motion (dofs,) with zeros for pressures, whose rows of the gradient are volumes."""
     for energy in [e for e in list[Any](internal) if e.saddle]:
         d[energy.pressures] = 0.0
     return d
 
 
 def followed(problem: Statics, before: Aged, instants: Sequence[Instant]) -> Aged:
-    """All of these, one after another. Raises NotConverged, which says when."""
+    """Return the state after all instants in turn. Raises NotConverged, with the time in its reason."""
     for to in instants:
         try:
             before = aged(problem, before, to)

@@ -1,15 +1,15 @@
-"""Back to equilibrium from a state of any kind: scrambled, flat, in one point, inside out (see perturbed_states.py).
+"""Recovery of equilibrium from any perturbed state: scrambled, flat, in one point, inverted (see perturbed_states.py).
 
-The way leads downhill from the given state; rest is never put in its place. Where the law has an energy there, it is
-the law's own, by Newton steps with a definite tangent (Teran et al. 2005). Where it has none (ln J of cells inside
-out), or where its descent ends among inverted cells, nodes follow the stable neo-Hookean energy of Smith, De Goes and
-Kim (2018), which is finite and resists everywhere, and the law goes on from where all cells are upright. That energy
-has bad minima too, if few: the nodes of the cells that are inside out or strained most are then spread anew between
-their neighbours, who stay (a harmonic fill-in), wider each time but over half of the body at most, and shaken. After
-ATTEMPTS of these the answer is no.
+The method decreases the energy from the given state; it never replaces that by the rest state. If the law has an energy
+there, that is minimised by Newton steps with a definite tangent (Teran et al. 2005). If it has none (ln J of inverted
+cells), or the descent ends with inverted cells, the stable neo-Hookean energy of Smith, De Goes and Kim (2018) is
+minimised, which is finite and resists everywhere; the law takes over once no cell is inverted. That energy has a few
+bad minima too. Then the nodes of cells that are inverted or strained most are interpolated harmonically between their
+neighbours, which stay, in a wider region each time but at most half of the body, and perturbed at random. After
+ATTEMPTS of these recovery fails.
 
-What is found counts as recovered only if it is a stable equilibrium without inverted cells whose energy is that of the
-equilibrium without the disturbance; without loads that is rest, whose energy is zero.
+Recovery succeeds only with a stable equilibrium without inverted cells whose energy is that of the equilibrium without
+perturbation; without loads that is rest, with zero energy.
 """
 
 from __future__ import annotations
@@ -51,11 +51,12 @@ NO_CELLS: Ints = np.zeros(0, dtype=np.int64)
 
 @dataclass(frozen=True)
 class Tangled:
-    """A body in a disturbed `state`, supports where they hold it.
+    """Body in a perturbed `state` that satisfies its supports.
 
-    `cells` are its cells under any law, None for what has none that know inside from outside (springs, rods);
-    `inverted` gives the numbers of those that are inside out in a state; `seed` decides every random choice. Where
-    pressures are unknowns too, they come after the displacements.
+    `cells` are its cells under any law; None for bodies whose cells cannot invert (springs, rods). `inverted` returns
+    the
+    numbers of inverted cells in a state; `seed` determines every random choice. Pressure unknowns come after the
+    displacements.
     """
 
     state: Floats
@@ -66,19 +67,19 @@ class Tangled:
 
 
 def inside_out(elastic: Elastic, x: Floats) -> Ints:
-    """Numbers of the cells with det F <= 0 at any integration point."""
+    """Return the numbers of cells with det F <= 0 at any integration point."""
     J = np.linalg.det(elastic.F(x)).reshape(elastic.w.shape)
     return np.flatnonzero(~(J > 0.0).all(axis=1))
 
 
 def recovered(problem: Statics, tangled: Tangled) -> Equilibrium:
-    """The equilibrium that a disturbed body finds back to. Raises NotConverged, which says what it found instead."""
+    """Return the equilibrium recovered from a perturbed body. Raises NotConverged, with what it found instead."""
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         return _Way(problem, tangled).walk()
 
 
 class _Way:
-    """From one disturbed state to equilibrium."""
+    """Recovery of one perturbed state."""
 
     def __init__(self, problem: Statics, tangled: Tangled) -> None:
         self.problem = replace(problem, max_iterations=max(problem.max_iterations, STEPS))
@@ -95,7 +96,7 @@ class _Way:
             self.newton.towed = 1e-3 * self._unit_force(problem.assembly) / RIGID
 
     def walk(self) -> Equilibrium:
-        """Descend, look, spread anew what is wrong, and again. Raises NotConverged."""
+        """Descend, check, interpolate bad cells anew, and repeat. Raises NotConverged."""
         x = self._begin()
         lawful = self.newton.minimal and self._finite(x)
         doubt = "no descent ended"
@@ -119,14 +120,14 @@ class _Way:
     # ------------------------------------------------------------------ the way down
 
     def _begin(self) -> Floats:
-        """The given state; where cells are flat, or there are none, shaken a little: it may have no direction."""
+        """Return the given state; if cells are flat, or there are none, with a small random perturbation."""
         x, cells = self.tangled.state, self.tangled.cells
         if cells is None or np.any(np.abs(np.linalg.det(cells.F(x[: self.moving]))) < FLAT):
             return self._shaken(x, SHAKE)
         return x
 
     def _shaken(self, x: Floats, size: float) -> Floats:
-        """x with every free node moved at random, by `size` of the body's extent."""
+        """Return x with every free node moved at random, by `size` times the body's extent."""
         free = self.problem.assembly.free
         free = free[free < self.moving]
         weights = np.broadcast_to(self.problem.weights, (self.problem.space.dofs,))
@@ -135,17 +136,18 @@ class _Way:
         return self.problem.space.move(x, d)
 
     def _finite(self, x: Floats) -> bool:
+        """Return whether the strain energy is finite."""
         return bool(np.isfinite(self.newton.strain(x)))
 
     def _untangled(self, soft: Assembly, x: Floats) -> Floats:
-        """The displacements to which the stable neo-Hookean energy leads without loads, and no pressures."""
+        """Return displacements that minimise the stable neo-Hookean energy without loads, with zero pressures."""
         found = np.zeros_like(x)
         found[: self.moving] = self._downhill(soft, x[: self.moving], 0.0, "untangling")
         found[self.problem.fixed] = x[self.problem.fixed]
         return found
 
     def _downhill(self, assembly: Assembly, x: Floats, load: float, phase: str) -> Floats:
-        """Steps of a definite tangent that decrease the energy, until it hardly changes."""
+        """Return a state after steps of a definite tangent that decrease the energy, until it hardly changes."""
         value, calm, unit = assembly.value(x, load), 0, self._unit_force(assembly)
         for number in range(STEPS):
             g = assembly.gradient(x, load)
@@ -163,7 +165,7 @@ class _Way:
         return x
 
     def _step(self, assembly: Assembly, x: Floats, load: float, g: Floats) -> Floats:
-        """-K+^-1 g, K+ the definite tangent and a little of the identity; -g over the diagonal where that fails."""
+        """Return -K+^-1 g, K+ the shifted definite tangent; g divided by the diagonal if that is singular."""
         K, d = assembly.tangent(x, load, projected=True), np.zeros(assembly.dofs)
         diagonal = K.diagonal()
         self.systems.solves += 1
@@ -178,7 +180,7 @@ class _Way:
     def _length(
         self, assembly: Assembly, x: Floats, load: float, d: Floats, value: float, slope: float
     ) -> float:  # fmt: skip
-        """The part of d that decreases the energy enough (Armijo 1966), 0 where none does."""
+        """Return the fraction of d that decreases the energy enough (Armijo 1966), or 0."""
         length = 1.0 if np.isfinite(slope) and slope < 0.0 else 0.0
         while length > 1e-10:
             if assembly.value(self._move(x, length * d), load) <= value + 1e-4 * length * slope:
@@ -187,15 +189,17 @@ class _Way:
         return 0.0
 
     def _move(self, x: Floats, d: Floats) -> Floats:
+        """Return the state after a motion d."""
         return self.problem.space.move(x, d) if len(d) == self.problem.space.dofs else x + d
 
     def _record(self, phase: str, load: float, number: int, residual: float, length: float) -> None:
+        """Add an iteration to the history."""
         iteration = Iteration(phase, load, number, residual, length)
         self.history.append(iteration)
         self.problem.watch(iteration)
 
     def _unit_force(self, assembly: Assembly) -> float:
-        """About the norm of the nodal forces that a strain of one causes, N: what rounding is a part of."""
+        """Return the order of the nodal forces that unit strain causes, N: the scale for rounding."""
         rest = self.problem.rest if assembly is self.problem.assembly else np.zeros(assembly.dofs)
         size = sum(e.rounding(rest) for e in assembly.internal) / float(np.finfo(np.float64).eps)
         return max(float(size), float(np.finfo(np.float64).tiny))
@@ -203,7 +207,7 @@ class _Way:
     # ------------------------------------------------------------------ the equilibrium under the loads
 
     def _settle(self, x: Floats) -> Floats:
-        """The stable equilibrium under the loads to which the law's own energy leads. Raises NotConverged."""
+        """Return the stable equilibrium under the loads that minimises the law's own energy. Raises NotConverged."""
         if not self._finite(x):
             raise NotConverged("the law has no energy there", tuple(self.history))
         self.newton.moved = self.problem.extent * float(np.sqrt(self.problem.space.dofs))
@@ -216,7 +220,7 @@ class _Way:
         return x
 
     def _loaded(self, x: Floats) -> Floats:
-        """Under loads that have no energy: at once, or in steps. Raises NotConverged."""
+        """Return the equilibrium under follower loads, in one step or several. Raises NotConverged."""
         load, step = 0.0, 1.0
         while load < 1.0:
             try:
@@ -231,7 +235,7 @@ class _Way:
     # ------------------------------------------------------------------ what is found
 
     def _doubt(self, x: Floats) -> str | None:
-        """Why an equilibrium is not the one that is looked for; None where it is."""
+        """Return why an equilibrium is not the expected one; None if it is."""
         if folded := self._folded(x):
             return folded
         if self.stable is False or not self.problem.sound(x):
@@ -239,6 +243,7 @@ class _Way:
         return self._elsewhere(x)
 
     def _folded(self, x: Floats) -> str | None:
+        """Return a message about inverted cells; None if there are none."""
         cells = self.tangled.inverted(x)
         if not len(cells):
             return None
@@ -246,7 +251,7 @@ class _Way:
         return f"folded, with {len(cells)} of {self.tangled.count} cells inside out (cells {named})"
 
     def _elsewhere(self, x: Floats) -> str | None:
-        """Whether the energy is another than that of the equilibrium without the disturbance."""
+        """Return a message if the energy differs from that of the equilibrium without perturbation; else None."""
         if self._judge is None:
             return None
         if not self.newton.minimal:
@@ -259,6 +264,7 @@ class _Way:
         return f"an equilibrium with {abs(energy - least):.2g} J {than} energy than the one without the disturbance"
 
     def _apart(self, x: Floats) -> bool:
+        """Return whether x differs from the equilibrium without perturbation."""
         if self._judge is None:
             return False
         away = np.abs(x - self._judge)[: None if self.soft is None else self.moving]
@@ -266,7 +272,7 @@ class _Way:
 
     @cached_property
     def resting(self) -> bool:
-        """Whether rest is an equilibrium: nothing is moved, and nothing pulls."""
+        """True if rest is an equilibrium: nothing is imposed, and there are no loads."""
         if np.any(self.problem.target):
             return False
         pull = self.problem.assembly.gradient(self.problem.rest, 1.0)[self.problem.assembly.free]
@@ -274,7 +280,7 @@ class _Way:
 
     @cached_property
     def _judge(self) -> Floats | None:
-        """The equilibrium without the disturbance, to which nothing here looks before it has found its own."""
+        """Equilibrium without perturbation, used only after recovery has found its own."""
         if self.resting:
             return self.problem.rest
         try:
@@ -283,6 +289,7 @@ class _Way:
             return None
 
     def _kept(self, x: Floats) -> Equilibrium:
+        """Return the recovered state as an equilibrium."""
         problem, newton = self.problem, self.newton
         facts = self.systems.facts | self._facts
         facts["recovery"]["elsewhere"] = self._apart(x)
@@ -292,7 +299,7 @@ class _Way:
         return replace(found, condition=self._condition())
 
     def _condition(self) -> float | None:
-        """Of the last tangent, where a direct factor knows it."""
+        """Return the condition number of the last tangent, if a direct factor gives it."""
         last, K = self.newton.last, self.newton.matrix
         if last is None or K is None or last.tolerance:
             return None
@@ -303,7 +310,7 @@ class _Way:
 
     @property
     def _facts(self) -> dict[str, Any]:
-        """What the report says."""
+        """Data of the recovery for the report."""
         inverted = len(self.tangled.inverted(self.tangled.state))
         return {
             "recovery": {
@@ -317,7 +324,7 @@ class _Way:
     # ------------------------------------------------------------------ out of a bad minimum
 
     def _escape(self, x: Floats) -> Floats:
-        """Spread the nodes of the worst cells between their neighbours, more of these with every attempt, and shake."""
+        """Interpolate the nodes of the worst cells anew, in a wider region with every attempt, and perturb them."""
         cells = self.tangled.cells
         if cells is None:
             return self._shaken(x, 0.02 * self.attempts)
@@ -332,7 +339,7 @@ class _Way:
         return self._shaken(filled, SHAKE)
 
     def _worst(self, cells: Elastic, x: Floats) -> Ints:
-        """Cells that are inside out or strained most."""
+        """Return the cells that are inverted or strained most."""
         density = np.max(UNIT.psi(cells.F(x)).reshape(cells.w.shape), axis=1)
         bad = density > STRAINED * density.max()
         bad[inside_out(cells, x)] = True
@@ -340,16 +347,16 @@ class _Way:
 
 
 def _soft(problem: Statics, cells: Elastic) -> Assembly:
-    """The stable neo-Hookean energy of the same cells, held as the body is, without loads."""
+    """Return the stable neo-Hookean energy of the same cells and supports, without loads."""
     energy, moving = Elastic(cells.cells, cells.dNdX, cells.w, UNIT), 3 * (int(cells.cells.max()) + 1)
     fixed = problem.fixed[problem.fixed < moving]
     return Assembly(moving, fixed, [energy], [], problem.assembly.points)
 
 
 def _around(cells: Ints, seeds: Ints, rings: int, nodes: int) -> Ints | None:
-    """Nodes of the cells `seeds` and of `rings` of cells around them; as many rings as half of the nodes hold.
+    """Return nodes of the cells `seeds` and of `rings` of cells around them, at most half of all nodes.
 
-    None where the seeds alone have more.
+    Return None if the seeds alone have more.
     """
     chosen = np.zeros(nodes, dtype=np.bool_)
     chosen[cells[seeds]] = True
@@ -365,7 +372,7 @@ def _around(cells: Ints, seeds: Ints, rings: int, nodes: int) -> Ints | None:
 
 
 def _filled_in(cells: Elastic, x: Floats, nodes: Ints, free: Any) -> Floats:
-    """Displacements of `nodes` that are harmonic between those of all others: sum w grad N_a . grad N_b u_b = 0."""
+    """Return displacements with those of `nodes` harmonic between all others: sum w grad N_a . grad N_b u_b = 0."""
     local = np.einsum("mq,mqai,mqbi->mab", cells.w, cells.dNdX, cells.dNdX)
     rows, columns = np.broadcast_arrays(cells.cells[:, :, None], cells.cells[:, None, :])
     L = sparse.csr_matrix((local.ravel(), (rows.ravel(), columns.ravel())), shape=(len(x) // 3,) * 2)

@@ -1,10 +1,10 @@
-"""Out-of-balance forces of a state of rest, without what the last digit of its numbers leaves in them.
+"""Residual forces of an equilibrium without the part that rounding of its numbers leaves in them.
 
-A position is known to a part of 1e-16, so that in stiff members a force is known to E A / l times that: of a light load
-on a heavy frame this may be 1e-5, and no better state can be written down. What the next Newton step d would change can
-be: d is far below the last digit of x, but g + K d is as exact as forces are. At free unknowns that is nothing; at held
-ones it is what supports carry. This is iterative refinement whose last correction stays beside the state (Wilkinson
-1963; Demmel, Hida, Kahan, Li, Mukherjee and Riedy 2006).
+Positions are known to a relative 1e-16, so that forces in stiff members are known to E A / l times that: for a light
+load on a heavy frame this may be 1e-5, and no better state can be represented. The change by the next Newton step d
+can be: d is far below the last digit of x, but g + K d is as exact as forces are. At free unknowns it is zero; at fixed
+ones it is the reaction. This is iterative refinement with the last correction stored separately (Wilkinson 1963;
+Demmel, Hida, Kahan, Li, Mukherjee and Riedy 2006).
 """
 
 from __future__ import annotations
@@ -23,7 +23,9 @@ BALANCED = 1e-11  # of the largest force: less is left as it is
 
 
 def resultant_on(points: Floats) -> Callable[[Floats], float]:
-    """What forces (3 n,) at points X (n, 3), m, add up to, N: the force, or the moment by the extent."""
+    """Return a function of the resultant of forces (3 n,) at points X (n, 3), m, in N: the larger of force and moment /
+    size.
+    """
     arms = points - points.mean(axis=0)
     arms /= 2.0 * float(np.linalg.norm(arms, axis=1).max())
 
@@ -35,9 +37,10 @@ def resultant_on(points: Floats) -> Callable[[Floats], float]:
 
 
 def out_of_balance(assembly: Assembly, x: Floats, fixed: Ints, without: Floats | None = None) -> float:
-    """What is left of forces in a state x (dofs,), whoever found it, relative to the larger of load and reactions.
+    """Return the norm of residual forces in any state x (dofs,), relative to the larger of load and reactions.
 
-    `without` (dofs,) are forces to take off first, as those of another state. Not finite outside the law's domain.
+    `without` (dofs,) are forces to subtract first, such as those of another state. The result is not finite outside the
+    domain of the law.
     """
     g, external = assembly.gradient(x, 1.0), np.zeros(assembly.dofs)
     for energy, scale in assembly.loaded(1.0):
@@ -48,10 +51,10 @@ def out_of_balance(assembly: Assembly, x: Floats, fixed: Ints, without: Floats |
 
 
 def unrounded(problem: Statics, x: Floats) -> Floats:
-    """Out-of-balance forces (dofs,) in a state that Newton's method has found, with the step that rounding forbids.
+    """Return residual forces (dofs,) of a converged state, after the next Newton step, too small to represent.
 
-    As they are where that step is not small, so that the state is not as good as it can be written down, and where the
-    tangent cannot be factored.
+    They are returned unchanged if that step is not small, so that the state could be better, or the tangent is
+    singular.
     """
     assembly, free = problem.assembly, problem.assembly.free
     g = assembly.gradient(x, 1.0)

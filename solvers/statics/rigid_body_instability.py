@@ -1,7 +1,7 @@
-"""How a body that only touch holds leaves an unstable equilibrium: as a whole, or by its own deformation.
+"""Unstable equilibria of bodies held only by contact: finds whether they move away as a rigid body or deform.
 
-One that stands on a point is balanced, not held: beside that equilibrium everything has less energy, and loads that
-grow lead nowhere. A column that buckles between two plates leaves its equilibrium too, and comes to another.
+A body that stands on a point is balanced, not held: all states near that equilibrium have less energy, and load
+stepping does not help. A column that buckles between two plates leaves its equilibrium too, but finds another.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ LEAST = 0.1  # of the greatest part of such a motion: the middle goes along
 
 
 def slipping(newton: Newton, x: Floats) -> str | None:
-    """How a body leaves an unstable equilibrium x (dofs,) as a whole, in words; None where it deforms instead.
+    """Return how a body leaves an unstable equilibrium x (dofs,) as a rigid body, as text; None if it deforms.
 
-    That is the motion that the equilibrium resists least of all. Raises NotConverged where none leads to less energy.
+    This is the motion with the least stiffness. Raises NotConverged if no motion decreases the energy.
     """
     points, free = newton.assembly.points, newton.assembly.free
     if points is None:
@@ -36,7 +36,7 @@ def slipping(newton: Newton, x: Floats) -> str | None:
 
 
 def _way(motion: Floats) -> str:
-    """A direction, of two that are as good the one whose first component that is not small is positive."""
+    """Return a direction as text, with the sign that makes its first component of notable size positive."""
     v: Floats = motion / np.abs(motion).max()
     v = v * np.sign(v[np.flatnonzero(np.abs(v) > LEAST)[0]]) / np.linalg.norm(v)
     return f"({', '.join(f'{c:.2g}' for c in np.round(v, 2) + 0.0)})"

@@ -1,4 +1,4 @@
-"""States that are started from, carried along by rigid bodies that go on: what touches them gives way, or sticks."""
+"""Predictor for moving rigid bodies: moves the initial state with them, with sticking or frictionless contact."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 
 def towed(problem: Statics, x: Floats) -> Floats:
-    """A state x that is started from, carried on as if all that touches stuck to the rigid bodies, which have moved.
+    """Return the initial state x moved as if all points in contact stuck to the rigid bodies, which have moved.
 
-    Solves (K + C) d = C v, C the stiffness of contacts that hold on and v the way of each node with its rigid body.
+    It solves (K + C) d = C v, with C the stiffness of sticking contacts and v the motion of each node with its body.
     """
     assembly, way, old = problem.assembly, np.zeros_like(x), []
     for energy in assembly.loads:
@@ -31,7 +31,7 @@ def towed(problem: Statics, x: Floats) -> Floats:
 
 
 def approach(assembly: Assembly, x: Floats, load: float, to: float) -> Floats:
-    """How forces on a state x (dofs,) change (dofs,), N, to first order, as rigid bodies go from a load to another."""
+    """Return the first-order change of forces (dofs,), N, on a state x as rigid bodies move from one load to another."""
     found, known = np.zeros(assembly.dofs), list[Any](assembly.loads)
     for energy in known:
         if energy.driven:
@@ -40,9 +40,9 @@ def approach(assembly: Assembly, x: Floats, load: float, to: float) -> Floats:
 
 
 def begun(problem: Statics, x: Floats) -> Floats:
-    """What a state (dofs,) becomes whose rigid bodies go on from where they were: (dofs,), to first order.
+    """Return an initial state (dofs,) moved with its rigid bodies, to first order.
 
-    What touched them goes along; where nothing is known of where they were, and where that leads nowhere, the state.
+    Points in contact move along. The state is returned unchanged if earlier positions are unknown, or that fails.
     """
     if any(energy.rubs for energy in problem.assembly.loads):
         return towed(problem, x)
@@ -59,11 +59,10 @@ def begun(problem: Statics, x: Floats) -> Floats:
 
 
 def pushed(problem: Statics, before: Assembly, x: Floats, change: Floats) -> Floats:
-    """A state x with what its tangent `before` gives way by where the gradient changes (dofs,), N: itself of a singular
-    one.
+    """Return x plus its first-order response to a change of the gradient (dofs,), N, with the tangent `before`.
 
-    No farther than to where surfaces would meet, and through no rigid body as it goes on. Raises NotConverged where
-    points would be on the other side of one whatever they do.
+    It is x for a singular tangent. The step ends before surfaces meet, and before points pass through a moving rigid
+    body. Raises NotConverged if points would pass through one for any step.
     """
     d, free = np.zeros(before.dofs), before.free
     try:

@@ -1,8 +1,8 @@
-"""Substeps of rigid bodies that are thinner than their motion: each goes no farther than half of the thickness.
+"""Substeps for rigid bodies thinner than their motion: each moves at most half of the thickness.
 
-In one step such a body would pass through the surface, or come to lie behind it where the nearest way out is sideways.
-Loads act in full in every substep; rigid bodies and imposed displacements go in equal parts. With friction the way
-matters, and with turning supports points go on circles: neither is split.
+In one step such a body would pass through the surface, or end behind it where the nearest way out is sideways. Loads
+act in full in every substep; rigid bodies and imposed displacements move in equal parts. Motion is not split with
+friction, where the path matters, or with rotating supports, where points move on circles.
 """
 
 from __future__ import annotations
@@ -70,12 +70,14 @@ def in_substeps(problem: Statics, find: Find, count: int) -> Equilibrium:
 
 
 class _Still:
-    """A rigid body that stays at one place whatever the load."""
+    """Function of the load fraction that returns one fixed position of a rigid body."""
 
     def __init__(self, body: Gap) -> None:
+        """Store the rigid body."""
         self.body = body
 
     def __call__(self, share: float) -> Gap:
+        """Return the rigid body."""
         return self.body
 
     def pose(self, share: float) -> RigidMotion:
@@ -84,11 +86,12 @@ class _Still:
 
 
 def _contacts(problem: Statics) -> list[Any]:
+    """Return the contacts with rigid bodies."""
     return [energy for energy in problem.assembly.loads if energy.driven]
 
 
 def _with(problem: Statics, contacts: list[Any]) -> Statics:
-    """The problem with these contacts in place of its own, which are the last of the loads."""
+    """Return the problem with these contacts in place of its own, which are the last loads."""
 
     def each(assembly: Any) -> Any:
         plain = [energy for energy in assembly.loads if not energy.driven]
@@ -109,15 +112,18 @@ def _needed(contact: Any) -> int:
 
 
 def _start(contact: Any) -> Gap:
+    """Return the rigid body at the start of the motion."""
     found: Gap = contact.posed(0.0) if contact.earlier is None else contact.earlier
     return found
 
 
 def _pose(body: Gap) -> RigidMotion:
+    """Return the motion of a rigid body from its declared position."""
     return body.pose if isinstance(body, MovedGap) else RigidMotion()
 
 
 def _between(start: Gap, end: Gap, share: float) -> Gap:
+    """Return a rigid body at a fraction of the motion from start to end."""
     a, b = _pose(start), _pose(end)
     shift, rotation = (
         tuple(((1.0 - share) * np.array(p) + share * np.array(q)).tolist())

@@ -1,4 +1,4 @@
-"""How rods that share points move in statics: what `energies/rod_state.py: RodChain` does along one of them."""
+"""State update of frames of rods in statics: what `energies/rod_state.py: RodChain` does along one rod."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ from softmark.solvers.linear.factorisations import Factor, factor
 
 @dataclass(frozen=True)
 class RodNetwork:
-    """The motion of rods that share points, whose stretch and shear change as the increment says, and no more.
+    """State space of rods that share points: stretch and shear change only as the increment says.
 
-    What `rod_state.RodChain` does along one rod: nodes that move along straight lines while elements turn would stretch
-    these in second order. Points are moved on so that elements have their axes l R(new) (Gamma + dGamma . d) as nearly
-    as they can, by least squares with weights 1 / l, which along one rod is what `RodChain` does; where rods close a
-    loop, what does not fit is shared by all of it in proportion to length. Held components move by d alone.
+    As in `rod_state.RodChain` for one rod: nodes that move along straight lines while elements rotate would stretch
+    these
+    in second order. So points are corrected such that elements have their axes l R(new) (Gamma + dGamma . d), by least
+    squares with weights 1 / l, which is exact along one rod; where rods close a loop, the misfit is distributed in
+    proportion to length. Fixed components move only by d.
     """
 
     rest: Floats  # of the nodes (n * 7,)
@@ -33,7 +34,7 @@ class RodNetwork:
 
     @property
     def dofs(self) -> int:
-        """Six for each point."""
+        """Number of degrees of freedom, six for each point."""
         return 6 * self.joints.points
 
     @cached_property
@@ -42,7 +43,7 @@ class RodNetwork:
         return lengths(self.rest, self.elements)
 
     def move(self, x: Floats, d: Floats) -> Floats:
-        """The plain move, then positions corrected to second order in d."""
+        """Return the state after an increment d, with positions corrected to second order."""
         step = self.joints.spread(d)
         moved = RodSpace(len(self.joints.point)).move(x, step)
         nodes, ends = moved.reshape(-1, 7), self.elements
@@ -56,19 +57,19 @@ class RodNetwork:
         return moved
 
     def jumped(self, before: Floats, after: Floats) -> bool:
-        """As `rod_state.jumped` has it."""
+        """Return whether neighbouring nodes have turned past each other, as `rod_state.jumped`."""
         return exceeds_half_turn(before, after, self.elements)
 
     @cached_property
     def _differences(self) -> sparse.csr_matrix:
-        """Of values at points along elements (e, p)."""
+        """Matrix of differences of values at points along elements (e, p)."""
         ends, count = self.joints.point[self.elements], len(self.elements)
         rows = np.repeat(np.arange(count), 2)
         return sparse.csr_matrix((np.tile([-1.0, 1.0], count), (rows, ends.ravel())), (count, self.joints.points))
 
     @cached_property
     def _factors(self) -> list[tuple[Ints, Factor]]:
-        """For each component of position the points that may move on, and the factor of their equations."""
+        """Movable points and factor of the correction equations, for each component of position."""
         D = self._differences
         whole, found = sparse.csr_matrix(D.T @ sparse.diags(1.0 / self.lengths) @ D), []
         for held in self.held.T:
@@ -77,7 +78,7 @@ class RodNetwork:
         return found
 
     def _moved_on(self, short: Floats) -> Floats:
-        """How far points move on (p, 3), m, for what axes are short of (e, 3), m."""
+        """Return corrections of points (p, 3), m, for misfits of element axes (e, 3), m."""
         found = np.zeros((self.joints.points, 3))
         b = self._differences.T @ (short / self.lengths[:, None])
         for c, (free, solver) in enumerate(self._factors):

@@ -1,25 +1,22 @@
-"""Static equilibrium: the state in which the energies' gradient vanishes on every free degree of freedom.
+"""Static equilibrium: finds the state in which the energy gradient vanishes on every free degree of freedom.
 
-Three ways, in this order. The free one takes whole Newton steps: with the exact tangent of a corotational
-energy they reach a 60-degree bend at full load in about six steps, because that energy grows with stretch
-alone and not with its square; a stiffer law starts from the equilibrium of its corotational twin, or from a
-state that is given. What it finds is kept only if it is a stable equilibrium without inverted cells. Where whole
-steps lose themselves, as in large stretches, or where the corotational twin is squeezed flat, from where half of a
-body may come out turned by 180 degrees and as stable as the right state, they follow loads that grow
-(`load_stepping.py`). The careful one then starts again: every step leads to less energy than one of the MEMORY states
-before it had (Armijo 1966; Grippo, Lampariello and Lucidi 1986), the tangent is made definite where it is not, and the
-load comes in steps that shrink and grow. Where it ends on an unstable equilibrium, as a straight column above its
-buckling load does, it steps aside and goes on to a stable one.
+Three strategies are tried in this order. The first takes full Newton steps. With the exact tangent of a corotational
+energy they reach a 60-degree bend at full load in about six steps, because that energy grows only with the stretch and
+not with its square; a stiffer law starts from the equilibrium of its corotational twin, or from a given state. The
+result is accepted only if it is a stable equilibrium without inverted cells. The second strategy follows increasing
+loads (`load_stepping.py`), where full steps diverge, as for large stretches, or where the corotational twin collapses,
+from which half of a body may end rotated by 180 degrees and just as stable. The third, careful one starts again: every
+step gives less energy than one of the MEMORY states before it (Armijo 1966; Grippo, Lampariello and Lucidi 1986), an
+indefinite tangent is made definite, and load steps shrink and grow. If it ends at an unstable equilibrium, such as
+a straight column above its buckling load, it perturbs the state and goes on to a stable one.
 
-Where something may touch, whole steps go in and out of contact by turns: the free way is one on which energy falls, and
-is left out where pressures are unknowns as well. Where these ways fail beside rigid bodies, soft barriers
-come first (`barrier_stiffness_ramp.py`), and so they do in the careful way. Friction has a way of its own
-(`friction_iteration.py`). What only touch holds, and slips away as a whole from the equilibrium that was found, is
-refused
-(`rigid_body_instability.py`).
+With possible contact, full steps oscillate in and out of contact: then the first strategy decreases the energy, and is
+left out if there are pressure unknowns. Where these fail next to rigid bodies, soft barriers come first
+(`barrier_stiffness_ramp.py`), also in the careful strategy. Friction has its own method (`friction_iteration.py`). A
+body held only by contact that moves away as a rigid body is refused (`rigid_body_instability.py`).
 
-With a cap there is only the free way, cut after so many linear systems. Along `arc_length` there is only the path of
-equilibria from rest (`arc_length.py`). An answer whose digits rounding has taken is refused (`condition`).
+With a cap only full steps are taken, up to that number of linear systems. With `arc_length` the path of equilibria is
+followed from rest (`arc_length.py`). A solution whose digits are lost to rounding is refused (`condition`).
 """
 
 from __future__ import annotations
@@ -65,7 +62,7 @@ BOLD, ROUGH = 20, 12  # whole steps at most: under the law itself; under its cor
 
 
 def equilibrium(problem: Statics) -> Equilibrium:
-    """The equilibrium under full load. Raises NotConverged with the history of all attempts."""
+    """Return the equilibrium under full load. Raises NotConverged with the history of all attempts."""
     history: list[Iteration] = []
     systems = Systems(problem.linear)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -82,7 +79,7 @@ def equilibrium(problem: Statics) -> Equilibrium:
 
 
 def _explained(problem: Statics, history: list[Iteration], failure: NotConverged) -> NotConverged:
-    """With the load at which the body buckles, or the motion that nothing resists, where either is why."""
+    """Return the failure with the buckling load, or the motion that nothing resists, if either is the cause."""
     left, facts, reason = failure.unstable, failure.facts, failure.reason
     critical = None if left is None else critical_load(problem, history, left)
     if critical is not None:
@@ -96,7 +93,7 @@ def _explained(problem: Statics, history: list[Iteration], failure: NotConverged
 
 
 def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
-    """The equilibrium at full load: boldly, then carefully."""
+    """Return the equilibrium at full load: by full steps first, then carefully."""
     ways = [_started] if problem.start is not None and problem.longest == 1.0 else []
     unstable = None
     turns = problem.longest < 1.0  # they would find another, by whole turns off
@@ -128,12 +125,14 @@ def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
 
 
 def _free(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+    """Solve at full load from rest, by full Newton steps or, with contact, by decreasing energy."""
     newton = Newton(problem, history, systems)
     x = newton.descend(_begun(newton), 1.0) if problem.touches else newton.whole_steps(_begun(newton), BOLD)
     return _settled(newton, x)
 
 
 def _started(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+    """Solve at full load from the given state."""
     newton = Newton(problem, history, systems)
     x = _given(newton)
     x = newton.descend(begun(problem, x), 1.0) if problem.touches else newton.whole_steps(x, ROUGH)
@@ -141,7 +140,7 @@ def _started(problem: Statics, history: list[Iteration], systems: Systems) -> Eq
 
 
 def _down(newton: Newton, x: Floats, load: float) -> Floats:
-    """The equilibrium at a load, from x, to which energy falls; beside rigid bodies from soft barriers on."""
+    """Return the equilibrium at a load that minimises the energy from x; next to rigid bodies from soft barriers."""
     if not newton.problem.beside or newton.problem.rubs:
         return newton.descend(x, load)
     from softmark.solvers.statics.barrier_stiffness_ramp import hardened
@@ -150,21 +149,23 @@ def _down(newton: Newton, x: Floats, load: float) -> Floats:
 
 
 def _softly(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+    """Solve at full load with soft barriers first."""
     newton = Newton(problem, history, systems, "soft barriers")
     x = newton.impose(problem.rest, 1.0) if problem.start is None else _given(newton)
     return _settled(newton, _down(newton, x, 1.0))
 
 
 def _stepped(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+    """Solve by load stepping."""
     newton = Newton(problem, history, systems, "steps of load")
     x, steps = raised(newton)
     return replace(_settled(newton, x), load_steps=steps)
 
 
 def _begun(newton: Newton, cap: int | None = None) -> Floats:
-    """From where whole steps go: the equilibrium of the corotational twin, or what the supports' motion makes of rest.
+    """Return the start for full steps: the equilibrium of the corotational twin, or the linear response to supports.
 
-    With a cap on linear systems, what that leaves of the way to it. Raises NotConverged where there is none.
+    With a cap on linear systems it takes only as many steps to the twin as that allows. Raises NotConverged.
     """
     problem = newton.problem
     if problem.twin is None or problem.rubs:
@@ -184,7 +185,7 @@ def _begun(newton: Newton, cap: int | None = None) -> Floats:
 
 
 def _given(newton: Newton) -> Floats:
-    """The state that is given, with what the supports impose. Raises NotConverged where the law does not hold in it."""
+    """Return the given start, moved with the supports. Raises NotConverged if it is outside the domain of the law."""
     problem = newton.problem
     x = np.array(problem.start, dtype=problem.rest.dtype)
     if not np.all(np.isfinite(x)):
@@ -201,9 +202,9 @@ def _given(newton: Newton) -> Floats:
 
 
 def _along(newton: Newton, x: Floats, left: Floats) -> Floats:
-    """A state whose supports go on by increments (c,); by parts, with an equilibrium of each, where surfaces may meet.
+    """Return a state moved with its supports by increments (c,); where surfaces may meet, by parts with equilibria.
 
-    What rubs is not carried on by more than it may: else corners hook in where they had slid by. Raises NotConverged.
+    Friction limits the parts: otherwise corners interlock where they would have slid past. Raises NotConverged.
     """
     wandering = [energy for energy in newton.assembly.internal if isinstance(energy, DynamicPatternEnergy)]
     if not wandering:
@@ -224,7 +225,7 @@ def _along(newton: Newton, x: Floats, left: Floats) -> Floats:
 
 
 def _settled(newton: Newton, x: Floats) -> Equilibrium:
-    """What whole steps have found, if it is stable. Raises NotConverged."""
+    """Return the result of full steps as an equilibrium, if it is stable. Raises NotConverged."""
     stable = True if newton.problem.convex else _stable(newton, x)
     if stable is False and newton.assembly.conservative:
         raise NotConverged("the equilibrium is unstable", tuple(newton.history), unstable=x)
@@ -232,6 +233,7 @@ def _settled(newton: Newton, x: Floats) -> Equilibrium:
 
 
 def _stable(newton: Newton, x: Floats) -> bool | None:
+    """Return whether a state is stable; None if unknown."""
     if not newton.problem.rubs:
         return newton.definite(x)
     from softmark.solvers.statics.friction_iteration import steady
@@ -240,9 +242,9 @@ def _stable(newton: Newton, x: Floats) -> bool | None:
 
 
 def _buckled(problem: Statics, history: list[Iteration], systems: Systems, unstable: Floats) -> Equilibrium:
-    """The stable state beside an unstable equilibrium at the end of a turn, to which the body buckles.
+    """Return the stable state near an unstable equilibrium at the end of a rotation, to which the body buckles.
 
-    Raises NotConverged at once where none is found: the same steps from rest, taken with care, end there again.
+    Raises NotConverged if none is found: the careful strategy would end at the same equilibrium.
     """
     newton = Newton(problem, history, systems, "buckling")
     try:
@@ -254,9 +256,9 @@ def _buckled(problem: Statics, history: list[Iteration], systems: Systems, unsta
 
 
 def _beside(problem: Statics, history: list[Iteration], systems: Systems, unstable: Floats) -> Equilibrium:
-    """Of a body that only touch holds, what is beside an equilibrium that is not stable; carefully where it deforms.
+    """Return a stable state near an unstable equilibrium of a body held only by contact, if it deforms.
 
-    Raises NotConverged, at once where the body slips away as a whole: loads that grow would find it no more.
+    Raises NotConverged if the body moves away as a rigid body: load stepping would not find it either.
     """
     from softmark.solvers.statics.rigid_body_instability import slipping
 
@@ -276,7 +278,7 @@ def _beside(problem: Statics, history: list[Iteration], systems: Systems, unstab
 
 
 def _capped(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
-    """Where whole steps have come when the cap is reached, or the equilibrium. Raises NotConverged."""
+    """Return the state of full steps when the cap is reached, or the equilibrium. Raises NotConverged."""
     newton, started = Newton(problem, history, systems), problem.start is not None
     cap = problem.max_iterations if problem.cap is None else problem.cap
     x = _given(newton) if started else _begun(newton, cap)
@@ -295,9 +297,9 @@ def _capped(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
 
 
 def _careful(problem: Statics, history: list[Iteration], systems: Systems, vain: int | None = None) -> Equilibrium:
-    """By loads that are halved where no equilibrium is found; from rest to all of it is not tried where that was.
+    """Return the equilibrium by load steps that are halved where none is found. Raises NotConverged.
 
-    It took `vain` iterations then. Raises NotConverged.
+    `vain` iterations were already spent from rest to full load, which is not tried again.
     """
     newton = Newton(problem, history, systems, "careful")
     x, load, step, steps, wasted = problem.rest, 0.0, problem.longest, 0, vain or 0
@@ -332,7 +334,7 @@ def _careful(problem: Statics, history: list[Iteration], systems: Systems, vain:
 
 
 def _why(problem: Statics, history: list[Iteration], x: Floats, load: float) -> str:
-    """What it looks like where a load cannot be raised: a limit point, paths that meet, or nothing known."""
+    """Return a likely cause why a load cannot be raised: a limit point, a bifurcation, or "" if unknown."""
     known = softness(problem, history, x, load) if load > 0.0 and problem.way is None else None
     if known is None or (known[0] > SOFT and not known[1]):
         return ""
@@ -349,7 +351,7 @@ def _why(problem: Statics, history: list[Iteration], x: Floats, load: float) -> 
 
 
 def _followed(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
-    """The first equilibrium under full load along the path from rest. Raises NotConverged."""
+    """Return the first equilibrium under full load along the arc-length path from rest. Raises NotConverged."""
     newton = direct(problem, history, "path")
     newton.systems = systems
     follower = PathFollower(newton)
@@ -365,7 +367,7 @@ def _followed(problem: Statics, history: list[Iteration], systems: Systems) -> E
 
 
 def _kept(newton: Newton, x: Floats, steps: int, stable: bool | None) -> Equilibrium:
-    """The equilibrium, unless cells are inside out or single precision is too coarse for it. Raises NotConverged."""
+    """Return the equilibrium; raises NotConverged if cells are inverted or single precision is too coarse."""
     problem, history, facts = newton.problem, tuple(newton.history), newton.systems.facts
     if not problem.sound(x):
         raise NotConverged("the equilibrium has inverted cells", history, facts)
@@ -387,10 +389,9 @@ def _kept(newton: Newton, x: Floats, steps: int, stable: bool | None) -> Equilib
 
 
 def _balanced(newton: Newton, x: Floats, g: Floats, residual: float) -> tuple[Floats, Floats | None, float]:
-    """A state with forces (dofs,) out of balance whose sum meets the tolerance as well: if not, a step farther, or two.
+    """Return a state whose resultant residual also meets the tolerance, after up to two more steps.
 
-    Forces at many nodes may each be small, and what supports and loads leave is their sum. With the step that would
-    come next, and the residual.
+    Residuals at many nodes may each be small while their sum is not. Also returns the next step, and the residual.
     """
     problem = newton.problem
     left = None if newton.left is not None else _left(newton, g)
@@ -411,7 +412,7 @@ def _balanced(newton: Newton, x: Floats, g: Floats, residual: float) -> tuple[Fl
 
 
 def _left(newton: Newton, g: Floats) -> Floats | None:
-    """The step (dofs,) that would come next under forces g (dofs,), by the last factor: one substitution."""
+    """Return the next step (dofs,) under forces g (dofs,) with the last factor; None without one."""
     problem, last = newton.problem, newton.last
     if last is None or last.tolerance or problem.exact is not None or not isinstance(problem.space, VectorSpace):
         return None
@@ -421,11 +422,13 @@ def _left(newton: Newton, g: Floats) -> Floats | None:
 
 
 def _condition(newton: Newton, x: Floats) -> tuple[float, float] | None:
-    """Of the last tangent, and the relative error that rounding may leave; None without a direct factor.
+    """Return the condition number of the last tangent, and the relative rounding error; None without a direct factor.
 
-    The condition number times eps is a bound that slender bodies stay far below (a rod of 1 : 50 000 in 1000
-    segments has 2e-2 and is right to 1e-8), so where it is large the error is measured. None with pressures as
-    unknowns as well. Raises NotConverged where fewer than three digits are left.
+    The condition number times eps is a bound that slender bodies stay far below (a rod of 1 : 50 000 in 1000 segments
+    has
+    2e-2 and is right to 1e-8), so if it is large the error is measured. None with pressure unknowns. Raises
+    NotConverged
+    if fewer than three digits are left.
     """
     last, K = newton.last, newton.matrix
     if last is None or K is None or last.tolerance or K.dtype != np.float64 or newton.assembly.saddle:
@@ -444,10 +447,11 @@ def _condition(newton: Newton, x: Floats) -> tuple[float, float] | None:
 
 
 def _energy_error(exact: Assembly, x: Floats) -> float:
-    """The error of a state in the energy norm, sqrt(r . K^-1 r / 2E): infinite where K is not definite.
+    """Return the error of a state in the energy norm, sqrt(r . K^-1 r / 2E): infinite if K is not definite.
 
-    On fine meshes the residual of a rounded state grows, since rounding is rough from node to node and the stiffness of
-    such waves is large; what they change of the energy is next to nothing.
+    On fine meshes the residual of a rounded state grows: rounding varies from node to node, and the stiffness of such
+    short
+    waves is large. They hardly change the energy.
     """
     g = exact.gradient(x, 1.0)[exact.free]
     try:
@@ -461,7 +465,7 @@ def _energy_error(exact: Assembly, x: Floats) -> float:
 
 
 def _exactly(newton: Newton, x: Floats) -> tuple[Floats, Floats, float]:
-    """The state with what is imposed to the last digit, its gradient and its residual, all in double precision."""
+    """Return the state with exact imposed values, its gradient and its residual, all in double precision."""
     problem = newton.problem
     if problem.exact is None:
         return x, *newton.residual(x, 1.0)

@@ -1,4 +1,4 @@
-"""Newton's method for static equilibrium: whole steps, steps that decrease the energy, and when to stop."""
+"""Newton's method for static equilibrium: full steps, steps that decrease the energy, and convergence criteria."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Merit = Callable[[Floats, float], float]
 
 
 class Newton:
-    """Newton iterations over one assembly; keeps the last factorisation and writes the history."""
+    """Newton solver of one assembly; keeps the last factorisation and records the history."""
 
     def __init__(self, problem: Statics, history: list[Iteration], systems: Systems, phase: str = "free") -> None:
         self.problem = problem
@@ -52,7 +52,7 @@ class Newton:
         self._last_residual = np.inf
 
     def residual(self, x: Floats, load: float) -> tuple[Floats, float]:
-        """Gradient (dofs,) and the norm of its free part, relative to the larger of load and reactions."""
+        """Return the gradient (dofs,) and the norm of its free part, relative to the larger of load and reactions."""
         g = self.assembly.gradient(x, load)
         external = np.zeros_like(g)
         for energy, scale in self.assembly.loaded(load):
@@ -64,16 +64,16 @@ class Newton:
         return g, size / scale if scale > 0 else size
 
     def impose(self, x: Floats, fraction: float, load: float = 1.0) -> Floats:
-        """Move the supports by the last fraction of their way to a load, and the body as its tangent says."""
+        """Return x with the last fraction of the support motion to a load, and the linear response of the body."""
         if not self.problem.moves:
             return x
         d = self._following(x, self.problem.imposed(load - fraction, load), load, True)
         return self._moved(x, self._clear(x, d, load - fraction, load), 1.0)
 
     def carry(self, x: Floats, fraction: float, load: float) -> Floats:
-        """The same from an equilibrium at a load and on, by its own tangent and with the pressures that it promises.
+        """Return an equilibrium moved on to a larger load, by its own tangent and with predicted pressures.
 
-        Raises NotConverged where that leaves the domain of the law.
+        Raises NotConverged if that leaves the domain of the law.
         """
         if not (self.problem.moves or self.problem.touches):
             self._promised = None
@@ -81,9 +81,9 @@ class Newton:
         return self.follow(x, self.problem.imposed(load, load + fraction), load, load + fraction)
 
     def follow(self, x: Floats, moved: Floats, load: float, to: float | None = None) -> Floats:
-        """The same of supports that move by increments (c,), whatever imposes them. Raises NotConverged.
+        """Return x moved with support increments (c,) at a load. Raises NotConverged.
 
-        With the load that they go `to` rigid bodies move as well, and what touches them goes along.
+        If a load `to` is given, rigid bodies move to it as well, and the contacts with them.
         """
         self._promised = None
         d = self._following(x, moved, load, False, to)
@@ -95,10 +95,9 @@ class Newton:
         return y
 
     def _clear(self, x: Floats, d: Floats, load: float, to: float) -> Floats:
-        """A motion d, or what of it leads to where nothing meets, as rigid bodies go on from one load to another.
+        """Return the part of a motion d that causes no intersection, as rigid bodies move from one load to another.
 
-        Raises NotConverged where supports move so far, and where points would be on the other side of a rigid body
-        whatever they do.
+        Raises NotConverged if supports move too far, or if points would pass through a rigid body for any step.
         """
         part = self._ahead(x, d, load, to)
         if part == 0.0 or (part < 1.0 and np.any(d[self.problem.fixed])):
@@ -106,14 +105,15 @@ class Newton:
         return d if part == 1.0 else part * d
 
     def _front(self, x: Floats, d: Floats, load: float) -> float:
-        """The part of a motion d, at most 1, before surfaces meet, and through no rigid body.
+        """Return the fraction of a motion d, at most 1, before surfaces meet or points pass through a rigid body.
 
-        All of it where no small part does: what lies that near to a sharp edge is on either side of it at once.
+        If no small fraction is allowed, rigid bodies are ignored: points so near to a sharp edge are on both sides at
+        once.
         """
         return self._ahead(x, d, load, load) or self.assembly.limit(x, d)
 
     def _ahead(self, x: Floats, d: Floats, load: float, to: float) -> float:
-        """The same as rigid bodies go from one load to another; 0 where no part of it will do."""
+        """Return the collision-free fraction of d as rigid bodies move from one load to another; 0 if none."""
         part = self.assembly.limit(x, d)
         if not self.problem.beside:
             return part
@@ -122,12 +122,12 @@ class Newton:
         return part * collision_free_fraction(self._driven(load), x, part * d, None if to == load else self._driven(to))
 
     def _driven(self, load: float) -> list[Any]:
-        """Contacts with rigid bodies where these are at a load."""
+        """Return the contacts with rigid bodies at a load."""
         known: list[Any] = list(self.assembly.loads)
         return [energy.at(load) for energy in known if energy.driven]
 
     def _following(self, x: Floats, moved: Floats, load: float, projected: bool, to: float | None = None) -> Floats:
-        """How the body follows what supports move by (c,), and rigid bodies to a load: (dofs,)."""
+        """Return the linear response (dofs,) to support motion (c,), and to rigid bodies that move to a load."""
         problem, d = self.problem, np.zeros(self.space.dofs)
         d[problem.fixed] = moved
         eps = 1e-6 / max(1.0, float(np.abs(d).max()) * 1e3)
@@ -144,18 +144,18 @@ class Newton:
 
     @property
     def space(self) -> Space:
-        """Where the state lives."""
+        """Space of the state."""
         return self.problem.space
 
     def whole_steps(self, x: Floats, most: int, load: float = 1.0, least: float = 0.0) -> Floats:
-        """Whole Newton steps, shortened only to stay in the domain of the law; given up where to less than `least`."""
+        """Return the result of full Newton steps, shortened only to the domain of the law, but not below `least`."""
         x, done, residual = self.steps(x, most, load, least)
         if done:
             return x
         raise NotConverged(f"whole Newton steps stopped at a residual of {residual:.1e}", tuple(self.history))
 
     def steps(self, x: Floats, most: int, load: float = 1.0, least: float = 0.0) -> tuple[Floats, bool, float]:
-        """At most so many whole steps: the state, whether it is an equilibrium, and the residual."""
+        """Take at most `most` full steps; return the state, whether it is an equilibrium, and the residual."""
         self._close = self._tiny = False
         self._last_residual = np.inf
         for number in range(most + 1):
@@ -174,39 +174,40 @@ class Newton:
 
     @property
     def minimal(self) -> bool:
-        """Whether stable states are those of least energy: not with follower loads, nor with pressures as unknowns."""
+        """True if stable states minimise the energy: not with follower loads or pressure unknowns."""
         return self.assembly.conservative and not self.assembly.saddle
 
     @property
     def cellular(self) -> bool:
-        """Whether there are energies over cells, which may have pressures; rods load no kernels for that."""
+        """True if there are energies of cells, which may have pressures; rods load no kernels for that."""
         return any(e.cellular for e in self.assembly.internal)
 
     @property
     def mixing(self) -> Any:
-        """What knows of pressures."""
+        """Module of the pressure predictor."""
         from softmark.solvers.assembly import pressure_predictor
 
         return pressure_predictor
 
     def trust(self, x: Floats) -> None:
-        """Take the next step's pressures from the corotational twin, whose equilibrium x is: the law's are far off."""
+        """Predict pressures of the next step from x, an equilibrium of the corotational twin: the law's are far off."""
         if self.cellular:
             self._promised = self.mixing.promised(self.assembly, x, None)
 
     def relax(self) -> None:
-        """Take no pressure in the next step: those of an interpolated state mean nothing."""
+        """Use zero pressures in the next step: those of an interpolated state mean nothing."""
         if self.cellular:
             self._promised = self.mixing.slack(self.assembly)
 
     def _aim(self, residual: float) -> None:
-        """How well the next linear system is worth solving."""
+        """Set the relative residual to which the next linear system is solved."""
         if self.systems.choice.iterative:
             goal = self.systems.goal(residual, self._last_residual, self._last_goal, self.problem.tolerance)
             self._goal = self._last_goal = goal
             self._last_residual = residual
 
     def _inside(self, x: Floats, d: Floats, load: float) -> tuple[Floats, float]:
+        """Return the state after as much of a step as stays in the domain of the law, and that fraction."""
         length = self._front(x, d, load)
         while length > 1e-3:
             y = self._part(x, d, length)
@@ -219,15 +220,15 @@ class Newton:
         raise NotConverged("no step stays in the domain of the law", tuple(self.history))
 
     def strain(self, x: Floats) -> float:
-        """Strain energy, J; of the last state known already."""
+        """Return the strain energy, J; cached for the last state."""
         if self._strain is None or self._strain[0] is not x:
             self._strain = x, sum(e.value(x) for e in self.assembly.internal)
         return self._strain[1]
 
     def descend(self, x: Floats, load: float, patience: int = 0) -> Floats:
-        """Newton steps that decrease the energy (or, for follower loads, the residual) within MEMORY.
+        """Return the equilibrium by Newton steps that decrease the energy (follower loads: the residual) within MEMORY.
 
-        At most the problem's iterations, or `patience` where that is more.
+        It takes at most the problem's iterations, or `patience` if that is more.
         """
         if self.problem.rubs:
             from softmark.solvers.statics.friction_iteration import rubbed
@@ -257,14 +258,14 @@ class Newton:
         raise NotConverged(f"{reason}, residual {residual:.1e}", tuple(self.history))
 
     def _lost(self, x: Floats, load: float) -> str | None:
-        """Why the last step beside an unstable equilibrium lost turns of the supports; None where it did not."""
+        """Return why the last step near an unstable equilibrium lost rotations of the supports; None if it did not."""
         problem = self.problem
         if problem.way is not None and self.reached is not None and problem.jumped(self.reached, x):
             return "neighbouring nodes have turned past each other"
         return problem.lost(x, load)
 
     def _done(self, x: Floats, g: Floats, residual: float) -> bool:
-        """The tolerance is met, or rounding is all that is left (see Statics)."""
+        """Return whether the tolerance is met, or the residual is only rounding (see Statics)."""
         self.criterion = "residual"
         if residual <= self.problem.tolerance:
             return True
@@ -277,44 +278,48 @@ class Newton:
         return size <= 4.0 * max(before, floor) and (self._close or size <= floor)
 
     def _judge(self, x: Floats, g: Floats, d: Floats, projected: bool = False) -> None:
-        """Whether the error in the energy norm, sqrt(-g . d), is small, and whether the Newton step d is."""
+        """Record whether the energy norm error, sqrt(-g . d), and the Newton step d are small."""
         close = not self.assembly.saddle and bool(0.0 <= -(g @ d) <= 2.0 * self.strain(x) * self.problem.tolerance**2)
         tiny = bool(np.linalg.norm(d / self.problem.weights) <= TINY * self.moved)
         definite = (close or tiny) and not projected and not self._indefinite()
         self._close, self._tiny = close and definite, tiny and definite
 
     def _indefinite(self) -> bool:
-        """Whether the last tangent has negative eigenvalues; that of follower loads is not asked."""
+        """Return whether the last tangent has negative eigenvalues; always False for follower loads."""
         last = self.last
         return self.assembly.conservative and (isinstance(last, Waiting) or bool(last and last.negative_pivots))
 
     def _moved(self, x: Floats, d: Floats, length: float) -> Floats:
+        """Return the state after a fraction of a step, and add that to the length of motion."""
         self.moved = self._farther(d, length)
         return self._part(x, d, length)
 
     def _farther(self, d: Floats, length: float) -> float:
+        """Return the length of motion including a fraction of d."""
         return float(np.hypot(self.moved, length * np.linalg.norm(d / self.problem.weights)))
 
     def _part(self, x: Floats, d: Floats, length: float) -> Floats:
-        """The state at a part of the way d; what was tried last is not moved to again."""
+        """Return the state after a fraction of the step d; cached for the last one."""
         tried = self._tried
         if tried is None or tried[0] is not x or tried[1] is not d or tried[2] != length:
             self._tried = tried = x, d, length, self.space.move(x, d if length == 1.0 else length * d)
         return tried[3]
 
     def _energy(self, x: Floats, load: float) -> float:
+        """Return the total energy; cached for the last state and load."""
         if self._valued is None or self._valued[0] is not x or self._valued[1] != load:
             loads = (scale * e.value(x) for e, scale in self.assembly.loaded(load) if scale != 0.0)
             self._valued = x, load, self.strain(x) + sum(loads)
         return self._valued[2]
 
     def _imbalance(self, x: Floats, load: float) -> float:
+        """Return half of the squared residual norm; infinite outside the domain of the law."""
         if not np.isfinite(self.strain(x)):
             return np.inf
         return 0.5 * float(np.linalg.norm(self.assembly.gradient(x, load)[self.assembly.free]) ** 2)
 
     def _decrease(self, x: Floats, load: float, g: Floats, value: float, merit: Merit) -> tuple[Floats, float, float]:
-        """Backtrack along the Newton direction, or that of the definite tangent where the first fails."""
+        """Take a line search along the Newton direction, or that of the definite tangent if the first fails."""
         for projected in (False, True):
             factor = self._factor(x, load, projected)
             if not projected and self._indefinite():  # it leads to a saddle
@@ -337,7 +342,7 @@ class Newton:
         raise NotConverged("no step decreases the energy", tuple(self.history))
 
     def _armijo(self, x: Floats, load: float, d: Floats, value: float, slope: float, merit: Merit) -> float:
-        """The fraction of d that decreases the merit enough (Armijo 1966), 0 where none does."""
+        """Return the fraction of d that decreases the merit enough (Armijo 1966), or 0."""
         length = self._front(x, d, load) if np.isfinite(slope) and slope < 0 else 0.0
         while length > 1e-5:
             enough = value + 1e-4 * length * slope + 50.0 * self.eps * abs(value)
@@ -347,7 +352,9 @@ class Newton:
         return 0.0
 
     def _lengthen(self, x: Floats, load: float, d: Floats, merit: Merit) -> float:
-        """How far along d the merit decreases, by doubling: a definite tangent leaves a saddle too slowly."""
+        """Return the multiple of d up to which the merit decreases, by doubling: a definite tangent leaves saddles
+        slowly.
+        """
         length, value = 1.0, merit(self._part(x, d, 1.0), load)
         while length < 1e3 and (there := merit(self.space.move(x, 2.0 * length * d), load)) < value:
             if self._front(x, 2.0 * length * d, load) < 1.0:
@@ -356,12 +363,14 @@ class Newton:
         return length
 
     def definite(self, x: Floats) -> bool | None:
-        """Whether the tangent in x has no negative eigenvalue; None where that is not known.
+        """Return whether the tangent in x has no negative eigenvalue; None if unknown.
 
-        Where the last step was tiny, the tangent before it answers. Under follower loads its symmetric part is asked,
-        whatever factor the steps had, and the answer is True or None: v . K v > 0 for all v excludes that any neighbour
-        state is in equilibrium or drifts away (Hill 1958), but not flutter, which needs inertia; and a tangent whose
-        symmetric part is not definite may be stable all the same.
+        If the last step was tiny, the tangent before it is used. Under follower loads its symmetric part is tested,
+        with any
+        linear solver, and the result is True or None: v . K v > 0 for all v excludes any neighbouring equilibrium and
+        any drift
+        (Hill 1958), but not flutter, which needs inertia. A tangent with an indefinite symmetric part may still be
+        stable.
         """
         choice, conservative, last = self.systems.choice, self.assembly.conservative, self.last
         rough = choice.reuse or choice.precision == "single"
@@ -384,7 +393,7 @@ class Newton:
         return found.negative_pivots == 0
 
     def stable(self, x: Floats) -> tuple[Floats, bool | None]:
-        """x, or a stable equilibrium of less energy; None where the linear solver cannot tell. Raises NotConverged."""
+        """Return x or a stable equilibrium of less energy, and its stability, None if unknown. Raises NotConverged."""
         for _ in range(5):
             definite = self.definite(x)
             if definite is not False:
@@ -402,7 +411,7 @@ class Newton:
         raise NotConverged("every equilibrium found is unstable", tuple(self.history), unstable=self.left)
 
     def _aside(self, x: Floats) -> Floats:
-        """A state of less energy along the most unstable direction. Raises NotConverged where there is none."""
+        """Return a state of less energy along the most unstable direction. Raises NotConverged if there is none."""
         d = self.downhill(x)
         d *= 0.1 * self.problem.extent / np.abs(d / self.problem.weights).max()
         value = self._energy(x, 1.0)
@@ -413,7 +422,7 @@ class Newton:
         raise NotConverged("it is unstable, and no state beside it has less energy", tuple(self.history))
 
     def downhill(self, x: Floats) -> Floats:
-        """The direction (dofs,) that an unstable equilibrium resists least. Raises NotConverged.
+        """Return the direction (dofs,) in which an unstable equilibrium has the least stiffness. Raises NotConverged.
 
         Power iteration on I - K+^-1 K, K+ the definite tangent: only negative eigenvalues of K grow in it.
         """
@@ -428,6 +437,7 @@ class Newton:
         return d
 
     def _direction(self, x: Floats, g: Floats, factor: Factor) -> Floats:
+        """Return the Newton direction -K^-1 g (dofs,)."""
         d = np.zeros(self.space.dofs, dtype=x.dtype)
         try:
             d[self.assembly.free] = -factor.solve(g[self.assembly.free])
@@ -436,6 +446,7 @@ class Newton:
         return d
 
     def _factor(self, x: Floats, load: float, projected: bool) -> Factor:
+        """Factorise the tangent, with predicted pressures if there are any."""
         assembly = self._promised if self._promised is not None and not projected else self.assembly
         K = assembly.tangent(x, load, projected)
         try:
@@ -446,9 +457,11 @@ class Newton:
         return self.last
 
     def _failed(self, reason: str) -> NotConverged:
+        """Return the error with the history."""
         return NotConverged(reason, tuple(self.history), self.systems.facts)
 
     def _record(self, load: float, number: int, residual: float, length: float) -> None:
+        """Add an iteration to the history."""
         iteration = Iteration(self.phase, load, number, residual, length)
         self.history.append(iteration)
         self.problem.watch(iteration)

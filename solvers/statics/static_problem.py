@@ -1,4 +1,4 @@
-"""A problem of static equilibrium, and what solving it comes to."""
+"""Static equilibrium problem, its solution, and the errors of solving it."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ class Iteration:
 
 
 class NotConverged(Exception):
-    """No equilibrium was found; `history` says how far each attempt came, `facts` what the linear systems took.
+    """Raised if no equilibrium is found; `history` has all iterations, `facts` the data of linear systems.
 
-    `unstable` is an unstable equilibrium of full load, where that is all that was found; `loose` (dofs,) a motion that
-    nothing resists at rest, where there is one.
+    `unstable` is an unstable equilibrium at full load, if only that was found; `loose` (dofs,) a motion that nothing
+    resists at rest, if there is one.
     """
 
     def __init__(
@@ -56,15 +56,16 @@ class NotConverged(Exception):
 
 
 class CoarseTurn(NotConverged):
-    """A turn that cells are too large to follow, on the path from rest: no other way follows it either."""
+    """Raised if cells are too large to follow a rotation from rest: no other strategy follows it either."""
 
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A converged state, its relative residual, and every iteration that led to it.
+    """Converged state, its relative residual, and every iteration that led to it.
 
-    `criterion` is which of those of `Statics` decided. `stable` is None where it could not be established: under
-    follower loads, by an iterative linear solver, and where the cap decided, when the state is no equilibrium.
+    `criterion` is the one of `Statics` that was met. `stable` is None if unknown: under follower loads, with an
+    iterative
+    linear solver, and if a cap ended the solution, when the state is no equilibrium.
     """
 
     x: Floats
@@ -87,24 +88,24 @@ class Equilibrium:
 
     @property
     def iterations(self) -> int:
-        """Linear systems solved, all phases and failed attempts included."""
+        """Number of linear systems solved, including all phases and failed attempts."""
         return len(self.history)
 
     @property
     def solved(self) -> bool:
-        """Whether it is an equilibrium to its tolerance, or to rounding."""
+        """True if it is an equilibrium to its tolerance, or to rounding."""
         return self.criterion != "cap"
 
 
 class Way(Protocol):
-    """How what is imposed comes to its full size, where that is not in proportion to the load: turns about an axis."""
+    """Path of imposed values that are not proportional to the load: rotations about an axis."""
 
     @property
     def longest(self) -> float:
-        """The largest step of the load that does not lose the way: of a turn, from where it may go the other way."""
+        """Largest load step that keeps the path: a larger rotation step might go the other way round."""
 
     def at(self, share: float) -> Floats:
-        """What is imposed (c,), increments from rest, m or rad, at a share of the load."""
+        """Return the imposed increments from rest (c,), m or rad, at a load fraction."""
 
     def lost(self, x: Floats, share: float) -> str | None:
         """Return why a state does not show the whole turns that its supports have made, or None if it does."""
@@ -112,33 +113,42 @@ class Way(Protocol):
 
 @dataclass(frozen=True)
 class Statics:
-    """A static problem: `rest` moves by `space` until `assembly` balances, with `target` imposed on `fixed`.
+    """Static problem: `rest` is moved in `space` until `assembly` is balanced, with `target` imposed on `fixed`.
 
-    `path` says how: by raising the load, or along the path of equilibria by its length (`arc_length`). Without a `way`
-    the target is imposed in proportion to the load; with one, loads grow in steps from rest, no longer than it says.
-    `twin` is the assembly of the corotational law with the same moduli, or None; `sound` says whether a state
-    is admissible (no inverted cell), `near` whether an equilibrium of the twin is one to start from, and `jumped`
-    whether no motion leads from one equilibrium to the next, as where parts have turned past each other. `bold` tries
-    whole steps first; rods, whose space already follows their rotation, need no such start. `convex` says that the
-    energy is a positive quadratic form, whose one equilibrium is stable. `extent` is the size of the body in m;
-    `weights` make degrees of freedom that are rotations comparable with displacements: forces are multiplied and
-    motions divided by them. `travelled` (m) is the length of the motion before `rest`, where that is a state in time.
+    `path` is the method: load stepping, or arc length along the path of equilibria. Without a `way` the target is
+    imposed
+    in proportion to the load; with one, load steps from rest are limited by it. `twin` is the assembly of the
+    corotational
+    law with the same moduli, or None. `sound` tests whether a state is admissible (no inverted cell), `near` whether an
+    equilibrium of the twin is a suitable start, and `jumped` whether no motion leads from one equilibrium to the next,
+    such
+    as where parts have turned past each other. `bold` tries full steps first, without a twin for rods, whose space
+    already
+    follows their rotation. `convex` marks a positive quadratic energy, whose one equilibrium is stable. `extent` is the
+    size of the body in m; `weights` make rotations comparable with displacements: forces are multiplied and motions
+    divided
+    by them. `travelled` (m) is the length of the motion before `rest`, if that is a state in time.
 
-    Converged means: the out-of-balance force is at most `tolerance` times the larger of load and reactions.
-    In a stiff body or under a tiny load rounding alone can exceed that, since a strain of 1e-16 times a large
-    stiffness is a force; when a Newton step no longer lowers it, one of two decides. Either the error in the
-    energy norm, sqrt(r . K^-1 r / 2E), is at most `tolerance`, E the strain energy; or the force is within
-    four times what rounding leaves in it, and the last Newton step, with a definite tangent, was below TINY
-    times the motion so far: there is no better state in this arithmetic, and it is good to that part.
+    Convergence: the residual force is at most `tolerance` times the larger of load and reactions. In a stiff body or
+    under
+    a tiny load rounding alone can exceed that, since a strain of 1e-16 times a large stiffness is a force. If a Newton
+    step
+    no longer lowers it, one of two criteria decides. Either the error in the energy norm, sqrt(r . K^-1 r / 2E), is at
+    most
+    `tolerance`, E the strain energy. Or the force is within four times its rounding error, and the last Newton step,
+    with a
+    definite tangent, was below TINY times the motion so far: no better state exists in this arithmetic.
 
-    The `resultant` (N) of forces (dofs,) is what they add up to; where it is given, that of what is left over meets
-    the tolerance as well, as far as a step or two with the last factor take it.
+    `resultant` (N) returns the resultant of forces (dofs,); if given, that of the residual meets the tolerance as well,
+    as
+    far as one or two steps with the last factor achieve it.
 
-    Levers. `linear` says how linear systems are solved. `start` is a state from which whole steps are tried before
-    those from rest. With a `cap`, whole steps are stopped after so many linear systems, and the state is what it is,
-    criterion "cap"; the same where the linear solver was stopped by a cap of its own. Where `assembly` computes in
-    single precision, `exact` is the same in double: the residual that is reported is taken there, and a state is
-    refused whose residual and whose error in the energy norm are both above `rounded`.
+    Options. `linear` selects the linear solver. `start` is a state from which full steps are tried before those from
+    rest.
+    With a `cap`, full steps stop after that many linear systems, with criterion "cap"; the same if the linear solver
+    reaches a cap of its own. If `assembly` computes in single precision, `exact` is the same in double: the reported
+    residual is computed with it, and a state is refused if its residual and its error in the energy norm both exceed
+    `rounded`.
     """
 
     assembly: Assembly
@@ -169,42 +179,42 @@ class Statics:
 
     @property
     def moves(self) -> bool:
-        """Whether anything is imposed that is not zero, at full load or before."""
+        """True if any nonzero value is imposed, at full load or before."""
         return self.way is not None or bool(np.any(self.target))
 
     @property
     def touches(self) -> bool:
-        """Whether something may come into contact: whole steps go in and out of it by turns, without an end."""
+        """True if contact is possible: full steps may go in and out of it without end."""
         return any(
             e.driven or isinstance(e, DynamicPatternEnergy) for e in (*self.assembly.internal, *self.assembly.loads)
         )
 
     @property
     def beside(self) -> bool:
-        """Whether there are rigid bodies."""
+        """True if there are rigid bodies."""
         return any(energy.driven for energy in self.assembly.loads)
 
     @property
     def grounded(self) -> bool:
-        """Whether a spring keeps a body that only touch is to hold."""
+        """True if a stabilising spring holds a body that only contact can hold."""
         return bool(self.assembly.internal) and isinstance(self.assembly.internal[-1], StabilizationSpring)
 
     @property
     def rubs(self) -> bool:
-        """Whether there is friction that counts with the pressures of the state itself."""
+        """True if there is friction with the pressures of the present state."""
         return any(energy.rubs for energy in (*self.assembly.internal, *self.assembly.loads))
 
     @property
     def longest(self) -> float:
-        """The largest step of the load."""
+        """Largest load step."""
         return 1.0 if self.way is None else min(1.0, self.way.longest)
 
     def lost(self, x: Floats, load: float) -> str | None:
-        """Return why a state at a load has lost the turns of its supports, or None; small strain knows no turns."""
+        """Return why a state at a load has lost rotations of its supports, or None; always None for small strain."""
         return None if self.way is None or self.convex else self.way.lost(x, load)
 
     def imposed(self, begin: float, end: float) -> Floats:
-        """What supports move on (c,) from one share of the load to another."""
+        """Return the support increments (c,) from one load fraction to another."""
         if self.way is None:
             found: Floats = (end - begin) * self.target
             return found

@@ -1,4 +1,4 @@
-"""What the tangent says of a state: the load at which a body buckles, how soft it has become, what nothing resists."""
+"""Static stability from the tangent: buckling load, current stiffness parameter, rounding error, and free motions."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ LOOSE = 1e-13  # of the stiffness: below it a motion is not resisted, to roundin
 
 @dataclass(frozen=True)
 class _State:
-    """An equilibrium of the primary path, or one that is taken for its end (`found` False)."""
+    """Equilibrium of the primary path, or a state assumed to be its end (`found` False)."""
 
     load: float
     x: Floats
@@ -38,12 +38,12 @@ class _State:
 
     @property
     def stable(self) -> bool:
-        """Whether no eigenvalue of the tangent is negative."""
+        """True if no eigenvalue of the tangent is negative."""
         return not self.factor.negative_pivots
 
 
 def direct(problem: Statics, history: list[Iteration], phase: str) -> Newton:
-    """Newton's method in double precision with direct factors, whatever the problem would take."""
+    """Return a Newton solver in double precision with direct factors, whatever the problem selects."""
     method: Any = "auto" if problem.linear.method == "conjugate_gradients" else problem.linear.method
     choice = replace(problem.linear, method=method, precision="double", reuse=False, cap=None)
     assembly, rest = problem.exact or problem.assembly, np.asarray(problem.rest, dtype=np.float64)
@@ -52,13 +52,14 @@ def direct(problem: Statics, history: list[Iteration], phase: str) -> Newton:
 
 
 def critical_load(problem: Statics, history: list[Iteration], left: Floats) -> float | None:
-    """The load factor at which the tangent of the path from rest is singular first, below the full load.
+    """Return the load factor below full load at which the tangent on the path from rest is first singular.
 
-    The path is followed under fixed loads. Between a stable and an unstable state of it the tangent is taken as linear
-    in the load, whose least critical load is the next guess (Lanczos); the bracket shrinks to CLOSE around it, both
-    ends with their inertia. `left` is an unstable equilibrium of full load, which need not lie on that path. None where
-    no state of the path from rest is unstable, or the linear solver cannot tell; nor is it sought where bodies touch,
-    whose tangents change at once.
+    The path is followed under fixed loads. Between a stable and an unstable state the tangent is assumed linear in the
+    load; its least critical load is the next guess (Lanczos). The bracket shrinks to CLOSE around it, with the inertia
+    of
+    both ends. `left` is an unstable equilibrium at full load, which need not lie on that path. None if no state of the
+    path
+    is unstable, or the linear solver cannot tell; and with contact, where tangents change abruptly.
     """
     if problem.touches:
         return None
@@ -89,10 +90,12 @@ def critical_load(problem: Statics, history: list[Iteration], left: Floats) -> f
 
 
 def _at_rest(newton: Newton) -> _State:
+    """Return the state of the path at rest."""
     return _seen(newton, 0.0, newton.problem.rest, True)
 
 
 def _seen(newton: Newton, load: float, x: Floats, found: bool) -> _State:
+    """Return a state at a load with its tangent and factor."""
     x = np.asarray(x, dtype=np.float64)
     K = newton.assembly.tangent(x, load)
     newton.systems.solves += 1
@@ -100,7 +103,7 @@ def _seen(newton: Newton, load: float, x: Floats, found: bool) -> _State:
 
 
 def _reached(newton: Newton, low: _State, load: float) -> _State | None:
-    """The state of the path at a load, or as far on the way as Newton's whole steps lead; None where nowhere."""
+    """Return the state of the path at a load, or as close as full Newton steps lead; None if they fail."""
     for _ in range(6):
         with suppress(NotConverged, Singular):
             newton._promised = None
@@ -113,14 +116,14 @@ def _reached(newton: Newton, low: _State, load: float) -> _State | None:
 
 
 def _guess(newton: Newton, low: _State, high: _State) -> float:
-    """Where K, linear between two states, is singular first: K_low v = t (K_low - K_high) v with the least t > 0."""
+    """Return where K, linear between two states, is first singular: K_low v = t (K_low - K_high) v, least t > 0."""
     middle = 0.5 * (low.load + high.load)
     part = None if newton.assembly.saddle else least_part(low.K, low.factor, high.K)
     return middle if part is None else low.load + part * (high.load - low.load)
 
 
 def least_part(K: sparse.csr_matrix, factor: Factor, other: sparse.csr_matrix) -> float | None:
-    """The least t in (0, 1) for which K + t (other - K) is singular, K definite; None where none is found."""
+    """Return the least t in (0, 1) for which K + t (other - K) is singular, K definite; None if none is found."""
     n = K.shape[0]
     fall = (K - other).tocsr()
     if n <= 30:
@@ -146,10 +149,10 @@ def least_part(K: sparse.csr_matrix, factor: Factor, other: sparse.csr_matrix) -
 
 
 def softness(problem: Statics, history: list[Iteration], x: Floats, load: float) -> tuple[float, int] | None:
-    """Stiffness against the load in a state, as a part of that at rest, and how many eigenvalues are negative.
+    """Return the stiffness against the load relative to that at rest, and the number of negative eigenvalues.
 
-    The current stiffness parameter of Bergan, Horrigmoe, Krakeland and Soreide (1978): zero where the load has a
-    maximum. None where it cannot be told.
+    This is the current stiffness parameter of Bergan, Horrigmoe, Krakeland and Soreide (1978): zero at a maximum of the
+    load. None if it is unknown.
     """
     newton = direct(problem, history, PHASE)
     try:
@@ -163,7 +166,7 @@ def softness(problem: Statics, history: list[Iteration], x: Floats, load: float)
 
 
 def _compliance(newton: Newton, x: Floats, load: float) -> tuple[float, int | None]:
-    """Work that more load does per load squared, J, and the count of negative eigenvalues."""
+    """Return the work of additional load per load squared, J, and the number of negative eigenvalues."""
     follower = PathFollower(newton)
     here = np.asarray(x, dtype=np.float64)
     factor = follower._factor(here, load)
@@ -177,11 +180,13 @@ def _compliance(newton: Newton, x: Floats, load: float) -> tuple[float, int | No
 
 
 def rounding_error(newton: Newton, x: Floats, factor: Factor) -> float:
-    """Relative error that rounding leaves in a state: how far it moves where all its numbers change by one digit.
+    """Return the relative rounding error of a state: its change when all its numbers change by one digit.
 
-    |K^-1 (g(x (1 + eps r)) - g(x))| over the motion from rest, r = +-1 at random, the largest of three: the idea of
-    stochastic arithmetic (Vignes 1974); or the next Newton step |K^-1 g(x)|, which a factor that rounding has spoilt
-    leaves large. Infinite where it is not finite; raises Unsolved.
+    |K^-1 (g(x (1 + eps r)) - g(x))| over the motion from rest, r = +-1 at random, the largest of three, as in
+    stochastic
+    arithmetic (Vignes 1974); or the next Newton step |K^-1 g(x)|, which is large for a factor spoilt by rounding.
+    Infinite
+    if it is not finite; raises Unsolved.
     """
     problem, free = newton.problem, newton.assembly.free
     x = np.asarray(x, dtype=np.float64)
@@ -201,9 +206,9 @@ def rounding_error(newton: Newton, x: Floats, factor: Factor) -> float:
 
 
 def loose_motion(problem: Statics) -> Floats | None:
-    """A motion (dofs,) of largest component 1 that costs no energy at rest to first order; None where there is none.
+    """Return a motion (dofs,) of largest component 1 without stiffness at rest; None if there is none.
 
-    Inverse iteration with K + s I, s small: what K resists is left behind by 1e-9 in each step.
+    Inverse iteration with K + s I, s small: each step reduces motions with stiffness by 1e-9.
     """
     newton = direct(problem, [], PHASE)
     if newton.assembly.saddle:

@@ -1,10 +1,10 @@
-"""Winding of a body between supports that hold its rotation: the whole turns that end positions do not show.
+"""Winding number of a body between supports that rotate: whole turns that end positions do not show.
 
-A support that has turned by 360 degrees looks as one that has not turned. A path of equilibria that is followed in
-small steps keeps the twist between two supports; a step that is too large, or an escape from an unstable equilibrium,
-may lose a whole turn of it. Rotations of neighbouring cells, each best fitted to its nodes (Kabsch 1976), are chained
-as quaternions from support to support: each is within half a turn of the one before, so that the chain ends on the
-quaternion of the last support, or on its negative where a whole turn is lost.
+A support rotated by 360 degrees looks like one that has not rotated. A path of equilibria followed in small steps keeps
+the twist between two supports; a step that is too large, or an escape from an unstable equilibrium, may lose a whole
+turn. Rotations of neighbouring cells, each fitted to its nodes (Kabsch 1976), are chained as quaternions from support
+to support. Each is within half a turn of the one before, so that the chain ends on the quaternion of the last support,
+or on its negative if a whole turn is lost.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ COARSE = f"neighbouring cells turn against each other by more than {MOST:.0f} de
 
 @dataclass(frozen=True)
 class Grip:
-    """A support that holds the rotation of what it holds: its nodes (k,), and its rotation vector at full load, rad."""
+    """Support that fixes rotation: its nodes (k,), and its rotation vector at full load, rad."""
 
     nodes: Ints
     rotation: tuple[float, float, float]
@@ -35,7 +35,7 @@ class Grip:
 
 @dataclass(frozen=True)
 class Chain:
-    """Nodes of neighbouring cells (k, a) that lead from one grip to another, and where these nodes are at rest, m."""
+    """Nodes of neighbouring cells (k, a) that lead from one support to another, and their positions at rest, m."""
 
     cells: Ints
     X: Floats  # (k, a, 3)
@@ -43,7 +43,7 @@ class Chain:
     last: tuple[float, float, float]
 
     def lost(self, u: Floats, share: float) -> str | None:
-        """Return why displacements (n, 3), m, do not show the rotations of both grips at a share, or None."""
+        """Return why displacements (n, 3), m, do not show the rotations of both supports at a load fraction, or None."""
         ends = exponential(share * np.array([self.first, self.last]))
         chain = np.concatenate([ends[:1], quaternion(_rotations(self.X, self.X + u[self.cells])), ends[1:]])
         cosines = np.einsum("ij,ij->i", chain[:-1], chain[1:])  # of half the angle from each to the next
@@ -53,9 +53,9 @@ class Chain:
 
 
 def chains(points: Floats, cells: Ints, grips: Sequence[Grip]) -> tuple[Chain, ...]:
-    """Return the shortest chain of cells (m, a) from the first grip to each of the others that it is connected with.
+    """Return the shortest chain of cells (m, a) from the first support to each of the others connected with it.
 
-    A grip counts where a cell has nodes in it that are not on one line; in a plane, more than one node.
+    A support counts if a cell has nodes in it that are not on one line; in a plane, more than one node.
     """
     flat = bool(np.ptp(points[:, 2]) == 0.0)
     cells_of = [_gripped(points, cells, grip, 1 if flat else 2) for grip in grips]
@@ -77,7 +77,7 @@ def chains(points: Floats, cells: Ints, grips: Sequence[Grip]) -> tuple[Chain, .
 
 
 def _gripped(points: Floats, cells: Ints, grip: Grip, rank: int) -> Ints:
-    """Numbers of the cells whose nodes in a grip span a line (rank 1) or a plane (rank 2)."""
+    """Return the numbers of cells whose nodes in a support span a line (rank 1) or a plane (rank 2)."""
     inside = np.isin(cells, grip.nodes)
     some = np.nonzero(inside.sum(axis=1) > rank)[0]
     spans = [np.linalg.matrix_rank(np.diff(points[cells[i][inside[i]]], axis=0), 1e-6 * np.ptp(points)) for i in some]
@@ -85,7 +85,7 @@ def _gripped(points: Floats, cells: Ints, grip: Grip, rank: int) -> Ints:
 
 
 def _tree(cells: Ints, begin: Ints, nodes: int, shared: int) -> tuple[Ints, Ints]:
-    """Which cell each is reached from, the fewest steps from cells to `begin` with, and how many; -1: none."""
+    """Return for each cell the one before it on the shortest way to `begin`, and the number of steps; -1: none."""
     rows = np.repeat(np.arange(len(cells)), cells.shape[1])
     touches = sparse.csr_array((np.ones(cells.size, dtype=np.int64), (rows, cells.ravel())), (len(cells), nodes))
     common = (touches @ touches.T).tocsr()
@@ -104,7 +104,7 @@ def _tree(cells: Ints, begin: Ints, nodes: int, shared: int) -> tuple[Ints, Ints
 
 
 def _rotations(X: Floats, x: Floats) -> Floats:
-    """Rotations (k, 3, 3) that take points X (k, a, 3) nearest to x (k, a, 3), both about their means (Kabsch 1976)."""
+    """Return rotations (k, 3, 3) that best fit points X (k, a, 3) to x (k, a, 3), about their means (Kabsch 1976)."""
     centred = [p - p.mean(axis=1, keepdims=True) for p in (X, x)]
     U, _, Vt = np.linalg.svd(np.einsum("kai,kaj->kij", centred[1], centred[0]))
     U[:, :, 2] *= np.linalg.det(U @ Vt)[:, None]  # no reflection

@@ -9,7 +9,7 @@ import pytest
 
 from softmark.interpreter.api.python_api import load
 from softmark.interpreter.language.compiled_scene import SceneError
-from softmark.interpreter.problem.points_outside_body import BESIDE, _of_swept
+from softmark.interpreter.problem.points_outside_body import BESIDE, _swept_distances
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
 SCENE = """softmark 1
@@ -60,8 +60,8 @@ def test_how_far_outside(shape: Box | Cylinder) -> None:
     X = random.uniform(low - 0.02, high + 0.02, (50, 3))
     mesh = shape.mesh("tet4", 0.004)
     gaps = np.linalg.norm(X[:, None] - mesh.points, axis=2).min(axis=1)
-    found = _of_swept(shape, X)
+    found = _swept_distances(shape, X)
     assert np.all(found <= gaps + 1e-12)
     assert np.all(found >= gaps - 0.004)
-    assert np.all(_of_swept(shape, mesh.points) < 1e-12)
+    assert np.all(_swept_distances(shape, mesh.points) < 1e-12)
     assert BESIDE < 0.1

@@ -23,12 +23,12 @@ def run(parsed: argparse.Namespace) -> int:
     """Write the files of an editor and print how to install them, or list the editors."""
     if parsed.editor is None:
         width = max(map(len, EDITORS))
-        print("\n".join(f"dsl editor {name:{width}}  {_of(name).TITLE}" for name in EDITORS))
+        print("\n".join(f"dsl editor {name:{width}}  {_editor_module(name).TITLE}" for name in EDITORS))
         return 0
     from softmark.interpreter.results.atomic_files import folder_within, refuse_link, replace
 
     into = Path(parsed.out or f"softmark-{parsed.editor}")
-    editor = _of(parsed.editor)
+    editor = _editor_module(parsed.editor)
     try:
         if not parsed.out:
             refuse_link(into)
@@ -42,5 +42,5 @@ def run(parsed: argparse.Namespace) -> int:
     return 0
 
 
-def _of(name: str) -> Any:
+def _editor_module(name: str) -> Any:
     return import_module(f"softmark.interpreter.language_server.syntax_highlighting.{EDITORS[name]}")

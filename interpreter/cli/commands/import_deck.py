@@ -44,8 +44,8 @@ def run(parsed: argparse.Namespace) -> int:
     target = Path(parsed.out or f"{path.stem}.scene")
     mesh = target.parent / (f"{target.stem}-mesh.inp" if path.suffix.lower() != ".msh" else path.name)
     try:
-        found = _written(parsed, path, mesh.name)
-    except _Refused as refused:
+        found = _convert(parsed, path, mesh.name)
+    except _ImportRefused as refused:
         show([refused.diagnostic])
         return 2
     try:
@@ -63,18 +63,18 @@ def run(parsed: argparse.Namespace) -> int:
     for file in (target, mesh):
         print(visible(str(file)))
     problems = errors(load(str(target))[1])
-    show([*_ended(path, found), *(_left(path, what) for what in found.left),
-          *(_taken(path, how) for how in found.taken), *_turned(path, found), *problems])  # fmt: skip
+    show([*_ended_load_warnings(path, found), *(_left_out_warning(path, what) for what in found.left),
+          *(_choice_note(path, how) for how in found.taken), *_rotation_warnings(path, found), *problems])  # fmt: skip
     return 2 if problems else 0
 
 
-class _Refused(Exception):
+class _ImportRefused(Exception):
     def __init__(self, code: str, reason: str, remedy: str) -> None:
         super().__init__(reason)
         self.diagnostic = Diagnostic(code, visible(reason), None, None, help=visible(remedy))
 
 
-def _written(parsed: argparse.Namespace, path: Path, mesh: str) -> WrittenScene:
+def _convert(parsed: argparse.Namespace, path: Path, mesh: str) -> WrittenScene:
     """Convert the file. Raises _Refused."""
     from softmark.interpreter.importers import deck_units, import_formats, scene_writer
     from softmark.interpreter.importers.imported_deck import NotImportable
@@ -94,18 +94,18 @@ def _written(parsed: argparse.Namespace, path: Path, mesh: str) -> WrittenScene:
             mesh,
         )
     except Unreadable as error:
-        raise _Refused("E750", f"{error.name}: {error.reason}", error.remedy) from None
+        raise _ImportRefused("E750", f"{error.name}: {error.reason}", error.remedy) from None
     except deck_units.MissingUnit as error:
-        raise _Refused("E751", error.reason, error.remedy) from None
+        raise _ImportRefused("E751", error.reason, error.remedy) from None
     except deck_units.ContradictoryUnits as error:
-        raise _Refused("E757", f"{path.name}: {error.reason}", error.remedy) from None
+        raise _ImportRefused("E757", f"{path.name}: {error.reason}", error.remedy) from None
     except scene_writer.MissingValue as error:
-        raise _Refused("E752", error.reason, error.remedy) from None
+        raise _ImportRefused("E752", error.reason, error.remedy) from None
     except NotImportable as error:
-        raise _Refused(error.code, error.reason, error.remedy) from None
+        raise _ImportRefused(error.code, error.reason, error.remedy) from None
 
 
-def _ended(path: Path, found: WrittenScene) -> list[Diagnostic]:
+def _ended_load_warnings(path: Path, found: WrittenScene) -> list[Diagnostic]:
     """Return warnings about loads that are zero at the imported time but not before."""
     return [
         Diagnostic("W757", visible(f"{path.name}: {own.described}"), None, None,
@@ -114,18 +114,18 @@ def _ended(path: Path, found: WrittenScene) -> list[Diagnostic]:
     ]  # fmt: skip
 
 
-def _turned(path: Path, found: WrittenScene) -> list[Diagnostic]:
+def _rotation_warnings(path: Path, found: WrittenScene) -> list[Diagnostic]:
     if found.turned is None:
         return []
     remedy = "a scene turns them, which changes no shape; other programs may refuse such cells: number their nodes anew"
     return [Diagnostic("W751", visible(f"{path.name}: {found.turned}"), None, None, help=remedy)]
 
 
-def _taken(path: Path, how: str) -> Diagnostic:
+def _choice_note(path: Path, how: str) -> Diagnostic:
     remedy = "the scene has this as a comment too; if the file means something else, change the scene"
     return Diagnostic("W752", visible(f"taken so ({path.name}): {how}"), None, None, help=remedy)
 
 
-def _left(path: Path, left: NotImported) -> Diagnostic:
+def _left_out_warning(path: Path, left: NotImported) -> Diagnostic:
     place = path.name if left.line is None else f"{path.name}:{left.line}"
     return Diagnostic("W750", visible(f"not carried over: {left.what} ({place})"), None, None, help=visible(left.why))

@@ -54,16 +54,16 @@ def run(parsed: argparse.Namespace) -> int:
     if len(names) > len(parsed.results):
         print(f"dsl judge: error: `--as {names[-1]}` has no result: {len(parsed.results)} given", file=sys.stderr)
         return 2
-    scene = _read(parsed.file)
-    declared = [] if isinstance(scene, Unread) else _declared(scene[0])
+    scene = _read_once(parsed.file)
+    declared = [] if isinstance(scene, Unread) else _declared_names(scene[0])
     if name := next((own for own in names if own in declared), None):
-        other = f"call it `--as {_free(name, declared)}`"
+        other = f"call it `--as {_unused_name(name, declared)}`"
         print(f"dsl judge: error: `--as {name}`: the scene has a `{name}`, beside which a result is; {other}",
               file=sys.stderr)  # fmt: skip
         return 2
     for path in parsed.results[len(names) :]:
-        names.append(_named(path, [*names, *declared]))
-    compared = [] if isinstance(scene, Unread) else _compared(scene[0])
+        names.append(_name_for_file(path, [*names, *declared]))
+    compared = [] if isinstance(scene, Unread) else _referenced_models(scene[0])
     parsed.model = list(dict.fromkeys([*names, *parsed.model, *compared]))
     parsed.vtu, parsed.stated, parsed.repeat = False, False, 1
     if parsed.out is None and parsed.json is None:
@@ -74,7 +74,7 @@ def run(parsed: argparse.Namespace) -> int:
     return running.run(parsed, lambda: _with(scene, parsed, names))
 
 
-def _read(file: str) -> tuple[Source, Path, Path | None] | Unread:
+def _read_once(file: str) -> tuple[Source, Path, Path | None] | Unread:
     """Return the scene, or the error for later: standard input can be read only once."""
     try:
         return read_scene(file)
@@ -82,7 +82,7 @@ def _read(file: str) -> tuple[Source, Path, Path | None] | Unread:
         return unread
 
 
-def _declared(source: Source) -> list[str]:
+def _declared_names(source: Source) -> list[str]:
     """Return the names that a scene declares, as far as it can be parsed; its errors are reported later."""
     from softmark.grammar import tree
     from softmark.grammar.parser import parse
@@ -90,7 +90,7 @@ def _declared(source: Source) -> list[str]:
     return [d.name for d in parse(source)[0].declarations if isinstance(d, tree.Declare | tree.Param)]
 
 
-def _compared(source: Source) -> list[str]:
+def _referenced_models(source: Source) -> list[str]:
     """Return models of the scene that metrics refer to, such as by `against`, and that are therefore needed."""
     from softmark.grammar import tree
     from softmark.grammar.parser import parse
@@ -105,16 +105,16 @@ def _compared(source: Source) -> list[str]:
     return [name for name in models if name in asked]
 
 
-def _free(name: str, taken: list[str]) -> str:
+def _unused_name(name: str, taken: list[str]) -> str:
     """Return `name_2`, or the next unused number."""
     return next(own for n in range(2, len(taken) + 3) if (own := f"{name}_{n}") not in taken)
 
 
-def _named(path: str, taken: list[str]) -> str:
+def _name_for_file(path: str, taken: list[str]) -> str:
     """Return a valid, unused name for a file."""
     found = re.sub(r"\W+", "_", Path(path).stem, flags=re.ASCII).strip("_").lower() or "theirs"
     found = found if found[0].isalpha() else f"result_{found}"
-    return found if found not in taken else _free(found, taken)
+    return found if found not in taken else _unused_name(found, taken)
 
 
 def _with(scene: tuple[Source, Path, Path | None] | Unread, parsed: argparse.Namespace, names: list[str]) -> SceneText:

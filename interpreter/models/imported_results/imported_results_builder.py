@@ -25,7 +25,7 @@ from softmark.interpreter.models.shared.deformed_mesh import Deformed
 from softmark.interpreter.models.shared.prepared_model import Meshless, Prepared, Solution, Workshop
 from softmark.interpreter.problem.body_case import Case, Fault, fault
 from softmark.interpreter.problem.data_sets import download_shape
-from softmark.interpreter.problem.probe_points import ProbePoints, drawn
+from softmark.interpreter.problem.probe_points import ProbePoints, drawn_surface
 from softmark.interpreter.results.motion_history import History
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, InState, Quasistatic
 from softmark.records import dataclass
@@ -123,7 +123,7 @@ def prepare(model: Results, declared: Declared, case: Case, workshop: Workshop) 
     found, told = workshop.meshes[key]
     times, u, said = _state(declared, case, found)
     if ("drawn", case.body.name) not in workshop.meshes:
-        workshop.meshes["drawn", case.body.name] = drawn(case)
+        workshop.meshes["drawn", case.body.name] = drawn_surface(case)
     place = workshop.meshes["drawn", case.body.name]
     if (*key, model.within) not in workshop.meshes:
         workshop.meshes[*key, model.within] = _fits(model, declared, case, place, found)

@@ -12,7 +12,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.imported_results.point_matching import Matched
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.data_sets import download_shape
-from softmark.interpreter.problem.probe_points import ProbePoints, throughout
+from softmark.interpreter.problem.probe_points import ProbePoints, points_throughout
 from softmark.solvers.mesh.shapes import MeshFile
 
 HOLE = 3.0  # times the usual distance: farther from the next point some seem to be missing
@@ -29,7 +29,7 @@ def lacking(
     body, and is looked at where its points lie."""
     if not found.spans or len(found.X) < 2:
         return {"between": 0.0, "usual": 0.0, "lacks": None}, ()
-    hole, usual = float(found.apart(throughout(case, place)).max(initial=0.0)), found.usual
+    hole, usual = float(found.apart(points_throughout(case, place)).max(initial=0.0)), found.usual
     file = Path(declared.thing.path).name
     told = {"between": hole, "usual": usual, "lacks": None}
     if isinstance(shape := download_shape(case.shape, case.shaped), MeshFile):

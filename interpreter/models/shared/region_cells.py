@@ -20,7 +20,7 @@ from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.shared.support_selection import MISSED, SMALL, WHOLE, cells_of, fractions
 from softmark.interpreter.problem.body_case import Case, fault
-from softmark.interpreter.problem.material_layers import overlap, remaining_conditions, unordered
+from softmark.interpreter.problem.material_layers import overlap_fault, remaining_conditions, unordered_overlaps
 from softmark.interpreter.problem.surface_selection.selected_pieces import Bools, slack_of
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
@@ -185,11 +185,11 @@ def _taken(part: Declared, sizes: Floats, share: Floats, own: Any, along: Bools,
 def _disjoint(case: Case, mesh: Mesh) -> None:
     """Raise Fault if regions of different materials share a volume and none is declared to lie over the other."""
     kind = cells_of(mesh, case.depth)
-    for a, b in unordered(case):
+    for a, b in unordered_overlaps(case):
         both = fractions(Condition.junction("and", a.thing.where, b.thing.where), kind, mesh)
         shared = float(both @ kind.sizes)
         if shared > SMALL * float(kind.sizes.sum()):
-            raise overlap(a, b, f"they share {units.format_value(shared, CUBIC)}")
+            raise overlap_fault(a, b, f"they share {units.format_value(shared, CUBIC)}")
 
 
 # ------------------------------------------------------------------ what is said of it

@@ -233,9 +233,9 @@ def _must_meet_the_plane(case: Case, touch: Touch, gap: Gap) -> None:
     points = getattr(gap, "points", None)
     if points is None:
         return
-    from softmark.interpreter.problem.plane_of_contact import beside_plane
+    from softmark.interpreter.problem.plane_of_contact import missed_plane_error
 
-    missed = beside_plane(touch.rigid, case.body, float(points[:, 2].min()), float(points[:, 2].max()))
+    missed = missed_plane_error(touch.rigid, case.body, float(points[:, 2].min()), float(points[:, 2].max()))
     if missed is not None:
         raise Fault(missed)
 
