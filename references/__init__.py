@@ -1,44 +1,44 @@
-"""References: what the answer should be, by means that share nothing with the solvers.
+"""References: reference solutions by methods that share nothing with the solvers, and measurements.
 
-    cantilever         the straight clamped beam that a scene is reduced to, and `Refused`
-    centre_line        the result: displacements of any point of the beam
-    collocation        the boundary-value problem that two of the theories share, and `NotSolved`
-    elastica           large deflections, bending alone
-    simo_reissner      large deflections with shear and stretch
-    small_deflection   the closed form for small ones
-    rucker_webster     a beam that tendons bend and twist in space, by the equations of `driven_rod`
-    frame_theory       a network of beams under small loads, by the stiffness method
-    graded_bar         a bar whose constants vary along it, pulled along its axis
-    prony              a bar whose stress relaxes, moved or pulled by any course
-    terzaghi           a porous column that is pressed a little and cannot widen; `modes` sums what diffuses
-    mandel, unconfined  a porous slab or disc between plates, open at its sides: `between_plates` solves both
-    confined           a porous column that is pressed far, by collocation; `skeletons` has the laws
-    torsion            a cylinder of rubber that is twisted by any angle, with what its ends carry
-    inflation          a ball of rubber that is blown up; `rubber` has the laws of both
-    goodier, kirsch    an inclusion or a cavity in a ball, a hole in a plate, pulled from afar: `round_core` solves both
-    hertz, hertz_line, sneddon  a rigid sphere, cylinder, cone or punch that is pressed into a face: `half_space`
-    dimitriadis, pressed_layer  the same into a layer, by a series and by the integral equation of `layer`
-    cattaneo_mindlin   a sphere that is pressed and dragged, with friction
-    signorini          a bar that a rigid plane stops
-    patch_test         blocks end to end that touch or are glued
+Theories:
 
-    self_converged     the scene's own models refined: what is asked for; solving them is not done here
+    straight_cantilever         the clamped beam that a scene is reduced to, and `NotApplicable`
+    beam_centre_line            its result: displacements of any point of the beam
+    elastica_collocation        the boundary-value problem of two of the beam theories, and `NotSolved`
+    elastica                    large deflections in bending only
+    simo_reissner               large deflections with shear and stretch
+    small_deflection            closed form for small deflections
+    rucker_webster              a tendon-driven rod in space, by the equations of `tendon_driven_rod`
+    frame_theory                a frame of beams under small loads, by the stiffness method
+    graded_bar                  a bar whose constants vary along it, under axial load
+    prony                       a viscoelastic bar under any amplitude of displacement or force
+    terzaghi                    consolidation of a porous column in small strain, by `diffusion_modes`
+    mandel, unconfined_compression  a porous slab or disc between plates, by `poroelastic_compression`
+    confined_compression        a porous column in finite strain, by collocation; laws in `porous_skeletons`
+    rubber_torsion              torsion of a rubber cylinder by any angle
+    rubber_inflation            inflation of a thick-walled rubber sphere; laws in `rubber_energies`
+    goodier, kirsch             an inclusion or a cavity in a sphere, a hole in a plate, by `inclusion`
+    hertz, hertz_line, sneddon  indentation by a rigid sphere, cylinder, cone or punch: `half_space_indentation`
+    dimitriadis, layer_indentation  indentation of a layer, by a series and by `layer_integral_equation`
+    cattaneo_mindlin            a sphere in normal contact, moved tangentially with friction
+    signorini                   a bar stopped by a rigid plane
+    contact_patch_test          blocks in line that touch or are glued
+    self_converged              the scene's own models refined; they are solved elsewhere
 
-and what was measured:
+Measurements and given values:
 
-    data               public data sets, by name and checksum
-    measured           surfaces and tracked points in metres, with their uncertainty
-    surface, ct_volume, markers, curve, virtual_scan   how they are read or made
-    values              what was published, written in the scene
-    consensus           values and curves on which several codes agreed, with their band
-    tables              named columns of numbers, with the place of each defect
-    surfaces, registration, smoothing, volumes  geometry that they share
+    data_download               public data sets, by name and checksum
+    measured_data               surfaces and tracked points in metres, with their uncertainty
+    measured_surface, ct_volume, tracked_points, measured_curve, virtual_scan   readers
+    published_values            values written in the scene
+    code_consensus              values and curves on which several codes agree, with their band
+    csv_tables                  named columns of numbers, with the place of each defect
+    surface_geometry, registration, surface_smoothing, voxel_files  shared geometry and files
 
-To add one, write a file with a frozen dataclass derived from `Reference`: fields as in `Elastica` (the scene
-language reads them), class attributes `how`, `source` and `error_meaning`, and either `solve(cantilever) ->
-CentreLine` or `load()`, which gives a `MeasuredSurface`, `MeasuredPoints`,
-`MeasuredCurve` or `KnownValue`; then add its line to `REFERENCES`.
-Its docstring is what `dsl list` (first line) and `dsl explain` (the rest) show.
+To add one, write a file with a frozen dataclass derived from `Reference`: fields as in `Elastica` (the scene language
+reads them), class attributes `how`, `source` and `error_meaning`, and either `solve(cantilever) -> CentreLine` or
+`load()`, which returns a `MeasuredSurface`, `MeasuredPoints`, `MeasuredCurve` or `KnownValue`; then add its line to
+`REFERENCES`. Its docstring is shown by `dsl list` (first line) and `dsl explain` (the rest).
 
 Importing this package imports neither numpy nor scipy: naming a reference costs nothing until it is solved.
 """

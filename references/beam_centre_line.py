@@ -1,4 +1,4 @@
-"""What a solved beam says: the displacement of any point of the body it stands for."""
+"""Result of a solved beam: the displacement of any point of the body that it represents."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ class CentreLine:
     linearised: bool = False  # small rotations: a section moves by theta x r, to first order
 
     def displacement(self, X: Array) -> Array:
-        """Displacement (n, 3), m, of the points X (n, 3), m, of the undeformed body.
+        """Return the displacement (n, 3), m, of the points X (n, 3), m, of the undeformed body.
 
-        u = u_a a + u_d d + y [(-sin phi) a + (cos phi - 1) d], with a along the axis, d along gravity and y
-        the offset of the point from the axis along d. Offsets across the plane of bending do not change.
-        Raises Refused for points that are not a finite (n, 3), or lie beyond an end of the beam.
+        u = u_a a + u_d d + y [(-sin phi) a + (cos phi - 1) d], with a along the axis, d along gravity and y the offset
+        of the point from the axis along d. Offsets normal to the plane of bending do not change. Raises NotApplicable
+        for points that are not a finite (n, 3), or lie beyond an end of the beam.
         """
-        points = points_of(X)
+        points = as_points(X)
         a, d = np.asarray(self.cantilever.axis), np.asarray(self.cantilever.down)  # (3,) each
         from_root = points - np.asarray(self.cantilever.root)
         s = self._stations(from_root @ a)  # (n,)
@@ -67,8 +67,8 @@ class CentreLine:
         return np.clip(s, 0, L)
 
 
-def points_of(X: Array) -> Array:
-    """Points (n, 3), m, as numbers. Raises Refused for anything else."""
+def as_points(X: Array) -> Array:
+    """Return points (n, 3), m, as an array. Raises NotApplicable for anything else."""
     points = np.asarray(X, dtype=float)
     if points.ndim != 2 or points.shape[1] != 3:
         raise Refused(f"the points have shape {points.shape}", "give them as (n, 3)")

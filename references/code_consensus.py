@@ -1,4 +1,4 @@
-"""What several codes agreed on, as a truth: values and curves, with the band in which the codes lie."""
+"""Consensus of several codes as a reference: values and curves, with the band that contains the codes."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ else:
 
 @dataclass(frozen=True)
 class Consensus(GivenValues):
-    """Values on which several codes agreed, with the band in which they lie: one, or one for each state.
+    """Values on which several codes agree, with the band that contains them: one, or one for each state.
 
-    A number of a model is inside the band or outside of it, as `value_error` tells: with `relative_to = uncertainty` it
-    is the distance from the value over that of the end of the band on the same side, so that 1 or less is inside.
+    The metric `value_error` says whether a model's number is inside the band: with `relative_to = uncertainty` it is
+    the distance from the value over that of the end of the band on the same side, so that 1 or less is inside.
 
-    The band is `spread` on both sides of the value, an amount in its unit or a share of it, or goes from `low` to
-    `high` where it is not the same on both sides. It says how far programs differ that solve the same equations,
-    and no more: codes may agree on what is wrong. Of two codes the values themselves are the ends; one alone is no
-    consensus, and `values` with `kind = one_code`.
-    Source: whoever collected what the codes computed, as the scene says by `source`.
+    The band is `spread` on both sides of the value, an amount in its unit or a fraction of it, or reaches from `low` to
+    `high` if it is not symmetric. It describes only how far programs that solve the same equations differ: codes may
+    agree on a wrong value. For two codes the values themselves are the ends; one code only is no consensus, but
+    `values` with `kind = one_code`.
+    Source: the publication that collected the codes' results, given by `source` in the scene.
     """
 
     values: Annotated[Any, "amounts", "what was agreed on, with its unit: one, or a list with one for each state"]
@@ -49,7 +49,7 @@ class Consensus(GivenValues):
 
     @property
     def each(self) -> tuple[KnownValue, ...]:
-        """The values with their bands, SI."""
+        """Values with their bands, SI."""
         values = self.values.values
         if self.spread is not None:
             off = self.amounts("spread")
@@ -64,15 +64,15 @@ class Consensus(GivenValues):
 
 @dataclass(frozen=True)
 class ConsensusCurve(CurveFromFile):
-    """A curve on which several codes agreed, with the band in which they lie: force over travel, a course in time.
+    """A curve on which several codes agree, with the band that contains them: force over travel, or over time.
 
-    The table, its columns and units are those of `curve`. The band goes from the column `low` to the column `high`,
-    or is `deviation` or `uncertainty` on both sides of `y`; where every code has a column or a table of its own,
-    the curve is their mean and the band one standard deviation between them (over n - 1), and `codes` is their
-    number. `curve_error` tells how far a model is from the curve, and which share of it lies inside the band.
+    The table, its columns and units are those of `curve`. The band reaches from the column `low` to the column `high`,
+    or is `deviation` or `uncertainty` on both sides of `y`; if every code has a column or a table of its own, the curve
+    is their mean and the band one standard deviation between them (over n - 1), and `codes` is their number.
+    `curve_error` is the distance of a model from the curve, and reports the fraction of it inside the band.
 
-    It says how far programs differ that solve the same equations, and no more: codes may agree on what is wrong.
-    Source: whoever collected what the codes computed, as `citation` or the data set says.
+    The band describes only how far programs that solve the same equations differ: codes may agree on a wrong curve.
+    Source: the publication that collected the codes' results, given by `citation` or the data set.
     """
 
     codes: Annotated[int | None, "1 in [2, 100000]", "how many codes agreed; by default, how many curves are given"] = (
@@ -86,16 +86,16 @@ class ConsensusCurve(CurveFromFile):
 
     @property
     def agreed(self) -> int:
-        """How many codes."""
+        """Number of codes."""
         return self.codes or self.repeats
 
     @property
     def beside_y(self) -> tuple[str, ...]:
-        """The names of the columns that say how far codes lie from y."""
+        """Names of the columns that give the codes' distance from y."""
         return (*super().beside_y, *(name for name in (self.low, self.high) if name))
 
     def load(self, beside: Path | None = None) -> MeasuredCurve:
-        """The curve in SI, with its band. Raises Unreadable."""
+        """Return the curve in SI, with its band. Raises Unreadable."""
         found = super().load(beside)
         if not (self.low and self.high):
             return found
@@ -106,7 +106,7 @@ class ConsensusCurve(CurveFromFile):
         return replace(found, band=(ends[0], ends[1]))
 
     def _uncertain(self, table: Columns, name: str) -> list[float]:
-        """How far the farther end of the band is from each value, SI. Raises Unreadable."""
+        """Return the distance of the farther end of the band from each value, SI. Raises Unreadable."""
         if not (self.low and self.high):
             return super()._uncertain(table, name)
         rows = list(zip(table.numbers[self.low], table.numbers[name], table.numbers[self.high], strict=True))

@@ -1,4 +1,4 @@
-"""A porous column pressed far, which cannot widen: finite strain along one axis, by collocation."""
+"""Confined compression of a porous column in finite strain along one axis, by collocation."""
 
 from __future__ import annotations
 
@@ -39,19 +39,19 @@ class Permeability:
     solid: float = 0.0
 
     def at(self, J: Array) -> Array:
-        """Of volumes J (n,); not a number where no pores are left."""
+        """Return the permeability at volume ratios J (n,); NaN if no pores are left."""
         pores = np.where(self.solid < J, J - self.solid, np.nan) / (1.0 - self.solid)
         found: Array = self.at_rest * pores**self.exponent * np.exp(0.5 * self.stiffening * (J * J - 1.0))
         return found
 
 
 @dataclass(frozen=True)
-class Layer:
-    """What of a column lies between a plane that nothing passes and its open end. In the scale of its height, SI else.
+class DrainingLayer:
+    """The part of a column between an impermeable plane and its open end. Lengths relative to its height, else SI.
 
-    With u (of the height) the displacement and J = 1 + u_Y the stretch, the fluid that leaves makes
-    u_t = k(J)/J P(J)_Y / h^2: P is what the skeleton carries, and the pressure is P less what all carries together,
-    which is P at the open end. There u is given, or P.
+    With u the displacement and J = 1 + u_Y the stretch, fluid outflow gives u_t = k(J)/J P(J)_Y / h^2: P is the stress
+    of the skeleton, and the pressure is P minus the total stress, which is P at the open end. There u is prescribed, or
+    P.
     """
 
     height: float  # m
@@ -62,24 +62,24 @@ class Layer:
     driven: Driven
 
     def loss(self, J: Array) -> Array:
-        """How easily it consolidates at stretches J (n,), 1/s: k P' / (J h^2)."""
+        """Return the consolidation coefficient at stretches J (n,), 1/s: k P' / (J h^2)."""
         found: Array = self.permeability.at(J) * self.skeleton.slope(J) / (J * self.height**2)
         return found
 
     @property
     def size(self) -> float:
-        """What displacements come to, of the height."""
+        """Magnitude of displacements relative to the height."""
         moved = self.skeleton.stretch(self.amount) - 1.0 if self.force else self.amount
         return min(1.0, abs(moved)) or 1.0
 
     def at_end(self, t: float) -> float:
-        """Displacement of the open end, or its stretch where it is pressed."""
+        """Return the displacement of the open end, or its stretch if its stress is prescribed."""
         share = self.amount * self.driven.left(0.0, t)
         return self.skeleton.stretch(share) if self.force else share
 
 
-def chebyshev(count: int) -> tuple[Array, Array]:
-    """Points Y (n,) from 0 to 1, and the matrix (n, n) of the derivative (Trefethen 2000, chapter 6)."""
+def chebyshev_matrix(count: int) -> tuple[Array, Array]:
+    """Return points Y (n,) from 0 to 1, and the differentiation matrix (n, n) (Trefethen 2000, chapter 6)."""
     n = count - 1
     x = np.cos(np.pi * np.arange(count) / n)
     c = np.where((np.arange(count) == 0) | (np.arange(count) == n), 2.0, 1.0) * (-1.0) ** np.arange(count)
@@ -93,19 +93,19 @@ def chebyshev(count: int) -> tuple[Array, Array]:
 
 
 @dataclass(frozen=True)
-class Collocated:
-    """The equation of a layer at points of Chebyshev: unknown is u (n - 2,) between the ends, the first is still."""
+class CollocatedLayer:
+    """The equation of a layer at Chebyshev points: unknown is u (n - 2,) between the ends, the first is fixed."""
 
-    layer: Layer
+    layer: DrainingLayer
     count: int
 
     @cached_property
     def _matrices(self) -> tuple[Array, Array, Array]:
-        Y, D = chebyshev(self.count)
+        Y, D = chebyshev_matrix(self.count)
         return Y, D, D @ D
 
     def whole(self, t: float, inner: Array) -> Array:
-        """u at all points (n,) at time t."""
+        """Return u at all points (n,) at time t."""
         _, D, _ = self._matrices
         end = self.layer.at_end(t)
         if self.layer.force:  # u_Y there is given
@@ -113,14 +113,14 @@ class Collocated:
         return np.concatenate([[0.0], inner, [end]])
 
     def rate(self, t: float, inner: Array) -> Array:
-        """u_t between the ends (n - 2,), 1/s."""
+        """Return u_t between the ends (n - 2,), 1/s."""
         _, D, D2 = self._matrices
         u = self.whole(t, inner)
         found: Array = (self.layer.loss(1.0 + D @ u) * (D2 @ u))[1:-1]
         return found
 
     def jacobian(self, t: float, inner: Array) -> Array:
-        """Of the rate (n - 2, n - 2)."""
+        """Return the derivative of the rate (n - 2, n - 2)."""
         _, D, D2 = self._matrices
         u = self.whole(t, inner)
         J = 1.0 + D @ u
@@ -135,14 +135,14 @@ class Collocated:
 
 @dataclass(frozen=True)
 class Profile:
-    """u (n,) of a layer at the points of Chebyshev, in the scale of its height."""
+    """Displacements u (n,) of a layer at the Chebyshev points, relative to its height."""
 
     u: Array
 
     def at(self, Y: Array) -> tuple[Array, Array]:
-        """u and the stretch at places Y (k,) of 0 to 1: interpolated by the polynomial itself."""
+        """Return u and the stretch at positions Y (k,) in 0 to 1, by polynomial interpolation."""
         n = len(self.u)
-        points, D = chebyshev(n)
+        points, D = chebyshev_matrix(n)
         weights = np.where((np.arange(n) == 0) | (np.arange(n) == n - 1), 0.5, 1.0) * (-1.0) ** np.arange(n)
         off = Y[:, None] - points
         hit = np.abs(off) < 1e-14
@@ -153,17 +153,17 @@ class Profile:
 
 
 @lru_cache(maxsize=KEPT)
-def history(layer: Layer, which: int, breaks: tuple[float, ...]) -> Profile:
-    """The state of a layer at the last of `breaks` (s, ascending from 0), by going on from the one before.
+def integrate(layer: DrainingLayer, which: int, breaks: tuple[float, ...]) -> Profile:
+    """Return the state of a layer at the last of `breaks` (s, ascending from 0), integrated from one to the next.
 
     Raises NotSolved.
     """
     from scipy.integrate import solve_ivp
 
-    own, tolerance = Collocated(layer, POINTS[which]), TOLERANCES[which]
+    own, tolerance = CollocatedLayer(layer, POINTS[which]), TOLERANCES[which]
     if len(breaks) < 2:
         return Profile(own.whole(breaks[-1], np.zeros(own.count - 2)))
-    before = history(layer, which, breaks[:-1])
+    before = integrate(layer, which, breaks[:-1])
     begin, end = breaks[-2:]
     inside = 0.5 * (begin + end)
 
@@ -187,10 +187,11 @@ def history(layer: Layer, which: int, breaks: tuple[float, ...]) -> Profile:
 
 @dataclass(frozen=True)
 class PressedColumn(Upright):
-    """A column of one skeleton, one end held along the axis and the other moved or pressed, far. SI units.
+    """A column of one skeleton, one end held along the axis and the other moved or loaded, in finite strain. SI units.
 
-    `amount` is of its driven end along the axis, m, or its nominal stress, Pa; `times` those at which it is looked at,
-    up to `now`. Raises Refused where its law gives way in confined compression, or it is moved at once.
+    `amount` is the displacement of its driven end along the axis, m, or its nominal stress, Pa; `times` are the output
+    times up to `now`. Raises NotApplicable if its law loses stability in confined compression, or if it is moved
+    instantaneously.
     """
 
     skeleton: Skeleton
@@ -206,20 +207,20 @@ class PressedColumn(Upright):
             raise Refused("its end is moved at once", "what lies there would have no thickness: `course = ramp(...)`")
 
     @cached_property
-    def layer(self) -> Layer:
-        """What is solved: all of it, or one of two alike."""
+    def layer(self) -> DrainingLayer:
+        """The layer that is solved: the whole column, or one of two equal halves."""
         amount = self.amount if self.force else self.amount / self.length
         course = Driven(tuple(self.driven.jumps), tuple(self.driven.swings))  # that solutions are remembered by
-        return Layer(self.way, self.skeleton, self.permeability, self.force, amount, course)
+        return DrainingLayer(self.way, self.skeleton, self.permeability, self.force, amount, course)
 
     def profile(self, which: int = 1) -> Profile:
-        """Its state now, of the coarser solution or the finer."""
+        """Return the present state, from the coarser or the finer solution."""
         ends = {at for s in self.driven.swings for at in (s.begin, s.end)} | {at for at, _ in self.driven.jumps}
         breaks = sorted({0.0, self.now, *(t for t in (*ends, *self.times) if 0.0 < t < self.now)})
-        return history(self.layer, which, tuple(breaks))
+        return integrate(self.layer, which, tuple(breaks))
 
     def _at(self, y: Array, which: int = 1) -> tuple[Array, Array]:
-        """What `_outward` says (k,), m, and the stretches there (k,)."""
+        """Return outward displacements (k,), m, and the stretches there (k,)."""
         u, J = self.profile(which).at(np.clip(y / self.way, 0.0, 1.0))
         return self.way * u, J
 
@@ -227,14 +228,14 @@ class PressedColumn(Upright):
         return self._at(y)[0]
 
     def pressure(self, X: Array) -> Array:
-        """Of the fluid at points X (n, 3) (n,), Pa."""
+        """Return the fluid pressure at points X (n, 3) (n,), Pa."""
         y, _, _ = self._folded(X)
         _, J = self._at(y)
         found: Array = self.skeleton.stress(J) - self._total()
         return found
 
     def _total(self, which: int = 1) -> float:
-        """What skeleton and fluid carry together, Pa: what the skeleton does at the open end."""
+        """Return the total stress of skeleton and fluid, Pa: that of the skeleton at the open end."""
         if self.force:
             return self.amount * self.driven.left(0.0, self.now)
         _, J = self._at(np.array([self.way]), which)
@@ -242,33 +243,33 @@ class PressedColumn(Upright):
 
     @property
     def pull(self) -> float:
-        """The force on its driven end now, N, along the axis."""
+        """Present force on its driven end, N, along the axis."""
         return self.area * self._total()
 
     @cached_property
     def estimated_error(self) -> float:
-        """Of a displacement, m: how far a coarser solution, of a coarser integration in time, is from this."""
+        """Error of a displacement, m: the difference from a solution that is coarser in space and time."""
         y = np.linspace(0.0, self.way, 33)
         apart = float(np.abs(self._at(y)[0] - self._at(y, 0)[0]).max())
         return apart * (2.0 if self.drains == "both" else 1.0) + ROUNDING * self.length
 
     @property
     def pull_error(self) -> float:
-        """Of the force, N, in the same way."""
+        """Error of the force, N, estimated in the same way."""
         return self.area * abs(self._total() - self._total(0))
 
 
 @dataclass(frozen=True)
 class Confined(Reference):
-    """A porous column that is pressed far and cannot widen, by one-dimensional equations of finite strain.
+    """Confined compression of a porous column by one-dimensional equations of finite strain.
 
-    u_t = k(J)/J dP(J)/dX with J = 1 + u_X: the fluid that leaves is what the column loses, P is the stress of the
-    drained skeleton in confined compression and k constant or that of Holmes and Mow. Solved at points of Chebyshev and
-    by Radau's method in time; its error is how far a coarser solution is from it. Travel by any course of ramps, smooth
-    ones, swings and tables, or a traction, also at once. It takes what `terzaghi` does, of `neo_hookean`,
-    `neo_hookean_isochoric`, `stable_neo_hookean`, `st_venant_kirchhoff` or rubber with a bulk modulus (`mooney_rivlin`,
-    `ogden`, `yeoh`, `gent`, `fung`, `veronda_westmann`, `arruda_boyce`). Metrics `displacement`, `force`,
-    `pore_pressure` and `outflow` may be held against it.
+    u_t = k(J)/J dP(J)/dX with J = 1 + u_X: the outflow of fluid equals the volume loss of the column, P is the stress
+    of the drained skeleton in confined compression and k constant or that of Holmes and Mow. Solved at Chebyshev points
+    and by Radau's method in time; the error is the difference from a coarser solution. Displacement by any amplitude of
+    ramps, smooth ramps, sines and tables, or a traction, also instantaneous. It applies to the same cases as
+    `terzaghi`, with `neo_hookean`, `neo_hookean_isochoric`, `stable_neo_hookean`, `st_venant_kirchhoff` or rubber with
+    a bulk modulus (`mooney_rivlin`, `ogden`, `yeoh`, `gent`, `fung`, `veronda_westmann`, `arruda_boyce`). It can be
+    compared with the metrics `displacement`, `force`, `pore_pressure` and `outflow`.
     Source: Holmes 1986, J. Biomech. Eng. 108:372; Holmes and Mow 1990, J. Biomech. 23:1145; Trefethen 2000, "Spectral
     Methods in MATLAB", chapter 6.
     """
@@ -282,7 +283,7 @@ class Confined(Reference):
     error_meaning: ClassVar[str] = "distance from a coarser solution, of the displacement, m"
 
     def solve(self, column: PressedColumn) -> PressedColumn:
-        """What it says; it is integrated at once. Raises NotSolved, also where two solutions differ by much."""
+        """Return the solution, integrated immediately. Raises NotSolved, also if two solutions differ by much."""
         away, off = column.estimated_error, column.pull_error
         if away > SURE * abs(column.travel) or off > SURE * abs(column.pull):
             raise NotSolved("two solutions are too far apart: its layer at the open end is too thin", (away, off))

@@ -1,4 +1,4 @@
-"""Blocks of one section end to end, pressed together: the patch test of contact."""
+"""Patch test of contact: blocks of one section in line, pressed together."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.beam_centre_line import points_of
+from softmark.references.beam_centre_line import as_points
 from softmark.references.reference_base import About, Reference
 from softmark.references.straight_cantilever import Refused, Vector
 
@@ -27,10 +27,10 @@ TOO_FAR = "it is pressed by more than its law holds", "press it by less"
 
 
 @dataclass(frozen=True)
-class Solid:
-    """What a block is made of, pulled along one axis by a stress P per area at rest; its sides carry none.
+class BlockMaterial:
+    """A block's material under a uniaxial nominal stress P; its sides are free of stress.
 
-    Hooke's solid of small strain, or if `large` the neo-Hookean one with ln J at any. With a stretch l along the axis
+    It is Hooke's solid of small strain, or if `large` the neo-Hookean one with ln J. With a stretch l along the axis
     and t in each of the n directions that are `free`, mu (t^2 - 1) + lam ln(l t^n) = 0 and P = mu (l - t^2 / l).
     """
 
@@ -41,7 +41,7 @@ class Solid:
 
     @property
     def modulus(self) -> float:
-        """Of a small strain along the axis, Pa."""
+        """Modulus of small axial strain, Pa."""
         return self.young if self.free == 2 else self.young / (1.0 - self.poisson**2)
 
     @property
@@ -55,7 +55,7 @@ class Solid:
         return math.inf if self.poisson == 0.5 else 2.0 * self.poisson / (1.0 - 2.0 * self.poisson)
 
     def narrow(self, e: float) -> tuple[float, float]:
-        """ln t of e = ln l, and its derivative; by Newton's method, of a convex function."""
+        """Return ln t for e = ln l, and its derivative, by Newton's method for a convex function."""
         n, lam = self.free, self._ratio
         if math.isinf(lam):
             return -e / n, -1.0 / n
@@ -68,14 +68,14 @@ class Solid:
         return s, -lam / (2.0 * math.exp(2.0 * s) + n * lam)
 
     def pull(self, e: float) -> tuple[float, float]:
-        """P, Pa, of e = ln l, and its derivative."""
+        """Return P, Pa, for e = ln l, and its derivative."""
         s, slope = self.narrow(e)
         l, t2 = math.exp(e), math.exp(2.0 * s)
         P = self.mu * (math.expm1(2.0 * e) - math.expm1(2.0 * s)) / l
         return P, self.mu * (l + t2 / l * (1.0 - 2.0 * slope))
 
     def strains(self, P: float) -> tuple[float, float, float]:
-        """l - 1 and t - 1 at a stress, Pa, and the derivative of l, 1/Pa. Raises Refused."""
+        """Return l - 1 and t - 1 at a stress, Pa, and the derivative of l, 1/Pa. Raises NotApplicable."""
         if not self.large:
             nu = self.poisson if self.free == 2 else self.poisson / (1.0 - self.poisson)
             return P / self.modulus, -nu * P / self.modulus, 1.0 / self.modulus
@@ -84,11 +84,11 @@ class Solid:
             own, slope = self.pull(e)
             return own - P, slope
 
-        e = root(off, math.asinh(P / self.modulus))
+        e = find_root(off, math.asinh(P / self.modulus))
         return math.expm1(e), math.expm1(self.narrow(e)[0]), math.exp(e) / self.pull(e)[1]
 
     def under(self, traction: float, pressure: float) -> float:
-        """P, Pa, where a dead traction acts on its end, and a pressure on what that has become. Raises Refused."""
+        """Return P, Pa, for a dead traction on its end and a pressure on the deformed end. Raises NotApplicable."""
         if not self.large or not pressure:
             return traction - pressure
 
@@ -98,10 +98,10 @@ class Solid:
             area = math.exp(self.free * s)
             return P - traction + pressure * area, slope + pressure * area * self.free * narrower
 
-        return self.pull(root(off, math.asinh((traction - pressure) / self.modulus)))[0]
+        return self.pull(find_root(off, math.asinh((traction - pressure) / self.modulus)))[0]
 
     def stresses(self, P: float) -> tuple[float, float]:
-        """Along the axis and across where it is held, per area as it is deformed, Pa (per area at rest of Hooke's)."""
+        """Return the stress along the axis and across constrained directions, Cauchy, Pa (nominal for Hooke's)."""
         if not self.large:
             return P, self.poisson * P
         l, t, _ = self.strains(P)
@@ -109,8 +109,8 @@ class Solid:
         return P * (1.0 + l) / J, -self.mu * t * (2.0 + t) / J
 
 
-def root(f: Any, x: float) -> float:
-    """Of a function with its derivative, by Newton's method from x. Raises Refused where it finds none."""
+def find_root(f: Any, x: float) -> float:
+    """Return a root of a function with derivative, by Newton's method from x. Raises NotApplicable if none is found."""
     for _ in range(STEPS):
         try:
             value, slope = f(x)
@@ -126,22 +126,22 @@ def root(f: Any, x: float) -> float:
 
 @dataclass(frozen=True)
 class Block:
-    """One of a stack: from `low` to `high` along the axis, m."""
+    """One block of a stack: from `low` to `high` along the axis, m."""
 
     low: float
     high: float
-    solid: Solid
-    root: Vector  # m: fixed lateral position
+    solid: BlockMaterial
+    find_root: Vector  # m: fixed lateral position
 
     @property
     def length(self) -> float:
-        """m."""
+        """Length, m."""
         return self.high - self.low
 
 
 @dataclass(frozen=True)
 class Joint:
-    """Between a block and the next: a `gap` that may close, m, or one that is `glued`, and stays as it is."""
+    """A joint between a block and the next: a `gap` that may close, m, or `glued`, with constant distance."""
 
     gap: float = 0.0
     glued: bool = False
@@ -149,7 +149,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Stack:
-    """Blocks of one section in their order along x, y or z (`way`), and what holds and presses their ends. SI units."""
+    """Blocks of one section in their order along x, y or z (`way`), and their end conditions. SI units."""
 
     blocks: tuple[Block, ...]
     joints: tuple[Joint, ...]
@@ -165,12 +165,12 @@ class Stack:
 
     @property
     def gaps(self) -> float:
-        """All together, m."""
+        """Sum of all gaps, m."""
         return sum(joint.gap for joint in self.joints if not joint.glued)
 
     @property
     def grown(self) -> float:
-        """By how much its length changes where no gap is left, m, of one whose ends are both moved."""
+        """Change of its length with all gaps closed, m, if both ends are moved."""
         low, high = self.ends
         assert low is not None
         assert high is not None
@@ -178,11 +178,11 @@ class Stack:
 
     @property
     def touching(self) -> bool:
-        """Whether some of its blocks are not glued."""
+        """True if some of its blocks are not glued."""
         return any(not joint.glued for joint in self.joints)
 
     def stress(self) -> float:
-        """Along the axis, per area at rest, the same everywhere, Pa. Raises Refused."""
+        """Axial nominal stress, uniform, Pa. Raises NotApplicable."""
         if None in self.ends:
             return self.blocks[0 if self.ends[0] is None else -1].solid.under(self.traction, self.pressure)
         if self.touching and self.grown >= -JUST * (self.blocks[-1].high - self.blocks[0].low):
@@ -193,39 +193,39 @@ class Stack:
             each = [(block.length, *block.solid.strains(P)) for block in self.blocks]
             return sum(L * along for L, along, _, _ in each) - self.grown, sum(L * slope for L, _, _, slope in each)
 
-        return root(off, self.grown / soft)
+        return find_root(off, self.grown / soft)
 
 
 @dataclass(frozen=True)
-class PressedStack:
-    """What becomes of it at a stress, Pa."""
+class DeformedStack:
+    """Deformation of a stack at a stress, Pa."""
 
     stack: Stack
     stress: float
 
     @property
     def left(self) -> float:
-        """What is left of its gap, m: of one alone, all others are closed."""
+        """Remaining gap, m, if one only is open and all others are closed."""
         return max(self.stack.grown, 0.0) if self.stack.touching and None not in self.stack.ends else 0.0
 
     @property
     def pull(self) -> float:
-        """Through every section, N."""
+        """Tensile force through every section, N."""
         return self.stress * self.stack.area
 
     @property
     def push(self) -> float:
-        """What presses, N."""
+        """Compressive force, N."""
         return max(-self.pull, 0.0)
 
     @cached_property
     def strains(self) -> tuple[tuple[float, float], ...]:
-        """Of each block, along and across: what its lengths become, less 1."""
+        """Strain of each block, along and across the axis: relative change of its lengths."""
         return tuple(block.solid.strains(self.stress)[:2] for block in self.stack.blocks)
 
     @cached_property
     def shifts(self) -> tuple[float, ...]:
-        """By how much the low end of each block moves along the axis, m."""
+        """Axial displacement of the low end of each block, m."""
         stack = self.stack
         grown = [block.length * along for block, (along, _) in zip(stack.blocks, self.strains, strict=True)]
         # between compressed blocks gaps are closed; a remaining gap follows from the ends
@@ -240,7 +240,7 @@ class PressedStack:
         return tuple(low + shift for shift in found)
 
     def section(self, number: int) -> list[tuple[float, float]]:
-        """Lowest and highest coordinate of a block as it is deformed, m, in the directions across."""
+        """Return the lowest and highest deformed coordinates of a block, m, in the directions across."""
         stack, block, t = self.stack, self.stack.blocks[number], 1.0 + self.strains[number][1]
         return [
             (block.root[c] + t * (stack.low[c] - block.root[c]), block.root[c] + t * (stack.high[c] - block.root[c]))
@@ -248,8 +248,7 @@ class PressedStack:
         ]
 
     def _common(self, number: int) -> tuple[float, float]:
-        """The area of the joint above a block that both sides have, as they are deformed, m^2, and what share of the
-        larger side that is."""
+        """Return the common deformed area of the joint above a block, m^2, and its fraction of the larger side."""
         one, other = self.section(number), self.section(number + 1)
         both = [(max(a, c), min(b, d)) for (a, b), (c, d) in zip(one, other, strict=True)]
         rest = [(self.stack.low[c], self.stack.high[c]) for c in self.stack.across]
@@ -260,7 +259,7 @@ class PressedStack:
         return self.stack.area * areas[2] / areas[3], areas[2] / max(areas[:2])
 
     def touched(self, number: int) -> float:
-        """The area of contact of the joint above a block, m^2: at rest of Hooke's solids, 0 where a gap is left."""
+        """Return the contact area above a block, m^2: undeformed for Hooke's solids, 0 if a gap remains."""
         if not self.push:
             return 0.0
         large = all(block.solid.large for block in self.stack.blocks[number : number + 2])
@@ -268,13 +267,13 @@ class PressedStack:
 
     @property
     def area(self) -> float:
-        """Of its contacts, m^2: the least."""
+        """Least area of its contacts, m^2."""
         open_joints = [i for i, joint in enumerate(self.stack.joints) if not joint.glued]
         return min((self.touched(i) for i in open_joints), default=0.0)
 
     @property
     def off(self) -> dict[str, float]:
-        """By how much, relative, its force may be off: strain of Hooke's solids, and edges that stand over."""
+        """Relative errors of the force: strain of Hooke's solids, and overhanging edges."""
         known = zip(self.stack.blocks, self.strains, strict=True)
         small = max((abs(along) for block, (along, _) in known if not block.solid.large), default=0.0)
         over = max((1.0 - self._common(i)[1] for i, joint in enumerate(self.stack.joints) if not joint.glued),
@@ -282,13 +281,13 @@ class PressedStack:
         return {"strain": small} | ({"overhang": over} if over > 1e-12 else {})
 
     def blocks_at(self, X: Array) -> Any:
-        """The number of the block at each of the points X (n, 3), the nearest of those between two (n,)."""
+        """Return the number of the block (n,) at each of the points X (n, 3), or nearest to it."""
         middles = [0.5 * (a.high + b.low) for a, b in pairwise(self.stack.blocks)]
         return np.searchsorted(np.array(middles), X[:, self.stack.way])
 
     def displacement(self, X: Array) -> Array:
-        """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused."""
-        X, stack = points_of(X), self.stack
+        """Return displacements (n, 3), m, of points X (n, 3) of the undeformed body. Raises NotApplicable."""
+        X, stack = as_points(X), self.stack
         which, found = self.blocks_at(X), np.zeros((len(X), 3))
         roots = np.array([block.root for block in stack.blocks])[which]
         along, across = np.array(self.strains).T[:, which]
@@ -299,7 +298,7 @@ class PressedStack:
         return found
 
     def fields(self, X: Array) -> tuple[Array, Array]:
-        """The gradient of the displacement at points X (n, 3), and the Cauchy stress, Pa, each (n, 3, 3)."""
+        """Return the displacement gradient at points X (n, 3), and the Cauchy stress, Pa, each (n, 3, 3)."""
         stack, which = self.stack, self.blocks_at(X)
         H, sigma = np.zeros((len(stack.blocks), 3, 3)), np.zeros((len(stack.blocks), 3, 3))
         for i, (block, (along, across)) in enumerate(zip(stack.blocks, self.strains, strict=True)):
@@ -312,27 +311,27 @@ class PressedStack:
 
     @property
     def estimated_error(self) -> float:
-        """m: rounding."""
+        """Rounding of a displacement, m."""
         return 1e-13 * max(map(abs, (*self.shifts, *(b.length * e for b, (e, _) in zip(
             self.stack.blocks, self.strains, strict=True)))))  # fmt: skip
 
 
 @dataclass(frozen=True)
 class PatchTest(Reference):
-    """Blocks end to end that are pressed together or glued, with no friction: stress is the same everywhere.
+    """Patch test of contact: blocks in line, pressed together or glued without friction, under uniform stress.
 
-    The patch test of contact: whatever the meshes, a uniform pressure goes through joints as it is. Ends that come
-    nearer by d close the gaps g between blocks of lengths L, and P = -(d - g) / sum(L / E), E / (1 - nu^2) in the place
-    of E in plane strain. Strain is small, but that of neo-Hookean blocks, which is of any size: with the stretch t
-    across of mu (t^2 - 1) + lam ln(l t^2) = 0, P = mu (l - t^2 / l) of the stretch l. Blocks that touch may each have
-    their own material, by `region`, since their faces slide. Where the gap is not closed nothing presses.
+    A uniform pressure passes through joints unchanged, whatever the meshes. If the ends approach by d, they close the
+    gaps g between blocks of lengths L, and P = -(d - g) / sum(L / E), with E / (1 - nu^2) instead of E in plane strain.
+    Strain is small, except in neo-Hookean blocks, where it is of any size: with the lateral stretch t of mu (t^2 - 1) +
+    lam ln(l t^2) = 0, P = mu (l - t^2 / l) for the stretch l. Blocks in contact may each have their own material, by
+    `region`, since their faces slide. While the gap is open there is no pressure.
 
-    It takes `apart(...)` of boxes along x, y or z, or of upright rectangles in `plane_strain` or `axisymmetric`, with
-    one section; joints that are met by `itself` across a gap, or `tied`; one end held along its normal, the other moved
-    along it, or with a `traction`, `tension` or `pressure` on all of it; sides free or on planes of symmetry. Where
-    nothing narrows (`poisson = 0`) ends may be `fixed`. Glued blocks, and those with friction, must narrow alike.
-    Metrics of displacement, force and stress may be held against it. Of two things that models do it knows nothing: a
-    barrier leaves a gap of less than its distance, by which they press harder, and glue opens by stress over stiffness.
+    It applies to `apart(...)` of boxes along x, y or z, or of upright rectangles in `plane_strain` or `axisymmetric`,
+    with one section; joints that are `itself` across a gap, or `tied`; one end held along its normal, the other moved
+    along it, or with a `traction`, `tension` or `pressure` on all of it; sides free or on planes of symmetry. Without
+    lateral contraction (`poisson = 0`) ends may be `fixed`. Glued blocks, and those with friction, must contract alike.
+    It can be compared with metrics of displacement, force and stress. Two properties of models are not included: a
+    barrier leaves a gap of less than its distance, so that they press harder, and glue opens by stress over stiffness.
     Source: Taylor and Papadopoulos 1991, On a patch test for contact problems in two dimensions.
     """
 
@@ -345,6 +344,6 @@ class PatchTest(Reference):
     source: ClassVar[str] = "Taylor and Papadopoulos 1991, in Nonlinear Computational Mechanics"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equations exactly"
 
-    def solve(self, stack: Stack) -> PressedStack:
-        """What it says. Raises Refused where a law does not hold so far."""
-        return PressedStack(stack, stack.stress())
+    def solve(self, stack: Stack) -> DeformedStack:
+        """Return the solution. Raises NotApplicable if a law has no solution at this strain."""
+        return DeformedStack(stack, stack.stress())

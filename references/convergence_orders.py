@@ -1,11 +1,11 @@
-"""Observed orders of convergence, what they extrapolate to, and how uncertain that is: families of (h, value).
+"""Observed orders of convergence, extrapolated limits and their uncertainty, for families of (h, value).
 
 A family is one quantity on several meshes or with several steps, coarse to fine, by any ratios; h is a representative
-cell size or step. Nothing here gives a NaN: where there is no number, there is a reason.
+cell size or step. No result is NaN: a missing number has a reason.
 
-Sources: Richardson 1911; Roache 1994 (grid convergence index); Celik, Ghia, Roache, Freitas, Coleman and Raad 2008,
-J. Fluids Eng. 130:078001 (three grids, any ratios; as in ASME V&V 20-2009); Eca and Hoekstra 2014,
-J. Comput. Phys. 262:104 (least squares over more than three).
+Sources: Richardson 1911; Roache 1994 (grid convergence index); Celik, Ghia, Roache, Freitas, Coleman and Raad 2008, J.
+Fluids Eng. 130:078001 (three grids, any ratios; as in ASME V&V 20-2009); Eca and Hoekstra 2014, J. Comput. Phys.
+262:104 (least squares over more than three).
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ ROUNDING = 64 * 2.0**-52  # relative: differences of values below it are roundin
 
 
 @dataclass(frozen=True)
-class Refined:
-    """What a family of refinements tells of its limit.
+class ConvergenceEstimate:
+    """Limit of a refinement family and its uncertainty.
 
     `value` is the extrapolated limit and `gci` the half width about the *finest* value within which the limit is
-    expected (with three grids and more in about 95 % of families that behave), both in the unit of the values;
-    `relative` is `gci` as a part of the finest value. `ratio` is GCI_coarse / (r^p GCI_fine) of the finest three, one
-    in the asymptotic range; with three grids alone it is one by construction, but for the change of the value itself.
-    `scatter` is the standard deviation of a least-squares fit. Where `order` is None, `reason` says why.
+    expected (with three grids and more in about 95 % of regular families), both in the unit of the values; `relative`
+    is `gci` as a fraction of the finest value. `ratio` is GCI_coarse / (r^p GCI_fine) of the finest three, one in the
+    asymptotic range; with only three grids it is one by construction, except for the change of the value itself.
+    `scatter` is the standard deviation of a least-squares fit. If `order` is None, `reason` explains why.
     """
 
     state: State
@@ -60,52 +60,54 @@ class Refined:
     doubt: str | None = None  # why they cannot
 
     def to_json(self) -> dict[str, Any]:
-        """Everything that is known, None left out."""
+        """Return all known entries, without those that are None."""
         return {name: value for name, value in asdict(self).items() if value is not None}
 
 
 @dataclass(frozen=True)
 class ErrorOrder:
-    """The order of errors against a known truth: between the last two, and by least squares over all."""
+    """Order of errors against a known truth: between the last two, and by least squares over all."""
 
     last: float | None = None
     fitted: float | None = None
     reason: str | None = None
 
     def to_json(self) -> dict[str, Any]:
-        """Everything that is known, None left out."""
+        """Return all known entries, without those that are None."""
         return {name: value for name, value in asdict(self).items() if value is not None}
 
 
 # ------------------------------------------------------------------ the limit of values
 
 
-def refined(family: Sequence[Pair], formal: float | None = None, *, floor: float | None = None) -> Refined:
-    """Order, limit and grid convergence index of a family, coarse to fine.
+def estimate_convergence(
+    family: Sequence[Pair], formal: float | None = None, *, floor: float | None = None
+) -> ConvergenceEstimate:
+    """Return order, limit and grid convergence index of a family, coarse to fine.
 
-    `formal` is the order that theory gives, if it is known: two members need it; with more, an observed order outside
-    of BAND puts the asymptotic range in doubt, and the index is then that of Oberkampf and Roy (2010, section 8.8): a
-    factor of 3 with the observed order, no more than the formal and no less than 0.5. Differences below `floor` (by
-    default a few roundings of the largest value) say nothing.
+    `formal` is the theoretical order, if known: two members need it; with more, an observed order outside of BAND puts
+    the asymptotic range in doubt, and the index is then that of Oberkampf and Roy (2010, section 8.8): a factor of 3
+    with the observed order, no more than the formal and no less than 0.5. Differences below `floor` (by default a few
+    roundings of the largest value) are ignored.
     """
     unusable = _unusable(family)
     if unusable is not None:
-        return Refined("unusable", unusable)
+        return ConvergenceEstimate("unusable", unusable)
     if len(family) < 2:
-        return Refined("too_few", "an order needs three members, and two if it is assumed")
+        return ConvergenceEstimate("too_few", "an order needs three members, and two if it is assumed")
     if len(family) == 2:
         return _two(family, formal, _floor(family, floor))
     finest = _three(family[-3:], _floor(family, floor))
     if finest.order is None or finest.state != "monotone" or len(family) == 3:
-        return _doubted(finest, family, formal)
-    return _doubted(_fitted(family, finest), family, formal)
+        return _check_asymptotic_range(finest, family, formal)
+    return _check_asymptotic_range(_fit(family, finest), family, formal)
 
 
 def observed_order(family: Sequence[Pair]) -> float | None:
-    """p of three members by |ln |e32 / e21| + q(p)| = p ln r21, q(p) = ln((r21^p - s) / (r32^p - s)).
+    """Return p of three members by |ln |e32 / e21| + q(p)| = p ln r21, q(p) = ln((r21^p - s) / (r32^p - s)).
 
-    r21 = h2 / h1, e21 = value2 - value1, 1 the finest; s is the sign of e32 / e21. None where no p in (0, LARGEST]
-    fulfils it. Source: Celik et al. 2008, equation (3).
+    r21 = h2 / h1, e21 = value2 - value1, 1 the finest; s is the sign of e32 / e21. None if no p in (0, LARGEST]
+    satisfies it. Source: Celik et al. 2008, equation (3).
     """
     (h3, f3), (h2, f2), (h1, f1) = family
     coarse, fine = f3 - f2, f2 - f1
@@ -121,12 +123,12 @@ def observed_order(family: Sequence[Pair]) -> float | None:
 
 
 def _ratio(r: float, p: float, sign: float) -> float:
-    """ln(r^p - s), without loss where r^p is near one."""
+    """Return ln(r^p - s), without cancellation if r^p is near one."""
     return math.log(math.expm1(p * math.log(r)) if sign > 0 else r**p + 1.0)
 
 
 def _root(f: Callable[[float], float], low: float, high: float) -> float | None:
-    """The root of a decreasing function between two bounds by bisection, None if there is none."""
+    """Return the root of a decreasing function between two bounds by bisection, None if there is none."""
     if f(low) < 0 or f(high) > 0:
         return None
     while high - low > 1e-13 * high:
@@ -151,76 +153,80 @@ def _floor(family: Sequence[Pair], floor: float | None) -> float:
     return ROUNDING * max(abs(f) for _, f in family) if floor is None else floor
 
 
-def _two(family: Sequence[Pair], formal: float | None, floor: float) -> Refined:
-    """Two members and an order that is taken on trust."""
+def _two(family: Sequence[Pair], formal: float | None, floor: float) -> ConvergenceEstimate:
+    """Return the estimate from two members and the formal order."""
     (h2, f2), (h1, f1) = family
     if formal is None:
-        return Refined("too_few", "two members tell no order, and none is known")
+        return ConvergenceEstimate("too_few", "two members tell no order, and none is known")
     if abs(f2 - f1) <= floor:
-        return Refined("rounding", "the two values differ by rounding")
+        return ConvergenceEstimate("rounding", "the two values differ by rounding")
     away = (f1 - f2) / math.expm1(formal * math.log(h2 / h1))
-    return _judged(_result("assumed", formal, f1, away, SAFETY_TWO), "the order is assumed")
+    return _with_doubt(_result("assumed", formal, f1, away, SAFETY_TWO), "the order is assumed")
 
 
-def _three(family: Sequence[Pair], floor: float) -> Refined:
-    """The finest three members by the formula of Celik et al."""
+def _three(family: Sequence[Pair], floor: float) -> ConvergenceEstimate:
+    """Return the estimate from the finest three members by the formula of Celik et al."""
     (h3, f3), (h2, f2), (h1, f1) = family
     coarse, fine = f3 - f2, f2 - f1
     if abs(coarse) <= floor or abs(fine) <= floor:
-        return Refined("rounding", "differences of the finest values are rounding")
+        return ConvergenceEstimate("rounding", "differences of the finest values are rounding")
     p = observed_order(family)
     if coarse * fine < 0:
         if p is None:
-            return Refined("oscillatory", "the values swing, and by more on finer meshes")
+            return ConvergenceEstimate("oscillatory", "the values swing, and by more on finer meshes")
         found = _result("oscillatory", p, f1, -fine / (math.expm1(p * math.log(h2 / h1))), SAFETY_THREE)
-        return _judged(found, "the values swing about their limit")
+        return _with_doubt(found, "the values swing about their limit")
     if p is None:
         grows = abs(coarse) < abs(fine) * math.log(h3 / h2) / math.log(h2 / h1)
         words = "the differences do not fall with the mesh" if grows else "the finest two agree by chance"
-        return Refined("divergent" if grows else "rounding", words)
+        return ConvergenceEstimate("divergent" if grows else "rounding", words)
     found = _result("monotone", p, f1, -fine / math.expm1(p * math.log(h2 / h1)), SAFETY_THREE)
     return replace(found, ratio=_asymptotic(family, p))
 
 
 def _asymptotic(family: Sequence[Pair], p: float) -> float | None:
-    """GCI_coarse / (r^p GCI_fine) of three members, by their relative changes; one in the asymptotic range."""
+    """Return GCI_coarse / (r^p GCI_fine) of three members, by their relative changes; one in the asymptotic range."""
     (h3, f3), (h2, f2), (h1, f1) = family
     coarse = (f3 - f2) * f1 / math.expm1(p * math.log(h3 / h2))
     fine = (f2 - f1) * f2 / math.expm1(p * math.log(h2 / h1))
     return _part(coarse, (h2 / h1) ** p * fine)
 
 
-def _result(state: State, p: float, finest: float, away: float, safety: float, scatter: float = 0.0) -> Refined:
-    """`away` is how far the limit lies from the finest value."""
+def _result(
+    state: State, p: float, finest: float, away: float, safety: float, scatter: float = 0.0
+) -> ConvergenceEstimate:
+    """Return the estimate; `away` is the distance of the limit from the finest value."""
     limit, gci = finest + away, safety * abs(away) + scatter
-    return Refined(state, None, p, limit, gci, _part(gci, finest), _part(away, limit))
+    return ConvergenceEstimate(state, None, p, limit, gci, _part(gci, finest), _part(away, limit))
 
 
-def _judged(found: Refined, doubt: str | None) -> Refined:
-    """The same with a doubt, or free of doubt."""
+def _with_doubt(found: ConvergenceEstimate, doubt: str | None) -> ConvergenceEstimate:
+    """Return the estimate with a doubt, or without any."""
     return replace(found, doubt=doubt, asymptotic=doubt is None)
 
 
 def _part(a: float, b: float) -> float | None:
-    """|a / b|, or None where that is no number."""
+    """Return |a / b|, or None if that is no number."""
     part = abs(a / b) if b else math.inf
     return part if math.isfinite(part) else None
 
 
-def _doubted(found: Refined, family: Sequence[Pair], formal: float | None) -> Refined:
-    """The same with what speaks against the asymptotic range."""
+def _check_asymptotic_range(
+    found: ConvergenceEstimate, family: Sequence[Pair], formal: float | None
+) -> ConvergenceEstimate:
+    """Return the estimate with the objections against the asymptotic range."""
     if found.order is None or found.doubt is not None:
         return found
     if formal is not None and not BAND[0] * formal <= found.order <= BAND[1] * formal:
         doubt = f"not asymptotic: order {found.order:.2f} observed where theory says {formal:g}"
-        return _judged(_cautious(found, family, formal), doubt)
+        return _with_doubt(_with_cautious_index(found, family, formal), doubt)
     if found.ratio is not None and abs(found.ratio - 1) > NEAR:
-        return _judged(found, f"the indices of the finest meshes are in a ratio of {found.ratio:.2f}, not of 1")
-    return _judged(found, None)
+        return _with_doubt(found, f"the indices of the finest meshes are in a ratio of {found.ratio:.2f}, not of 1")
+    return _with_doubt(found, None)
 
 
-def _cautious(found: Refined, family: Sequence[Pair], formal: float) -> Refined:
-    """The same with an index that does not lean on an order which theory does not know; its limit stays as observed."""
+def _with_cautious_index(found: ConvergenceEstimate, family: Sequence[Pair], formal: float) -> ConvergenceEstimate:
+    """Return the estimate with an index independent of an order unknown to theory; its limit stays as observed."""
     (h2, f2), (h1, f1) = family[-2:]
     p = min(max(found.order or SLOWEST, SLOWEST), formal)
     away = abs(f1 - f2) / math.expm1(p * math.log(h2 / h1))
@@ -228,11 +234,11 @@ def _cautious(found: Refined, family: Sequence[Pair], formal: float) -> Refined:
     return replace(found, gci=gci, relative=_part(gci, f1))
 
 
-def unlike(counts: Sequence[Sequence[int]]) -> str | None:
-    """Why meshes are not similar, if they are not: numbers of cells along each direction, coarse to fine.
+def find_dissimilarity(counts: Sequence[Sequence[int]]) -> str | None:
+    """Return why meshes are not similar, if they are not: numbers of cells along each direction, coarse to fine.
 
-    Cells come in whole numbers. Richardson's extrapolation needs all of them to shrink by one ratio (Roache 1998,
-    section 5.9); here the finest three, within SIMILAR. What they shrink by need not be what was asked for.
+    Cell numbers are integers. Richardson's extrapolation requires all of them to change by one ratio (Roache 1998,
+    section 5.9); here the finest three, within SIMILAR. The ratio may differ from the requested one.
     """
     for coarse, fine in pairwise(counts[-3:]):
         ratios = [b / a for a, b in zip(coarse, fine, strict=True)]
@@ -246,11 +252,11 @@ def unlike(counts: Sequence[Sequence[int]]) -> str | None:
 # ------------------------------------------------------------------ least squares
 
 
-def _fitted(family: Sequence[Pair], finest: Refined) -> Refined:
-    """value = limit + a h^p over more than three members, equally weighted, and Eca and Hoekstra's uncertainty.
+def _fit(family: Sequence[Pair], finest: ConvergenceEstimate) -> ConvergenceEstimate:
+    """Fit value = limit + a h^p to more than three members, equally weighted, with Eca and Hoekstra's uncertainty.
 
-    U = Fs |value_1 - limit| + scatter + |value_1 - fit_1|, Fs = 1.25, or 3 where the fit scatters by more than the
-    values differ on average. Source: Eca and Hoekstra 2014, equations (7) to (14).
+    U = Fs |value_1 - limit| + scatter + |value_1 - fit_1|, Fs = 1.25, or 3 if the fit scatters by more than the mean
+    difference of the values. Source: Eca and Hoekstra 2014, equations (7) to (14).
     """
     p = _least(lambda q: _linear(family, q)[2], 0.05, 2 * LARGEST / 5)
     limit, slope, square = _linear(family, p)
@@ -264,11 +270,11 @@ def _fitted(family: Sequence[Pair], finest: Refined) -> Refined:
     edge = p < 0.051 or p > 2 * LARGEST / 5 - 0.01
     ratio = _asymptotic(family[-3:], p)
     found = replace(found, scatter=scatter, ratio=ratio)
-    return _judged(found, "no power of h fits the values") if edge or scatter >= range_ else found
+    return _with_doubt(found, "no power of h fits the values") if edge or scatter >= range_ else found
 
 
 def _linear(family: Sequence[Pair], p: float) -> tuple[float, float, float]:
-    """limit, a and the sum of squares of value = limit + a h^p, by linear least squares."""
+    """Return limit, a and the sum of squares of value = limit + a h^p, by linear least squares."""
     t = [(h / family[0][0]) ** p for h, _ in family]
     t_mean, f_mean = sum(t) / len(t), sum(f for _, f in family) / len(t)
     across = sum((x - t_mean) * (f - f_mean) for x, (_, f) in zip(t, family, strict=True))
@@ -279,7 +285,7 @@ def _linear(family: Sequence[Pair], p: float) -> tuple[float, float, float]:
 
 
 def _least(f: Callable[[float], float], low: float, high: float) -> float:
-    """Where a function is least: the best of a row of points, then golden sections about it."""
+    """Return the minimiser of a function: the best of a row of points, then golden sections around it."""
     points = [low * math.pow(high / low, i / 60) for i in range(61)]
     best = min(range(61), key=lambda i: f(points[i]))
     a, b = points[max(best - 1, 0)], points[min(best + 1, 60)]
@@ -294,7 +300,7 @@ def _least(f: Callable[[float], float], low: float, high: float) -> float:
 
 
 def order_of_errors(errors: Sequence[Pair], floor: float = 0.0) -> ErrorOrder:
-    """Slopes of log error over log h, coarse to fine; errors at or below `floor` are rounding and end the row."""
+    """Return slopes of log error over log h, coarse to fine; errors up to `floor` are rounding and end the series."""
     unusable = _unusable(errors)
     if unusable is not None:
         return ErrorOrder(reason=unusable)

@@ -1,9 +1,9 @@
-"""Tables of numbers in CSV files: named columns, each defect with its line, its column and what to do.
+"""Tables of numbers in CSV files: named columns, with line, column and remedy of each defect.
 
-Lines before the header are titles and are not read; the header is the first line that names all columns that are asked
-for. Columns are separated by commas, semicolons or tabs. A first row with units under them, `(s),(N)`, and no number is
-read as such, and said. Everything else must be a number: nothing is skipped, guessed or filled in. No numpy: a table is
-looked at when a scene is checked.
+Lines before the header are titles and are not read; the header is the first line that names all requested columns.
+Columns are separated by commas, semicolons or tabs. A first row of units under them, `(s),(N)`, without numbers is read
+as such, and reported. Everything else must be a number: nothing is skipped, guessed or filled in. It uses no numpy,
+since tables are read when a scene is checked.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ Row = tuple[int, list[str]]  # the number of its line, and its fields
 
 @dataclass(frozen=True)
 class Columns:
-    """The columns that were asked for: numbers by name, and the line of each row."""
+    """Requested columns of a table: numbers by name, and the line of each row."""
 
     name: str  # of the file
     numbers: dict[str, tuple[float, ...]]
@@ -45,10 +45,10 @@ class Columns:
     notes: tuple[str, ...] = ()  # what was read as units
 
 
-def columns(file: Path, asked: Sequence[str]) -> Columns:
-    """The columns of a file that are called so. Raises Unreadable with the place."""
+def read_columns(file: Path, asked: Sequence[str]) -> Columns:
+    """Return the named columns of a file. Raises Unreadable with the place."""
     text = _text(file)
-    separator, header, rows = _found(file.name, text, list(dict.fromkeys(asked)))
+    separator, header, rows = _find_table(file.name, text, list(dict.fromkeys(asked)))
     places = {name: _place(file.name, header, name) for name in asked}
     filled = [row for row in rows if any(row[1])]
     notes: tuple[str, ...] = ()
@@ -59,13 +59,13 @@ def columns(file: Path, asked: Sequence[str]) -> Columns:
     if not filled:
         raise Unreadable(file.name, "it has no rows of numbers below its header", "give one row for each point")
     for row in filled:
-        _whole(file.name, row, header, separator)
+        _check_field_count(file.name, row, header, separator)
     numbers = {name: tuple(_number(file.name, row, name, i) for row in filled) for name, i in places.items()}
     return Columns(file.name, numbers, tuple(line for line, _ in filled), notes)
 
 
-def header(file: Path) -> tuple[str, ...]:
-    """What seem to be the names of a file's columns. Raises Unreadable where there are none."""
+def read_header(file: Path) -> tuple[str, ...]:
+    """Return the likely names of a file's columns. Raises Unreadable if there are none."""
     text = "".join(_text(file).splitlines(keepends=True)[:BEFORE])
     likely = max((_header(_rows(file.name, text, separator)) for separator in SEPARATORS), key=len)
     if likely and all(map(COMMA.fullmatch, likely)):
@@ -88,8 +88,8 @@ def _text(file: Path) -> str:
     return text
 
 
-def _found(name: str, text: str, asked: list[str]) -> tuple[str, list[str], list[Row]]:
-    """The separator, the header and the rows below it."""
+def _find_table(name: str, text: str, asked: list[str]) -> tuple[str, list[str], list[Row]]:
+    """Return the separator, the header and the rows below it."""
     likely: list[str] = []
     for separator in SEPARATORS:
         rows = _rows(name, text, separator, BEFORE)
@@ -104,7 +104,7 @@ def _found(name: str, text: str, asked: list[str]) -> tuple[str, list[str], list
 
 
 def _rows(name: str, text: str, separator: str, most: int | None = None) -> list[Row]:
-    """The rows that are not empty, of all lines or of the first so many."""
+    """Return the non-empty rows, of all lines or of the first `most`."""
     import csv
 
     reader = csv.reader(text.splitlines(keepends=True), delimiter=separator)
@@ -122,7 +122,7 @@ def _rows(name: str, text: str, separator: str, most: int | None = None) -> list
 
 
 def _header(rows: list[Row]) -> list[str]:
-    """What seems to be the header: the last line of several words above the first row of several numbers."""
+    """Return the likely header: the last line of several words above the first row of several numbers."""
     known: list[str] = []
     for _, fields in rows:
         filled = [field for field in fields if field]
@@ -133,7 +133,7 @@ def _header(rows: list[Row]) -> list[str]:
 
 
 def _has_units(asked: list[str], row: list[str]) -> bool:
-    """Whether a row has units: under the columns that are asked for, or under others where it has nothing there."""
+    """Return whether a row has units: under the requested columns, or under others if these are empty."""
     fields = next((known for known in (asked, row) if any(f not in NO_UNIT for f in known)), [])
     given = [field for field in fields if field not in NO_UNIT]
     return bool(given) and all(UNIT.fullmatch(f) and f.strip("()[] ").lower() not in MISSING for f in given)
@@ -150,8 +150,8 @@ def _field(row: Row, i: int) -> str:
     return row[1][i] if i < len(row[1]) else ""
 
 
-def _whole(name: str, row: Row, header: list[str], separator: str) -> None:
-    """Raises Unreadable of a row with more fields than its header, as decimal commas make them."""
+def _check_field_count(name: str, row: Row, header: list[str], separator: str) -> None:
+    """Raise Unreadable for a row with more fields than its header, as decimal commas produce."""
     line, fields = row
     if any(fields[len(header) :]):
         count = f"line {line} has {len(fields)} fields, its header {len(header)}"
@@ -160,7 +160,7 @@ def _whole(name: str, row: Row, header: list[str], separator: str) -> None:
 
 
 def _number(name: str, row: Row, column: str, i: int) -> float:
-    """A field as a number. Raises Unreadable."""
+    """Return a field as a number. Raises Unreadable."""
     line, text = row[0], _field(row, i)
     at = f"line {line}, column `{column}`"
     if not text:

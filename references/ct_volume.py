@@ -1,4 +1,4 @@
-"""The surface of a body in voxel data, by marching cubes and a smoothing that keeps its volume."""
+"""Surface of a body in voxel data, by marching cubes and volume-preserving smoothing."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from softmark.records import dataclass
-from softmark.references.data_download import find, source_of
+from softmark.references.data_download import find_file, source_of
 from softmark.references.measured_data import Frame, MeasuredSurface, Unreadable, Vector
 from softmark.references.measured_surface import tidied
 from softmark.references.reference_base import How, Reference
@@ -25,17 +25,17 @@ else:
 
 @dataclass(frozen=True)
 class CtVolume(Reference):
-    """The surface of a body in voxel data: where the values pass a level, by marching cubes.
+    """The surface of a body in voxel data: an isosurface by marching cubes.
 
-    Formats: NumPy (.npy, .npz) with `spacing`; NRRD; NIfTI; DICOM, by the folder of a series or one file of it. What a
-    file says of its voxels' size, place and directions is used; NRRD and NIfTI are in the frame of their own
-    header, DICOM in that of the patient. The body is what lies above `iso`; the level halfway between background
-    and body is unbiased for flat faces. `smoothing` is the number of steps of Taubin's filter, which
-    keeps the volume. `x` and `z` say which directions of the file are the scene's axes, y follows.
+    Formats: NumPy (.npy, .npz) with `spacing`; NRRD; NIfTI; DICOM, by the folder of a series or one file of it. Size,
+    position and directions of voxels are taken from the file; NRRD and NIfTI are in the frame of their own header,
+    DICOM in that of the patient. The body is the region above `iso`; the level halfway between background and body is
+    unbiased for flat faces. `smoothing` is the number of steps of Taubin's filter, which preserves the volume. `x` and
+    `z` are the file's directions of the scene's axes, y follows.
 
-    `uncertainty` is how far any point of the surface may be from where it was: differences below it say
-    nothing. A `virtual_scan` with the same voxels measures what the chain itself adds.
-    Needs the extra `imaging`: `pip install "softmark[imaging]"`.
+    `uncertainty` is the largest distance of any point of the surface from the truth: smaller differences are not
+    significant. A `virtual_scan` with the same voxels measures the error of the imaging chain itself. Needs the extra
+    `imaging`: `pip install "softmark[imaging]"`.
     Source: Lewiner, Lopes, Vieira and Tavares 2003, J. Graphics Tools 8:1 (marching cubes); Taubin 1995.
     """
 
@@ -57,19 +57,19 @@ class CtVolume(Reference):
     error_meaning: ClassVar[str] = "uncertainty of the place of a measured point, m, as the scene states it"
 
     def load(self, beside: Path | None = None) -> MeasuredSurface:
-        """The surface in the scene's frame. Raises Unreadable."""
-        file = find(self.path, beside)
+        """Return the surface in the scene's frame. Raises Unreadable."""
+        file = find_file(self.path, beside)
         volume = read_volume(file, self.spacing, self.unit)
-        points, triangles, notes = isosurface(volume, self.iso, self.smoothing, self.keep, file.name)
+        points, triangles, notes = extract_isosurface(volume, self.iso, self.smoothing, self.keep, file.name)
         placed = Frame(1.0, self.x, self.z, self.origin).points(points, file.name)
         by = source_of(self.citation, self.path, file.name)
         return MeasuredSurface(placed, triangles, self.uncertainty, by, notes=notes)
 
 
-def isosurface(
+def extract_isosurface(
     volume: VoxelVolume, iso: float, smoothing: int, keep: str, name: str
 ) -> tuple[Array, Ints, tuple[str, ...]]:
-    """The closed surface (points in m, triangles turned outwards) of what lies above `iso`, and what to know of it.
+    """Return the closed surface (points in m, triangles outward) of the region above `iso`, with notes on it.
 
     Source: Lewiner, Lopes, Vieira and Tavares 2003, J. Graphics Tools 8:1. Raises Unreadable.
     """
@@ -78,7 +78,7 @@ def isosurface(
     if not low <= iso < high:
         reason = f"no surface passes the level {iso:g}: its values lie between {low:g} and {high:g}"
         raise Unreadable(name, reason, f"give an `iso` between them, such as {(low + high) / 2:g}")
-    values, corner, cut = _cropped(volume, iso, low)
+    values, corner, cut = _crop(volume, iso, low)
     indices, faces, *_ = measure.marching_cubes(values, iso, gradient_direction="ascent", allow_degenerate=False)
     triangles = np.ascontiguousarray(faces[:, ::-1] if np.linalg.det(volume.axes) < 0 else faces, dtype=np.int64)
     points, triangles, notes = tidied(name, volume.points(indices + corner), triangles, keep)
@@ -86,8 +86,8 @@ def isosurface(
     return taubin(points, triangles, smoothing), triangles, (*ended, *notes)
 
 
-def _cropped(volume: VoxelVolume, iso: float, low: float) -> tuple[Array, Array, bool]:
-    """Values around the body in a layer of background, the index of their corner, and whether the body is cut."""
+def _crop(volume: VoxelVolume, iso: float, low: float) -> tuple[Array, Array, bool]:
+    """Return values around the body with a layer of background, the index of their corner, and whether the body is cut."""
     above = volume.values > iso
     spans = [np.flatnonzero(above.any(axis=tuple({0, 1, 2} - {axis}))) for axis in range(3)]
     first, last = (np.array([int(s[end]) for s in spans]) for end in (0, -1))

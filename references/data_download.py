@@ -1,12 +1,12 @@
-"""Public data sets, fetched when a scene names one: `data:silicone-beam/truthCylinder-Deformed.obj`.
+"""Public data sets, downloaded when a scene names one: `data:silicone-beam/truthCylinder-Deformed.obj`.
 
-A data set is looked for in the folder that $SOFTMARK_DATA names, under its own name; then in the cache,
-$XDG_CACHE_HOME/softmark/data or ~/.cache/softmark/data; then it is downloaded into the cache. Whatever is
-found is compared with the checksum here, so that a reference is the same file for everybody. No data set is
-part of the project: their licences stay with them.
+A data set is searched in the folder $SOFTMARK_DATA, under its own name; then in the cache,
+$XDG_CACHE_HOME/softmark/data or ~/.cache/softmark/data; then it is downloaded into the cache. Each file is compared
+with its checksum here, so that a reference is the same file for everybody. No data set is part of the project: their
+licences stay with them.
 
-To add one, write its line in `TABLE`: an address that cannot change (a commit, not a branch), the SHA-256 and
-the size of the file, its licence, and who measured it.
+To add one, write its line in `TABLE`: an address that cannot change (a commit, not a branch), the SHA-256 and the size
+of the file, its licence, and its authors.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ Progress = Callable[[int, int], None]  # bytes so far, bytes in all
 
 
 class Unavailable(Unreadable):
-    """A data set is not here and cannot be had. `reason` says why, `remedy` what to do offline."""
+    """A data set is missing and cannot be downloaded. `reason` is the cause, `remedy` what to do offline."""
 
 
 @dataclass(frozen=True)
 class DataSet:
-    """A file that somebody published."""
+    """A published file."""
 
     name: str
     what: str
@@ -148,26 +148,26 @@ TABLE: dict[str, DataSet] = {
 }
 
 
-def find(path: str, beside: Path | None = None, progress: Progress | None = None) -> Path:
-    """The file that a scene means: a data set, or a file named relative to the folder `beside`.
+def find_file(path: str, beside: Path | None = None, progress: Progress | None = None) -> Path:
+    """Return the file of a path in a scene: a data set, or a file relative to the folder `beside`.
 
-    Raises Unavailable where it is not there.
+    Raises Unavailable if it is missing.
     """
     if path.startswith(PREFIX):
-        return locate(path.removeprefix(PREFIX), progress)
+        return locate_data_set(path.removeprefix(PREFIX), progress)
     file = Path(path) if beside is None else beside / path
     if file.exists():
         return file
     raise Unavailable(path, f"there is no file {file}", "give a path relative to the scene's own folder")
 
 
-def locate(name: str, progress: Progress | None = None) -> Path:
-    """The file of the data set `name`, downloaded if need be. Raises Unavailable."""
-    return here(name) or _fetched(_entry(name), progress)
+def locate_data_set(name: str, progress: Progress | None = None) -> Path:
+    """Return the file of the data set `name`, downloaded if needed. Raises Unavailable."""
+    return find_local(name) or _fetch(_entry(name), progress)
 
 
-def here(name: str) -> Path | None:
-    """The file of the data set `name` if it is on this machine; nothing is downloaded. Raises Unavailable."""
+def find_local(name: str) -> Path | None:
+    """Return the local file of the data set `name`, None if it is not downloaded. Raises Unavailable."""
     entry = _entry(name)
     return _given(entry) or _cached(entry)
 
@@ -179,12 +179,12 @@ def _entry(name: str) -> DataSet:
 
 
 def source_of(citation: str, path: str, file: str) -> str:
-    """Who measured what a scene names: as the scene says, as the data set says, or the name of the file alone."""
-    return citation or cited(path) or f"the file {file}"
+    """Return who measured a scene's data: from the scene, from the data set, or else the file's name."""
+    return citation or authors_of(path) or f"the file {file}"
 
 
-def cited(path: str) -> str:
-    """Who measured the data set that a path names, or an empty text."""
+def authors_of(path: str) -> str:
+    """Return who measured the data set of a path, or an empty text."""
     entry = TABLE.get(path.removeprefix(PREFIX)) if path.startswith(PREFIX) else None
     return entry.citation if entry else ""
 
@@ -199,7 +199,7 @@ def _close(name: str) -> str:
 
 
 def _given(entry: DataSet) -> Path | None:
-    """The file in $SOFTMARK_DATA."""
+    """Return the file in $SOFTMARK_DATA."""
     folder = os.environ.get("SOFTMARK_DATA")
     if not folder:
         return None
@@ -224,7 +224,7 @@ def _cached(entry: DataSet) -> Path | None:
 
 
 def _place(entry: DataSet) -> Path | None:
-    """Where the cache keeps a file; None where there is neither a cache nor a home."""
+    """Return where the cache keeps a file; None without a cache and a home folder."""
     try:
         root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     except RuntimeError:  # no home directory
@@ -232,8 +232,8 @@ def _place(entry: DataSet) -> Path | None:
     return root / "softmark" / "data" / entry.sha256 / Path(entry.name).name
 
 
-def _fetched(entry: DataSet, progress: Progress | None) -> Path:
-    """The file, downloaded into the cache: all of it or nothing."""
+def _fetch(entry: DataSet, progress: Progress | None) -> Path:
+    """Return the file, downloaded completely into the cache or not at all."""
     import tempfile
 
     file = _place(entry)
@@ -256,7 +256,7 @@ def _fetched(entry: DataSet, progress: Progress | None) -> Path:
 
 
 def _download(entry: DataSet, out: Any, progress: Progress | None) -> None:
-    """Write the file from the first address that has it. Raises Unavailable with what each of them did."""
+    """Write the file from the first address that has it. Raises Unavailable with the error of each."""
     failures = []
     for url in entry.urls:
         out.seek(0)
@@ -270,7 +270,7 @@ def _download(entry: DataSet, out: Any, progress: Progress | None) -> None:
 
 
 def _copy(url: str, entry: DataSet, out: Any, progress: Progress | None) -> str | None:
-    """Copy one address to a file; what went wrong, or None."""
+    """Copy one address to a file; return the error, or None."""
     import hashlib
     import http.client
     import urllib.request

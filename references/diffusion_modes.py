@@ -1,4 +1,4 @@
-"""What diffuses, by its modes: quantities that follow a course by a lasting part and by terms that decay."""
+"""Modal solution of diffusion problems: a steady part that follows the amplitude, and decaying terms."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ LEAST, MOST = 1_000, 20_000  # modes: a ramp takes the first, 2e-8 of the time o
 AT_ONCE = 1e-12  # relative to the time: closer jumps count as now
 
 
-def left(driven: Driven, rates: Array, t: float) -> Array:
-    """int exp(-rate (t - s)) dc(s) of a course up to time t for rates (n,), 1/s: (n,); jumps at t are among it."""
+def decayed_amplitude(driven: Driven, rates: Array, t: float) -> Array:
+    """Return int exp(-rate (t - s)) dc(s) of an amplitude up to time t for rates (n,), 1/s: (n,); jumps at t included."""
     found = np.zeros(len(rates))
     for at, size in driven.jumps:
         if at <= t:
@@ -38,35 +38,35 @@ def left(driven: Driven, rates: Array, t: float) -> Array:
     return found
 
 
-def sharpest(driven: Driven, t: float) -> float:
-    """How long ago the last jump before t was, s; 0 where one is now; infinite of a course without any."""
+def time_since_jump(driven: Driven, t: float) -> float:
+    """Return the time since the last jump before t, s; 0 for a jump at t; infinite without jumps."""
     ages = [t - at for at, size in driven.jumps if size and at <= t]
     return min((0.0 if age <= AT_ONCE * t else age for age in ages), default=math.inf)
 
 
 def slope(driven: Driven, t: float) -> float:
-    """How fast the course grows just before t, 1/s, but for jumps."""
+    """Return the slope of the amplitude just before t, 1/s, without jumps."""
     return sum((s.a * cmath.exp(1j * s.w * (t - s.begin))).real for s in driven.swings if s.begin < t <= s.end)
 
 
-def since(driven: Driven, t: float, kinks: bool) -> float:
-    """How long ago the last jump before t was, s, or the last kink, where `kinks` count; 0 of a jump that is now."""
-    age = sharpest(driven, t)
+def time_since_event(driven: Driven, t: float, kinks: bool) -> float:
+    """Return the time since the last jump before t, s, or the last kink, if `kinks`; 0 for a jump at t."""
+    age = time_since_jump(driven, t)
     breaks = [at for swing in driven.swings for at in (swing.begin, swing.end)] if kinks else []
     return min([age, *(t - at for at in breaks if t - at > AT_ONCE * t)])
 
 
-def enough(driven: Driven, t: float, scale: float, kinks: bool = False) -> int:
-    """How many modes, their rates near (pi n)^2 / scale (s), tell everything at time t; after `kinks` too."""
-    age = since(driven, t, kinks)
+def count_needed_modes(driven: Driven, t: float, scale: float, kinks: bool = False) -> int:
+    """Return how many modes, with rates near (pi n)^2 / scale (s), suffice at time t; with `kinks` also after these."""
+    age = time_since_event(driven, t, kinks)
     if age == 0.0:
         return MOST
     return int(min(MOST, max(LEAST, math.sqrt(GONE * scale / age) / math.pi + 2.0)))
 
 
-def must_be_told(driven: Driven, t: float, scale: float, moved: bool = False) -> None:
-    """Raises NotSolved where modes do not tell the answer: too soon after a jump, or of the force just at one."""
-    age = since(driven, t, moved)
+def require_convergence(driven: Driven, t: float, scale: float, moved: bool = False) -> None:
+    """Raise NotSolved if modes do not converge: too soon after a jump, or for the force at a jump."""
+    age = time_since_event(driven, t, moved)
     if age == 0.0 and moved:
         raise NotSolved("it is moved at once, and just then the force is infinite: look at it later", (t,))
     soonest = GONE * scale / (math.pi * (MOST - 2)) ** 2
@@ -76,11 +76,12 @@ def must_be_told(driven: Driven, t: float, scale: float, moved: bool = False) ->
 
 
 @dataclass(frozen=True)
-class Followed:
-    """How (k,) quantities follow a course: lasting c(t) + sum over n of shares left_n(t), and at once of a jump.
+class ModalResponse:
+    """Response of (k,) quantities to an amplitude: lasting c(t) + sum over n of shares left_n(t), and the jump
+    response.
 
-    Modes beyond the last are nothing but of a jump that is now: with them it comes to `at_once`. Where shares do not
-    fall, these modes follow a slope without delay: `moments` are the sums of all shares by their rates, s.
+    Modes beyond the last are zero except at a jump at t: with them the response is `at_once`. If shares do not decay,
+    these modes follow a slope without delay: `moments` are the sums of all shares over their rates, s.
     """
 
     lasting: Array  # (k,)
@@ -89,17 +90,19 @@ class Followed:
     moments: Array | None = None  # (k,)
 
     def at(self, driven: Driven, rates: Array, t: float) -> Array:
-        """At time t, s (k,)."""
+        """Return the quantities (k,) at time t, s."""
         now = sum(size for at, size in driven.jumps if abs(t - at) <= AT_ONCE * t)
         rest = self.at_once - self.lasting - self.shares.sum(axis=1)
-        found: Array = self.lasting * driven.left(0.0, t) + self.shares @ left(driven, rates, t)
+        found: Array = self.lasting * driven.left(0.0, t) + self.shares @ decayed_amplitude(driven, rates, t)
         if self.moments is not None:
             found += slope(driven, t) * (self.moments - (self.shares / rates).sum(axis=1))
         return found + now * rest if now else found
 
     def missed(self, driven: Driven, rates: Array, t: float) -> float:
-        """What modes beyond the last may come to, at most: their shares fall at least as fast as 1/n."""
+        """Return a bound of the modes beyond the last: their shares fall at least as fast as 1/n."""
         before = Driven([(at, size) for at, size in driven.jumps if abs(t - at) > AT_ONCE * t], driven.swings)
         last = np.abs(self.shares[:, -20:]).max(initial=0.0)
-        own = left(before, rates[-1:], t)[0] - (slope(driven, t) / rates[-1] if self.moments is not None else 0.0)
+        own = decayed_amplitude(before, rates[-1:], t)[0] - (
+            slope(driven, t) / rates[-1] if self.moments is not None else 0.0
+        )
         return float(last * len(rates) * abs(own))

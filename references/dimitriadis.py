@@ -1,4 +1,4 @@
-"""A rigid sphere that is pressed into a thin layer without friction: the series of Dimitriadis and others."""
+"""Indentation of a thin layer by a rigid sphere without friction: the series of Dimitriadis and others."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class Series(SamePlace):
 
     @property
     def x(self) -> float:
-        """sqrt(R d) / h."""
+        """Dimensionless contact size sqrt(R d) / h."""
         return self.pressed.radius / self.pressed.around.thickness
 
     @property
     def push(self) -> float:
-        """The force into the body, N."""
+        """Force into the body, N."""
         own = self.pressed
         if not own.touches:
             return 0.0
@@ -39,17 +39,17 @@ class Series(SamePlace):
 
     @property
     def area(self) -> float:
-        """It tells no radius of contact."""
+        """Not available: the series gives no contact radius."""
         return math.nan
 
     @property
     def largest_pressure(self) -> float:
-        """It tells no pressure."""
+        """Not available: the series gives no pressure."""
         return math.nan
 
     @property
     def off(self) -> dict[str, float]:
-        """By how much, relative, its force is off: `series` by the integral equation, `depth` for one not small."""
+        """Relative errors of the force: `series` against the integral equation, `depth` for a large depth."""
         own = self.pressed
         if not own.touches:
             return {"series": 0.0, "depth": 0.0}
@@ -57,21 +57,21 @@ class Series(SamePlace):
 
     @property
     def estimated_error(self) -> float:
-        """m, of the depth at which it has its force."""
+        """Error of the depth for the given force, m."""
         return abs(self.off["series"]) * abs(self.pressed.depth) / self.pressed.tip.grows
 
 
 @dataclass(frozen=True)
 class Dimitriadis(Reference):
-    """A rigid sphere that is pressed into an incompressible layer without friction: the force, by a series.
+    """Indentation of an incompressible layer by a rigid sphere without friction: the force, by a series.
 
-    F = 16/9 E sqrt(R) d^(3/2) (1 + 1.133 x + 1.283 x^2 + 0.769 x^3 + 0.0975 x^4) of x = sqrt(R d)/h where the layer is
-    bonded to what it lies on (its far face fixed), and 1 + 0.884 x + 0.781 x^2 + 0.386 x^3 + 0.0048 x^4 where it slides
-    (held along its normal alone). The series is of Poisson's ratio 0.5: below 0.49 it is refused, as is x > 1. What it
-    is off by the integral equation of the same layer is in the report (`off`): of a sliding layer the exact first
-    coefficient is 0.744, not 0.884. `pressed_layer` solves that equation, for any Poisson's ratio.
+    F = 16/9 E sqrt(R) d^(3/2) (1 + 1.133 x + 1.283 x^2 + 0.769 x^3 + 0.0975 x^4) with x = sqrt(R d)/h if the layer is
+    bonded to its base (its far face fixed), and 1 + 0.884 x + 0.781 x^2 + 0.386 x^3 + 0.0048 x^4 if it slides (held
+    along its normal only). The series holds for Poisson's ratio 0.5: below 0.49 it is refused, as is x > 1. Its error
+    by the integral equation of the same layer is in the report (`off`): for a sliding layer the exact first coefficient
+    is 0.744, not 0.884. `pressed_layer` solves that equation, for any Poisson's ratio.
 
-    It takes what `hertz` takes. The metric `force` may be held against it.
+    It applies to the same cases as `hertz`. It can be compared with the metric `force`.
     Source: Dimitriadis, Horkay, Maresca, Kachar and Chadwick 2002, Biophys. J. 82, 2798-2810.
     """
 
@@ -85,7 +85,7 @@ class Dimitriadis(Reference):
     error_meaning: ClassVar[str] = "depth of which its force is off by the integral equation, m, and rounding"
 
     def must_hold(self, pressed: Pressed) -> None:
-        """Raises Refused where an assumption is broken."""
+        """Raise NotApplicable if an assumption is violated."""
         pressed.must_slip_freely()
         pressed.must_be_shallow()
         if pressed.kind != "sphere":
@@ -99,10 +99,10 @@ class Dimitriadis(Reference):
         pressed.must_be_wide()
 
     def solve(self, pressed: Pressed) -> Series:
-        """What it says. Raises Refused where an assumption is broken."""
+        """Return the solution. Raises NotApplicable if an assumption is violated."""
         self.must_hold(pressed)
         return self.solved(pressed)
 
     def solved(self, pressed: Pressed) -> Series:
-        """The same, whatever it is asked of."""
+        """Return the series without checks."""
         return Series(pressed.half_space)

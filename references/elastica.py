@@ -1,4 +1,4 @@
-"""The large-deflection Bernoulli-Euler beam: the theory of the silicone beam's figure 3 and table 1."""
+"""Large-deflection Bernoulli-Euler beam: the theory of the silicone beam's figure 3 and table 1."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import CentreLine
-from softmark.references.elastica_collocation import bend
+from softmark.references.elastica_collocation import solve_rod
 from softmark.references.reference_base import Reference
 from softmark.references.straight_cantilever import Cantilever
 
@@ -23,13 +23,13 @@ else:
 class Elastica(Reference):
     """The cantilever under its own weight, large-deflection Bernoulli-Euler theory.
 
-    phi'' = -(w / EI) (L - s) cos(phi), phi(0) = 0, phi'(L) = 0, with phi the slope at the arc length s,
-    w = rho A g the weight per length and EI the bending stiffness. The centre line follows from x' = cos(phi)
-    along the axis and y' = sin(phi) along gravity; points off it turn with their cross-section.
+    phi'' = -(w / EI) (L - s) cos(phi), phi(0) = 0, phi'(L) = 0, with phi the slope at the arc length s, w = rho A g the
+    weight per length and EI the bending stiffness. The centre line follows from x' = cos(phi) along the axis and y' =
+    sin(phi) along gravity; points off it rotate with their cross-section.
 
-    Assumes a straight uniform beam, clamped at one end and horizontal there, linear in its curvature, that
-    neither stretches nor shears: the error of that is of order (depth / length)^2, several per cent for a
-    thick beam. Holds for every load parameter k = w L^3 / (EI); solved for k up to 1e5.
+    It assumes a straight uniform beam, clamped at one end and horizontal there, linear in its curvature, without
+    stretch or shear: the error of that is of order (depth / length)^2, several per cent for a thick beam. It holds for
+    every load parameter k = w L^3 / (EI); solved for k up to 1e5.
     Source: Marchal, Allard, Duriez and Cotin 2008, ISBMS, LNCS 5104:176, equation (3).
     """
 
@@ -45,24 +45,24 @@ class Elastica(Reference):
     )
 
     def solve(self, cantilever: Cantilever) -> CentreLine:
-        """The bent centre line. Raises NotSolved where 1e-10 relative is not reached."""
-        return bend(Inextensible(cantilever.load_parameter), cantilever)
+        """Return the bent centre line. Raises NotSolved if 1e-10 relative is not reached."""
+        return solve_rod(Inextensible(cantilever.load_parameter), cantilever)
 
 
 @dataclass(frozen=True)
 class Inextensible:
-    """A rod that only bends, in the scale of its length; k = w L^3 / (EI)."""
+    """An inextensible rod that only bends, scaled by its length; k = w L^3 / (EI)."""
 
     k: float
 
     def bending(self, s: Array, phi: Array) -> Array:
-        """g = k (1 - s) cos(phi). Source: Marchal et al. 2008, equation (3)."""
+        """Return g = k (1 - s) cos(phi). Source: Marchal et al. 2008, equation (3)."""
         return self.k * (1 - s) * np.cos(phi)
 
     def bending_slope(self, s: Array, phi: Array) -> Array:
-        """dg/dphi = -k (1 - s) sin(phi)."""
+        """Return dg/dphi = -k (1 - s) sin(phi)."""
         return -self.k * (1 - s) * np.sin(phi)
 
     def strain(self, s: Array, phi: Array) -> tuple[Array, Array]:
-        """x' - 1 = cos(phi) - 1, written without cancellation, and y' = sin(phi)."""
+        """Return x' - 1 = cos(phi) - 1, without cancellation, and y' = sin(phi)."""
         return -2 * np.sin(phi / 2) ** 2, np.sin(phi)

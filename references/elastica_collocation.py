@@ -1,4 +1,4 @@
-"""The slope of a bent rod, by Chebyshev collocation of its integral equation.
+"""Slope of a bent rod, by Chebyshev collocation of its integral equation.
 
 In the scale of the length, s in [0, 1], a clamped rod under dead weight obeys
 
@@ -42,7 +42,7 @@ SMALLEST = 1e-300  # rad: a first iterate may round to zero under a load of noth
 
 
 class NotSolved(Exception):
-    """The accuracy was not reached. `history` holds the relative changes in the order they were seen."""
+    """The accuracy was not reached. `history` holds the relative changes in their order."""
 
     def __init__(self, message: str, history: tuple[float, ...]) -> None:
         super().__init__(message)
@@ -50,21 +50,21 @@ class NotSolved(Exception):
 
 
 class PlanarRod(Protocol):
-    """A planar rod in the scale of its length: s in [0, 1], phi (n,) from the axis towards gravity, rad."""
+    """A planar rod scaled by its length: s in [0, 1], phi (n,) from the axis towards gravity, rad."""
 
     def bending(self, s: Array, phi: Array) -> Array:
-        """g = -phi'', the moment that the weight outboard of s adds per length."""
+        """Return g = -phi'', the moment per length of the weight beyond s."""
 
     def bending_slope(self, s: Array, phi: Array) -> Array:
-        """dg/dphi."""
+        """Return dg/dphi."""
 
     def strain(self, s: Array, phi: Array) -> tuple[Array, Array]:
-        """x' - 1 and y': the rates of the displacements along the axis and along gravity."""
+        """Return x' - 1 and y': the rates of the displacements along the axis and along gravity."""
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Chebyshev points of [0, 1] and the operators on values at them."""
+    """Chebyshev points of [0, 1] and operators on values at them."""
 
     s: Array  # (n,)
     coefficients: Array  # (n, n): values to Chebyshev coefficients
@@ -73,7 +73,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class RodShape:
-    """A solution on one grid: Chebyshev coefficients over [0, 1], all in the scale of the length."""
+    """A solution on one grid: Chebyshev coefficients over [0, 1], scaled by the length."""
 
     phi: Array  # (n + 2,)
     curvature: Array  # (n + 1,), phi'
@@ -81,17 +81,17 @@ class RodShape:
     transverse: Array  # (n + 1,)
 
     def at(self, s: Array) -> Array:
-        """Rotation and both displacements at the stations s (m,): (3, m)."""
+        """Return rotation and both displacements at the stations s (m,): (3, m)."""
         z = 2 * s - 1
         return np.stack([_value(z, c) for c in (self.phi, self.axial, self.transverse)])
 
 
-def bend(rod: PlanarRod, cantilever: Cantilever) -> CentreLine:
-    """The centre line of `cantilever` where it obeys the equations of `rod`.
+def solve_rod(rod: PlanarRod, cantilever: Cantilever) -> CentreLine:
+    """Return the centre line of `cantilever` by the equations of `rod`.
 
-    The resolution doubles until rotation and displacements change by less than ACCURACY, relative. The
-    estimated error is that last change plus rounding: the change is the error of the coarser solution, and
-    the finer is returned. Raises NotSolved.
+    The resolution doubles until rotation and displacements change by less than ACCURACY, relative. The estimated error
+    is that last change plus rounding: the change is the error of the coarser solution, and the finer is returned.
+    Raises NotSolved.
     """
     shape = _shape(rod, RESOLUTIONS[0])
     changes: list[float] = []
@@ -133,7 +133,7 @@ def _newton(rod: PlanarRod, grid: Grid) -> Array:
 
 
 def _between_axis_and_gravity(shape: RodShape, changes: list[float]) -> None:
-    """Hold the result to the range in which the solution is unique; a coarse grid may overshoot it."""
+    """Check that the slope is in the range of uniqueness, 0 to pi/2; a coarse grid may overshoot it."""
     phi = _value(np.linspace(-1, 1, 401), shape.phi)
     if phi.min() < -ACCURACY or phi.max() > np.pi / 2 + ACCURACY:
         raise NotSolved("the rotation leaves the range from the axis to gravity", tuple(changes))
@@ -149,12 +149,12 @@ def _grid(n: int) -> Grid:
 
 
 def _moment(g: Array) -> Array:
-    """The integral of the series g from s to 1."""
+    """Return the integral of the series g from s to 1."""
     return -np.asarray(np.polynomial.chebyshev.chebint(g, lbnd=1, scl=0.5), dtype=float)
 
 
 def _from_root(rate: Array) -> Array:
-    """The integral of the series `rate` from 0 to s."""
+    """Return the integral of the series `rate` from 0 to s."""
     return np.asarray(np.polynomial.chebyshev.chebint(rate, lbnd=-1, scl=0.5), dtype=float)
 
 
@@ -163,7 +163,7 @@ def _value(z: Array, series: Array) -> Array:
 
 
 def _change(coarse: RodShape, fine: RodShape) -> tuple[float, float]:
-    """Largest difference between two shapes, and largest value, in the scale of the length."""
+    """Return the largest difference between two shapes, and the largest value, scaled by the length."""
     s = (1 - np.cos(np.linspace(0, np.pi, 401))) / 2  # denser at the ends, where a stiff load bends the rod
     values = fine.at(s)
     return float(np.abs(coarse.at(s) - values).max()), float(np.abs(values).max())

@@ -1,4 +1,4 @@
-"""Frames under small loads: the stiffness method, with members whose flexibility is integrated along them."""
+"""Frames under small loads: the stiffness method, with the flexibility of members integrated along them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from functools import cache, cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.beam_centre_line import points_of
+from softmark.references.beam_centre_line import as_points
 from softmark.references.reference_base import About, Reference
 from softmark.references.straight_cantilever import Refused, Vector
 
@@ -28,9 +28,9 @@ LOOSE = 1e-13  # relative to the largest stiffness: smaller stiffness counts as 
 
 @dataclass(frozen=True)
 class FrameMember:
-    """A straight stretch from one node to another, `axes` as rows: along it, and those of its section.
+    """A straight member from one node to another, `axes` as rows: along it, and those of its section.
 
-    `stiffness` of stations (n,) is EA, GA2, GA3, GJ, EI2, EI3 (n, 6), `load` what acts along it in space (n, 3), N/m.
+    `stiffness` at stations (n,) is EA, GA2, GA3, GJ, EI2, EI3 (n, 6), `load` the distributed load in space (n, 3), N/m.
     """
 
     nodes: tuple[int, int]
@@ -41,13 +41,14 @@ class FrameMember:
 
     @cached_property
     def frame(self) -> Array:
-        """Its axes (3, 3), as rows."""
+        """Axes (3, 3), as rows."""
         return np.array(self.axes)
 
     def moved(self, s: Array, force: Array) -> Array:
-        """Displacements and turns at stations s (n,) of a cantilever with `force` (6, k) at its end alone: (n, 6, k).
+        """Return displacements and rotations at stations s (n,) under `force` (6, k) at the end: (n, 6, k).
 
-        In its own axes, held where it begins: u = int (gamma + kappa x (s - t)) dt, theta = int kappa dt.
+        They are in its own axes, for a cantilever clamped at its start: u = int (gamma + kappa x (s - t)) dt, theta =
+        int kappa dt.
         """
         t, w = _rule(PLACES)
         places, weights = s[:, None] * t, s[:, None] * w  # (n, g)
@@ -56,7 +57,7 @@ class FrameMember:
         return self._integrated(s, places, weights, n, force[3:] + arm @ n)
 
     def sagged(self, s: Array) -> Array:
-        """The same of its load alone (n, 6)."""
+        """Return displacements and rotations at stations s under its load only (n, 6)."""
         t, w = _rule(PLACES)
         places, weights = s[:, None] * t, s[:, None] * w
         beyond, also = _rule(FEW)
@@ -77,19 +78,19 @@ class FrameMember:
 
     @cached_property
     def flexibility(self) -> Array:
-        """What its end moves by under forces and moments there (6, 6), held where it begins."""
+        """Flexibility of its end (6, 6), with the start clamped."""
         found: Array = self.moved(np.array([self.length]), np.eye(6))[0]
         return found
 
     @cached_property
     def sag(self) -> Array:
-        """What its end does under its load alone (6,), held where it begins."""
+        """Displacement and rotation of its end under its load only (6,), with the start clamped."""
         found: Array = self.sagged(np.array([self.length]))[0]
         return found
 
     @cached_property
     def carried(self) -> Array:
-        """What its load comes to about where it begins (6,), in its own axes."""
+        """Resultant of its load about its start (6,), in its own axes."""
         t, w = _rule(FEW)
         q = self.load(self.length * t) @ self.frame.T
         moments = np.einsum("f,fij,fj->i", self.length * w, _along(self.length * t), q)
@@ -98,60 +99,60 @@ class FrameMember:
 
     @cached_property
     def shift(self) -> Array:
-        """What its end does where its beginning moves and turns, rigidly (6, 6)."""
+        """Rigid motion of its end by a motion of its start (6, 6)."""
         found = np.eye(6)
         found[:3, 3:] = -_along(np.array([self.length]))[0]
         return found
 
     @cached_property
     def turned(self) -> Array:
-        """From space to its own axes, of displacements and turns (6, 6)."""
+        """Rotation from space to its own axes, for displacements and rotations (6, 6)."""
         found: Array = np.asarray(np.kron(np.eye(2), self.frame), dtype=np.float64)
         return found
 
     @cached_property
     def both(self) -> Array:
-        """What its end does against where its beginning would carry it, of both nodes in space (6, 12)."""
+        """Deformation of its end relative to its start, from both nodes' motions in space (6, 12)."""
         found: Array = np.concatenate([-self.shift @ self.turned, self.turned], axis=1)
         return found
 
     @cached_property
     def resists(self) -> Array:
-        """Forces and moments on both its nodes in space for what its end does (12, 6)."""
+        """Forces and moments on both nodes in space from the deformation of its end (12, 6)."""
         found: Array = self.both.T @ np.linalg.inv(self.flexibility)
         return found
 
     @cached_property
     def matrix(self) -> Array:
-        """Its stiffness over both its nodes in space (12, 12)."""
+        """Stiffness over both nodes in space (12, 12)."""
         found: Array = self.resists @ self.both
         return found
 
     @cached_property
     def pushes(self) -> Array:
-        """What its load is there (12,)."""
+        """Nodal load vector (12,)."""
         begin = np.concatenate([self.turned.T @ self.carried, np.zeros(6)])
         found: Array = self.resists @ self.sag + begin
         return found
 
     def turns(self, first: Array, force: Array) -> Array:
-        """At places along it (n, 3), rad, in its own axes, from what its beginning does and the force at its end."""
+        """Return rotations at positions along it (n, 3), rad, in its own axes, from start motion and end force."""
         s = self.length * _rule(FEW)[0]
         s = np.concatenate([[0.0], s, [self.length]])
         found: Array = (self.moved(s, force[:, None])[..., 0] + self.sagged(s))[:, 3:] + first[3:]
         return found
 
     def lengthened(self, turns: Array) -> float:
-        """How much longer its axis becomes by these `turns` of it, m: of second order."""
+        """Return the second-order lengthening of its axis by rotations `turns`, m."""
         w = _rule(FEW)[1]
         found: Array = 0.5 * self.length * w @ (turns[1:-1, 1:] ** 2).sum(axis=1)
         return float(found)
 
     def second(self, force: Array, loaded: bool = True) -> Array:
-        """The work of second order that forces and moments in it do, over both its nodes in space (12, 12).
+        """Return the geometric stiffness of internal forces and moments, over both nodes in space (12, 12).
 
-        Of a rod whose sections turn by exp(theta), theta = (phi, -w', v'), with Hermite's bending:
-        N (v'^2 + w'^2) / 2 + (V2 w' - V3 v') phi / 2 - M . (theta x theta') / 2.
+        For sections rotated by exp(theta), theta = (phi, -w', v'), with Hermite bending: N (v'^2 + w'^2) / 2 + (V2 w' -
+        V3 v') phi / 2 - M . (theta x theta') / 2.
         """
         t, weights = _rule(FEW)
         found, L = np.zeros((12, 12)), self.length
@@ -168,7 +169,7 @@ class FrameMember:
         return np.asarray(to.T @ found @ to, dtype=np.float64)
 
     def _inside(self, place: float, force: Array, loaded: bool) -> Array:
-        """Forces and moments (6,) in the section at a part of its length, in its own axes."""
+        """Return internal forces and moments (6,) at a fraction of its length, in its own axes."""
         rest = (1.0 - place) * self.length
         n = np.concatenate([force[:3], force[3:] + rest * np.cross([1.0, 0.0, 0.0], force[:3])])
         if not loaded:
@@ -182,7 +183,7 @@ class FrameMember:
 
 
 def _hermite(t: float, L: float) -> Array:
-    """v', w', phi, v'', w'' and phi' at a part t of a length, of displacements and turns of both ends (6, 12)."""
+    """Return v', w', phi, v'', w'' and phi' at a fraction t, from displacements and rotations of both ends (6, 12)."""
     steep = np.array(
         [6.0 * t * (t - 1.0) / L, 1.0 - 4.0 * t + 3.0 * t * t, 6.0 * t * (1.0 - t) / L, 3.0 * t * t - 2.0 * t]
     )
@@ -197,7 +198,7 @@ def _hermite(t: float, L: float) -> Array:
 
 @cache
 def _rule(count: int) -> tuple[Array, Array]:
-    """Places and weights of Gauss's rule from 0 to 1."""
+    """Return points and weights of the Gauss rule from 0 to 1."""
     x, w = np.polynomial.legendre.leggauss(count)
     places: Array = 0.5 * (1.0 + x)
     weights: Array = 0.5 * w
@@ -205,7 +206,7 @@ def _rule(count: int) -> tuple[Array, Array]:
 
 
 def _along(d: Array) -> Array:
-    """The matrices of d e1 x (..., 3, 3)."""
+    """Return the matrices of d e1 x (..., 3, 3)."""
     found: Array = np.zeros((*d.shape, 3, 3))
     found[..., 1, 2], found[..., 2, 1] = -d, d
     return found
@@ -213,10 +214,10 @@ def _along(d: Array) -> Array:
 
 @dataclass(frozen=True)
 class Frame:
-    """Nodes (n, 3), m, with forces and moments on them (n, 6), the members between them, and what holds them.
+    """Nodes (n, 3), m, with forces and moments on them (n, 6), members between them, and supports.
 
-    `held` are rows (c, 6 n) over displacements and turns in space that are `imposed` (c,), m or rad. `nearest` says of
-    points which member they go with.
+    `held` are rows (c, 6 n) over displacements and rotations in space that are `imposed` (c,), m or rad. `nearest`
+    returns the member of each point.
     """
 
     X: Array
@@ -226,12 +227,12 @@ class Frame:
     imposed: Array
     nearest: Callable[[Array], Array]
 
-    def balanced(self) -> FramedAnswer:
-        """The equilibrium. Raises Refused where it is free, or not one of small loads."""
+    def balanced(self) -> FrameSolution:
+        """Return the equilibrium. Raises NotApplicable if it is a mechanism, or its loads are not small."""
         P, d = self.forces.ravel().copy(), self._imposed()
         for member, at in self._places():
             P[at] += member.pushes
-        answer = FramedAnswer(self, self._balanced(P, d).reshape(-1, 6))
+        answer = FrameSolution(self, self._balanced(P, d).reshape(-1, 6))
         if not answer.strayed <= SMALL:
             raise Refused(
                 f"its turns, and its forces against those that buckle it, come to {100 * answer.strayed:.2g} %",
@@ -240,7 +241,7 @@ class Frame:
         return answer
 
     def pulled(self, lengthened: list[float]) -> list[Array]:
-        """Forces and moments at the ends of members (6,) whose axes become longer by so much, m."""
+        """Return forces and moments at the ends of members (6,) whose axes are lengthened, m."""
         P, none = np.zeros(6 * len(self.X)), np.zeros(6 * len(self.X))
         strains = [np.array([extra, *[0.0] * 5]) for extra in lengthened]
         for (member, at), strain in zip(self._places(), strains, strict=True):
@@ -252,7 +253,7 @@ class Frame:
         ]
 
     def share(self, forces: list[Array], loaded: bool = True) -> float:
-        """How large a share of what buckles it are forces and moments at the ends of members (6,), either way."""
+        """Return the largest fraction of a buckling load, of either sign, of forces and moments at the ends (6,)."""
         S = np.zeros_like(self._stiffness)
         for (member, at), force in zip(self._places(), forces, strict=True):
             S[np.ix_(at, at)] += member.second(force, loaded)
@@ -261,12 +262,12 @@ class Frame:
         return float(np.abs(np.linalg.eigvalsh(0.5 * (eased + eased.T))).max(initial=0.0))
 
     def _places(self) -> list[tuple[FrameMember, Any]]:
-        """Members with the unknowns of their nodes (12,)."""
+        """Return the members with the unknowns of their nodes (12,)."""
         return [(m, np.concatenate([6 * n + np.arange(6) for n in m.nodes])) for m in self.members]
 
     @cached_property
     def _scale(self) -> Array:
-        """Displacements and turns are that times unknowns of one size (6 n,)."""
+        """Return the scale (6 n,) between displacements or rotations and unknowns of one size."""
         extent = float(np.linalg.norm(np.ptp(self.X, axis=0)))
         return np.tile([1.0, 1.0, 1.0, *[1.0 / extent] * 3], len(self.X))
 
@@ -277,7 +278,7 @@ class Frame:
 
     @cached_property
     def _stiffness(self) -> Array:
-        """K (6 n, 6 n)."""
+        """Return K (6 n, 6 n)."""
         K = np.zeros((6 * len(self.X), 6 * len(self.X)))
         for member, at in self._places():
             K[np.ix_(at, at)] += member.matrix
@@ -285,12 +286,12 @@ class Frame:
 
     @cached_property
     def _held(self) -> tuple[Array, Array, Array, int]:
-        """Singular vectors and values of the held rows, and how many count."""
+        """Return the singular vectors and values of the support rows, and their rank."""
         U, s, Vt = np.linalg.svd(self.held * self._scale)
         return U, s, Vt, int(np.sum(s > 1e-12 * s.max(initial=0.0)))
 
     def _imposed(self) -> Array:
-        """What supports impose, and nothing beside it, in scaled unknowns. Raises Refused where they contradict."""
+        """Return the displacements imposed by supports, in scaled unknowns. Raises NotApplicable if they conflict."""
         U, s, Vt, rank = self._held
         y: Array = Vt[:rank].T @ ((U.T @ self.imposed)[:rank] / s[:rank])
         apart = np.abs(self.held * self._scale @ y - self.imposed).max(initial=0.0)
@@ -300,7 +301,9 @@ class Frame:
 
     @cached_property
     def _free(self) -> tuple[Array, Array]:
-        """What supports leave free, as columns, and Cholesky's root of the stiffness there. Raises Refused."""
+        """Return a basis of the free motions, as columns, and the Cholesky factor of their stiffness. Raises
+        NotApplicable.
+        """
         Z = self._held[2][self._held[3] :].T
         free = Z.T @ (self._stiffness * self._scales) @ Z
         values = np.linalg.eigvalsh(free)
@@ -310,7 +313,7 @@ class Frame:
         return Z, root
 
     def _balanced(self, P: Array, y: Array) -> Array:
-        """K d = P in all that the held rows leave free, from what is imposed. Raises Refused."""
+        """Return d with K d = P in all free motions, starting from the imposed ones. Raises NotApplicable."""
         Z, root = self._free
         own = self._stiffness * self._scales
         y = y + Z @ np.linalg.solve(root.T, np.linalg.solve(root, Z.T @ (self._scale * P - own @ y)))
@@ -319,15 +322,15 @@ class Frame:
 
 
 @dataclass(frozen=True)
-class FramedAnswer:
-    """Displacements and turns of the nodes of a frame (n, 6), m and rad."""
+class FrameSolution:
+    """Displacements and rotations of the nodes of a frame (n, 6), m and rad."""
 
     frame: Frame
     d: Array
 
     @cached_property
     def ends(self) -> list[tuple[Array, Array]]:
-        """In the axes of each member what its beginning does, and the forces and moments at its end (6,)."""
+        """Start motion, and end forces and moments (6,), in the axes of each member."""
         return [self._end(member) for member in self.frame.members]
 
     def _end(self, member: FrameMember) -> tuple[Array, Array]:
@@ -336,17 +339,17 @@ class FramedAnswer:
 
     @cached_property
     def turns(self) -> list[Array]:
-        """Those at places along each member (n, 3), rad, in its own axes."""
+        """Rotations at positions along each member (n, 3), rad, in its own axes."""
         return [member.turns(*end) for member, end in zip(self.frame.members, self.ends, strict=True)]
 
     @cached_property
     def strayed(self) -> float:
-        """How far from small it is: its largest turn, and forces and moments in it against those that buckle it."""
+        """Measure of nonlinearity: the largest rotation, and internal forces relative to buckling."""
         return float(max((np.abs(turns).max() for turns in self.turns), default=0.0)) + self.buckled
 
     @cached_property
     def buckled(self) -> float:
-        """The largest share of a buckling load, of what it carries and of what held ends pull as members bend.
+        """Largest fraction of a buckling load, of its forces and of the tension that held ends cause in bending.
 
         These are the eigenvalues of the work of second order against the stiffness, of either sign.
         """
@@ -356,12 +359,12 @@ class FramedAnswer:
 
     @cached_property
     def estimated_error(self) -> float:
-        """Of the displacement of any point, m: what grows with the square of loads, by its order, and rounding."""
+        """Error of the displacement of any point, m: second-order terms and rounding."""
         return float((self.strayed + ROUNDING) * np.linalg.norm(self.d[:, :3], axis=1).max())
 
     def displacement(self, X: Array) -> Array:
-        """Of points X (n, 3) of the undeformed frame (n, 3), m. Raises Refused for what is no point."""
-        points = points_of(X)
+        """Return displacements (n, 3), m, of points X (n, 3) of the undeformed frame. Raises NotApplicable."""
+        points = as_points(X)
         which = self.frame.nearest(points)
         found: Array = np.zeros_like(points)
         for number in np.unique(which).tolist():
@@ -379,14 +382,14 @@ class FramedAnswer:
 
 @dataclass(frozen=True)
 class FrameTheory(Reference):
-    """A network of beams under small loads: the stiffness method, exact for its members.
+    """A frame of beams under small loads: the stiffness method, exact for its members.
 
-    Members are straight, with stretch, bending, torsion and shear, joined rigidly; of those that taper the flexibility
-    is integrated. Gravity, forces and lines of force on axes and torques at points act on the undeformed frame, and
-    supports hold points, or move them; a member that is held all along is so at every sixteenth. It is linear: its
-    error is what is of second order in the load, by its order: turns, and forces and moments as shares of those that
-    buckle it, with what held ends pull as members bend. It refuses a state in which these are a tenth. It shares no
-    code with models.
+    Members are straight, with stretch, bending, torsion and shear, and rigidly connected; the flexibility of tapered
+    ones is integrated. Gravity, forces and line forces on axes and torques at points act on the undeformed frame, and
+    supports hold or move points; a member that is held along its length is held at every sixteenth. The theory is
+    linear: its error is of second order in the load, estimated from rotations and from internal forces as fractions of
+    buckling loads, including the tension that held ends cause in bending. A state in which these reach a tenth is
+    refused. It shares no code with models.
     Source: Livesley, "Matrix Methods of Structural Analysis" (1964); Przemieniecki (1968), chapter 5; Cowper (1966).
     """
 
@@ -398,6 +401,6 @@ class FrameTheory(Reference):
     source: ClassVar[str] = "Livesley 1964, Matrix Methods of Structural Analysis"
     error_meaning: ClassVar[str] = "of the displacement of any point, m: what is of second order in the load"
 
-    def solve(self, make: Callable[[], Frame]) -> FramedAnswer:
-        """What it says of the frame that is made. Raises Refused."""
+    def solve(self, make: Callable[[], Frame]) -> FrameSolution:
+        """Return the solution of the frame that `make` builds. Raises NotApplicable."""
         return make().balanced()

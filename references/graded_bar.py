@@ -1,4 +1,4 @@
-"""A straight bar whose stiffness varies along it, pulled along its axis: an integral, found by quadrature."""
+"""A straight bar whose stiffness varies along it, under axial load, by numerical integration."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.beam_centre_line import points_of
+from softmark.references.beam_centre_line import as_points
 from softmark.references.reference_base import About, Reference
 from softmark.references.straight_cantilever import Refused, Vector
 
@@ -31,11 +31,11 @@ ROUNDING = 64.0 * 2.0**-52
 
 @dataclass(frozen=True)
 class PulledBar:
-    """A bar of constant section, one end held, whose constants vary along it alone. SI units.
+    """A bar of constant section, one end held, whose constants vary only along it. SI units.
 
-    Its force N(s) = F + g A int_s^L rho dt is balanced section by section, and without lateral contraction each section
-    keeps its form, so that u(s) = int_0^s N / (E A) dt is the solution of small strains in three dimensions, exactly.
-    Raises Refused where the bar is not of that kind.
+    Its force N(s) = F + g A int_s^L rho dt is in equilibrium at every section, and without lateral contraction each
+    section keeps its shape, so that u(s) = int_0^s N / (E A) dt is the exact solution of small strain in three
+    dimensions. Raises NotApplicable if the bar is not of that kind.
     """
 
     length: float  # m
@@ -63,7 +63,7 @@ class PulledBar:
             )
 
     def strain(self, s: Array) -> Array:
-        """N / (E A) at distances s (n,) from the held end."""
+        """Return N / (E A) at distances s (n,) from the held end."""
         flat = np.ravel(s)
         E = self.young(flat)
         if not (np.isfinite(E).all() and (E > 0.0).all()):
@@ -73,13 +73,13 @@ class PulledBar:
         return found
 
     def _above(self, s: Array) -> Array:
-        """int_s^L rho dt (n,), kg/m^2."""
+        """Return int_s^L rho dt (n,), kg/m^2."""
         whole = _integral(self.density, self.length, np.array([self.length]))
         found: Array = whole - _integral(self.density, self.length, s)
         return found
 
     def stretched(self) -> StretchedBar:
-        """What it does. Raises Refused where its integral is not known."""
+        """Return the solution. Raises NotApplicable if its integral cannot be computed."""
         from scipy import integrate  # adaptive, and no code of the panels: it checks them
 
         whole = float(_integral(self.strain, self.length, np.array([self.length]))[0])
@@ -96,21 +96,21 @@ class PulledBar:
 
 @dataclass(frozen=True)
 class StretchedBar:
-    """The displacements of a pulled bar."""
+    """Displacements of a bar under axial load."""
 
     bar: PulledBar
     estimated_error: float  # m
 
     def displacement(self, X: Array) -> Array:
-        """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused for what is no point."""
-        s = (points_of(X) - np.asarray(self.bar.root)) @ np.asarray(self.bar.axis)
+        """Return displacements (n, 3), m, of points X (n, 3) of the undeformed body. Raises NotApplicable."""
+        s = (as_points(X) - np.asarray(self.bar.root)) @ np.asarray(self.bar.axis)
         u = _integral(self.bar.strain, self.bar.length, np.clip(s, 0.0, self.bar.length))
         found: Array = u[:, None] * np.asarray(self.bar.axis)
         return found
 
 
 def _integral(f: Along, length: float, s: Array) -> Array:
-    """int_0^s f dt (n,): whole panels, and the part of the last one, by Gauss's rule each."""
+    """Return int_0^s f dt (n,) by Gauss's rule: whole panels, and part of the last one."""
     t, w = np.polynomial.legendre.leggauss(POINTS)
     t, w = 0.5 * (1.0 + t), 0.5 * w
     step = length / PANELS
@@ -126,13 +126,13 @@ def _integral(f: Along, length: float, s: Array) -> Array:
 
 @dataclass(frozen=True)
 class GradedBar(Reference):
-    """A straight bar whose constants vary along it, pulled along its axis: u = int N / (E A) ds.
+    """A straight bar whose constants vary along it, under axial load: u = int N / (E A) ds.
 
-    It takes a cylinder, a box or a tube that is held at one end face, whole, and loaded by a traction along the axis on
-    the whole of the other end face, by gravity along the axis, or by both. Its Young's modulus and its density may vary
-    along the axis, and not across it; `poisson` is 0, for else sections would contract by unlike amounts, and the
-    stress would not be uniaxial. Strains are small. The integral is found by Gauss's rule on pieces of the bar, and
-    once more by QUADPACK, which is adaptive; what they differ by is its error.
+    It applies to a cylinder, a box or a tube that is held at one whole end face, and loaded by a traction along the
+    axis on the whole other end face, by gravity along the axis, or by both. Its Young's modulus and its density may
+    vary along the axis, not across it; `poisson` is 0, since otherwise sections would contract by different amounts,
+    and the stress would not be uniaxial. Strains are small. The integral is computed by Gauss's rule on pieces of the
+    bar, and again by adaptive QUADPACK; their difference is its error.
     Source: Timoshenko, "Strength of Materials" I (1955), article 3 (bars of varying section); Piessens et al. 1983.
     """
 
@@ -147,5 +147,5 @@ class GradedBar(Reference):
     )
 
     def solve(self, bar: PulledBar) -> StretchedBar:
-        """What it says. Raises Refused."""
+        """Return the solution. Raises NotApplicable."""
         return bar.stretched()

@@ -16,7 +16,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
-from softmark.references.beam_centre_line import points_of
+from softmark.references.beam_centre_line import as_points
 from softmark.references.straight_cantilever import Refused, Vector
 
 if TYPE_CHECKING:
@@ -183,7 +183,7 @@ class HalfSpace:
 
     def displacement(self, X: Array) -> Array:
         """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused for what is no point."""
-        from_touch, n = points_of(X) - np.asarray(self.at), np.asarray(self.normal)
+        from_touch, n = as_points(X) - np.asarray(self.at), np.asarray(self.normal)
         if not self.touches:
             return np.zeros_like(from_touch)
         z = np.maximum(-(from_touch @ n), 0.0)

@@ -21,7 +21,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
-from softmark.references.beam_centre_line import points_of
+from softmark.references.beam_centre_line import as_points
 from softmark.references.straight_cantilever import Refused
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ class RoundCore:
 
     def displacement(self, X: Array) -> Array:
         """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused for what is no point."""
-        found = np.zeros((len(points_of(X)), 3))
+        found = np.zeros((len(as_points(X)), 3))
         for some, x, inside in self._sides(X):
             found[some] = self.inner * self._moved(x, inside)
         return found
@@ -145,7 +145,7 @@ class RoundCore:
 
         At the border of the core those of the side with the larger stress.
         """
-        H, sigma = np.zeros((2, len(points_of(X)), 3, 3))
+        H, sigma = np.zeros((2, len(as_points(X)), 3, 3))
         for some, x, inside in self._sides(X):
             H[some], sigma[some] = self._fields(x, inside)
         return H, sigma
@@ -206,7 +206,7 @@ class RoundCore:
 
     def _own(self, X: Array) -> Array:
         """In units of the core's radius, from the centre, (n, 3): of a slice without z."""
-        x: Array = (points_of(X) - np.array(self.centre)) / self.inner
+        x: Array = (as_points(X) - np.array(self.centre)) / self.inner
         if self.n == 2:
             x[:, 2] = 0.0
         return x

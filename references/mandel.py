@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.diffusion_modes import must_be_told
+from softmark.references.diffusion_modes import require_convergence
 from softmark.references.reference_base import About, Reference
 
 if TYPE_CHECKING:
@@ -37,5 +37,5 @@ class Mandel(Reference):
 
     def solve(self, slab: Squeezed) -> Squeezed:
         """What it says: the sums are those of the slab itself. Raises NotSolved just after a jump."""
-        must_be_told(slab.driven, slab.now, slab.time)
+        require_convergence(slab.driven, slab.now, slab.time)
         return slab

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from softmark.records import dataclass
-from softmark.references.csv_tables import Columns, columns
-from softmark.references.data_download import find, source_of
+from softmark.references.csv_tables import Columns, read_columns
+from softmark.references.data_download import find_file, source_of
 from softmark.references.measured_data import Unreadable
 from softmark.references.reference_base import How, Reference
 
@@ -85,7 +85,7 @@ class CurveFromFile(Reference):
         notes: list[str] = []
         asked = [self.x, *self.y, *self.beside_y]
         for path in self.path:
-            table = columns(find(path, beside), asked)
+            table = read_columns(find_file(path, beside), asked)
             notes += table.notes
             for y in self.y:
                 one, left_out = self._repeat(table, y)

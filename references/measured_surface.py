@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from softmark.mesh_file_hazards import find_hazard
 from softmark.records import dataclass
-from softmark.references.data_download import find, source_of
+from softmark.references.data_download import find_file, source_of
 from softmark.references.measured_data import Frame, MeasuredSurface, Unreadable, Vector
 from softmark.references.reference_base import How, Reference
 from softmark.references.registration import Registration, face_to_face, icp
@@ -94,7 +94,7 @@ class SurfaceScan(Reference):
         `held` is the face of the undeformed body that does not move, for `clamp`; `target` the computed
         surface, for `icp`. Raises Unreadable.
         """
-        points, triangles = read_surface(find(self.path, beside))
+        points, triangles = read_surface(find_file(self.path, beside))
         frame = Frame(self.unit, self.x, self.z, self.origin)
         points, triangles, notes = tidied(self.path, frame.points(points, self.path), triangles, self.keep)
         by = source_of(self.citation, self.path, Path(self.path).name)

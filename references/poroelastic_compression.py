@@ -19,8 +19,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
-from softmark.references.beam_centre_line import points_of
-from softmark.references.diffusion_modes import Followed, enough
+from softmark.references.beam_centre_line import as_points
+from softmark.references.diffusion_modes import ModalResponse, count_needed_modes
 from softmark.references.prony import Driven
 from softmark.references.straight_cantilever import Vector
 
@@ -76,7 +76,7 @@ class Squeezed:
     @cached_property
     def roots(self) -> Array:
         """Of its modes, x (n,)."""
-        count = enough(self.driven, self.now, self.time)
+        count = count_needed_modes(self.driven, self.now, self.time)
         return roots(self.dimension, self.g, self.force, count)
 
     @cached_property
@@ -97,26 +97,26 @@ class Squeezed:
         rates: Array = self.roots**2 / self.time
         return rates
 
-    def _volume(self, shape: Array, at_once: Array) -> Followed:
+    def _volume(self, shape: Array, at_once: Array) -> ModalResponse:
         """Volume strains (k,), of the shapes (k, n) of modes and what they are at once."""
         g = self.g
         if self.dimension == 1:
             part, end = (0.5 * g, 0.5 * g / (1.0 - g)) if self.force else (2.0 * g, 2.0 * g)
         else:
             part, end = (g, g / (3.0 - 4.0 * g)) if self.force else (g, g / (1.0 - g))
-        return Followed(np.full(len(shape), end), part * shape / self._weights, at_once)
+        return ModalResponse(np.full(len(shape), end), part * shape / self._weights, at_once)
 
-    def _axial(self) -> Followed:
+    def _axial(self) -> ModalResponse:
         """The strain along the axis."""
         one = np.ones(1)
         if not self.force:
-            return Followed(one, np.zeros((1, len(self.roots))), one)
+            return ModalResponse(one, np.zeros((1, len(self.roots))), one)
         x, g = self.roots, self.g
         if self.dimension == 1:
-            return Followed(one / (4.0 * (1.0 - g)), (0.25 * np.cos(x) / self._weights)[None], one / 4.0)
+            return ModalResponse(one / (4.0 * (1.0 - g)), (0.25 * np.cos(x) / self._weights)[None], one / 4.0)
         j0, j1 = _waves(2, x)
         share = (j0 - 2.0 * g * j1 / x) / self._weights
-        return Followed(one * (1.0 - g) / (3.0 - 4.0 * g), share[None], one / 3.0)
+        return ModalResponse(one * (1.0 - g) / (3.0 - 4.0 * g), share[None], one / 3.0)
 
     def _shape(self, r: Array) -> Array:
         """Of the modes at distances r (k,), m: (k, n)."""
@@ -130,7 +130,7 @@ class Squeezed:
         found: Array = np.where(small, 1.0, self.dimension * _waves(self.dimension, safe)[1] / safe)
         return found
 
-    def _told(self, followed: Followed) -> Array:
+    def _told(self, followed: ModalResponse) -> Array:
         return self._drive * followed.at(self.driven, self._rates, self.now)
 
     @property
@@ -150,7 +150,7 @@ class Squeezed:
 
     def pressure(self, X: Array) -> Array:
         """Of the fluid at points X (n, 3) (n,), Pa."""
-        r = self._across(points_of(X))[1]
+        r = self._across(as_points(X))[1]
         own = self._told(self._volume(self._shape(r), np.where(r < self.half, 0.0, np.nan)))
         side = self._at_side()
         found: Array = self.modulus * np.where(r >= self.half, 0.0, own - side)
@@ -169,7 +169,7 @@ class Squeezed:
 
     def displacement(self, X: Array) -> Array:
         """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused for what is no point."""
-        points = points_of(X)
+        points = as_points(X)
         n, e = np.asarray(self.axis), self.axial
         away, r = self._across(points)
         grows = (self._swelling(r) - e) / self.dimension

@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.beam_centre_line import points_of
+from softmark.references.beam_centre_line import as_points
 from softmark.references.reference_base import About, Reference
 from softmark.references.straight_cantilever import Refused, Vector
 
@@ -179,7 +179,7 @@ class RelaxingBar:
 
     def displacement(self, X: Array) -> Array:
         """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused for what is no point."""
-        points = points_of(X)
+        points = as_points(X)
         n, strain = np.asarray(self.axis), self.strain_at(self.now)
         along = (points - np.asarray(self.root)) @ n
         off = points - np.asarray(self.still)

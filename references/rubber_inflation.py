@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.beam_centre_line import points_of
+from softmark.references.beam_centre_line import as_points
 from softmark.references.reference_base import About, Reference
 from softmark.references.rubber_energies import Rubber, must_keep_its_volume
 from softmark.references.straight_cantilever import Refused, Vector
@@ -132,7 +132,7 @@ class BlownBall:
 
     def displacement(self, X: Array) -> Array:
         """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused for what is no point, or has none."""
-        away = points_of(X) - np.asarray(self.centre)
+        away = as_points(X) - np.asarray(self.centre)
         R = np.linalg.norm(away, axis=1)
         more = math.expm1(3.0 * self.opened) * self.inner**3
         grown = np.expm1(np.log1p(more / R**3) / 3.0)

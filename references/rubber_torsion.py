@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.beam_centre_line import points_of
+from softmark.references.beam_centre_line import as_points
 from softmark.references.reference_base import About, Reference
 from softmark.references.rubber_energies import Rubber, must_keep_its_volume
 from softmark.references.straight_cantilever import Refused, Vector
@@ -95,7 +95,7 @@ class TwistedCylinder:
 
     def displacement(self, X: Array) -> Array:
         """Of points X (n, 3) of the undeformed body (n, 3), m: sections turn. Raises Refused for what is no point."""
-        from_root = points_of(X) - np.asarray(self.root)
+        from_root = as_points(X) - np.asarray(self.root)
         n = np.asarray(self.axis)
         angle = self.twist * (from_root @ n)
         across = np.cross(n, from_root)

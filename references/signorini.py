@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.beam_centre_line import points_of
+from softmark.references.beam_centre_line import as_points
 from softmark.references.reference_base import About, Reference
 from softmark.references.straight_cantilever import Vector
 
@@ -92,7 +92,7 @@ class StoppedBar:
 
     def displacement(self, X: Array) -> Array:
         """Of points X (n, 3) of the undeformed body (n, 3), m: in proportion along it. Raises Refused."""
-        from_root, n = points_of(X) - np.asarray(self.root), np.asarray(self.axis)
+        from_root, n = as_points(X) - np.asarray(self.root), np.asarray(self.axis)
         along = from_root @ n
         narrow = -self.narrowing * np.asarray(self.across, dtype=float)
         found: Array = self.strain * (along[:, None] * n + narrow * (from_root - along[:, None] * n))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import CentreLine
-from softmark.references.elastica_collocation import bend
+from softmark.references.elastica_collocation import solve_rod
 from softmark.references.reference_base import Reference
 from softmark.references.straight_cantilever import Cantilever, Refused
 
@@ -58,7 +58,7 @@ class SimoReissner(Reference):
                 f"the weight shears the root by {shear:.3g}, where the equilibrium need not be unique",
                 "make the beam stiffer or lighter, or leave this reference out",
             )
-        return bend(Flexible(cantilever.load_parameter, stretch, shear), cantilever)
+        return solve_rod(Flexible(cantilever.load_parameter, stretch, shear), cantilever)
 
 
 @dataclass(frozen=True)

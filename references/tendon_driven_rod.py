@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
-from softmark.references.beam_centre_line import BEYOND, points_of
+from softmark.references.beam_centre_line import BEYOND, as_points
 from softmark.references.elastica_collocation import NotSolved
 from softmark.references.straight_cantilever import Refused, Vector
 
@@ -199,7 +199,7 @@ class DrivenShape:
 
     def displacement(self, X: Array) -> Array:
         """Displacement (n, 3), m, of points X (n, 3), m: sections are rigid. Raises Refused beyond the ends."""
-        points, frame = points_of(X), np.array(self.rod.frame)
+        points, frame = as_points(X), np.array(self.rod.frame)
         offset = (points - np.array(self.rod.root)) @ frame.T  # (n, 3): along, across
         L = self.rod.length
         if ((offset[:, 0] < -BEYOND * L) | (offset[:, 0] > (1 + BEYOND) * L)).any():

@@ -6,8 +6,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from softmark.records import dataclass
-from softmark.references.beam_centre_line import points_of
-from softmark.references.diffusion_modes import Followed, enough, must_be_told
+from softmark.references.beam_centre_line import as_points
+from softmark.references.diffusion_modes import ModalResponse, count_needed_modes, require_convergence
 from softmark.references.prony import Driven
 from softmark.references.reference_base import About, Reference
 from softmark.references.straight_cantilever import Vector
@@ -50,7 +50,7 @@ class Upright:
         from there) moves along the axis by sign w, and by what the open end moves besides where the last is true.
         Raises Refused for what is no point.
         """
-        z = (points_of(X) - np.asarray(self.root)) @ np.asarray(self.axis)
+        z = (as_points(X) - np.asarray(self.root)) @ np.asarray(self.axis)
         if self.drains == "driven":
             return z, np.ones_like(z), False
         if self.drains == "held":
@@ -100,7 +100,7 @@ class Column(Upright):
     @cached_property
     def _waves(self) -> Array:
         """Wave numbers of its modes, times the way (n,)."""
-        count = enough(self.driven, self.now, self.time, kinks=not self.force)
+        count = count_needed_modes(self.driven, self.now, self.time, kinks=not self.force)
         first = 0.5 if self.force else 1.0
         found: Array = np.pi * np.linspace(first, first + count - 1.0, count)
         return found
@@ -115,14 +115,14 @@ class Column(Upright):
         """In the end, of the whole course."""
         return self.amount / (self.area * self.modulus) if self.force else self.amount / self.length
 
-    def _followed(self, y: Array) -> Followed:
+    def _followed(self, y: Array) -> ModalResponse:
         """What `_outward` is made of."""
         M, h = self._waves, self.way
         sign = np.where(np.arange(len(M)) % 2 == 0, 1.0, -1.0)
         shape = np.sin(M * (y / h)[:, None])
         shares = -shape * (2.0 * sign / M**2) if self.force else -shape * (2.0 * sign / M)
         at_once = np.zeros_like(y) if self.force else np.where(y >= h, h, 0.0)
-        return Followed(self._strain * y, self._strain * h * shares, self._strain * at_once)
+        return ModalResponse(self._strain * y, self._strain * h * shares, self._strain * at_once)
 
     def _outward(self, y: Array) -> Array:
         return self._followed(y).at(self.driven, self._rates, self.now)
@@ -137,7 +137,7 @@ class Column(Upright):
         shares = -shape * (2.0 * sign / M) if self.force else -2.0 * (shape * sign + 1.0)
         scale = self.modulus * self._strain
         moments = None if self.force else 0.5 * scale * self.time * ((y / self.way) ** 2 - 1.0)
-        own = Followed(none, scale * shares, -scale * inside if self.force else none, moments)
+        own = ModalResponse(none, scale * shares, -scale * inside if self.force else none, moments)
         return own.at(self.driven, self._rates, self.now)
 
     @property
@@ -145,7 +145,7 @@ class Column(Upright):
         """The force on its driven end now, N, along the axis."""
         if self.force:
             return self.amount * self.driven.left(0.0, self.now)
-        modes = Followed(np.ones(1), np.full((1, len(self._waves)), 2.0), np.zeros(1), np.full(1, self.time / 3.0))
+        modes = ModalResponse(np.ones(1), np.full((1, len(self._waves)), 2.0), np.zeros(1), np.full(1, self.time / 3.0))
         return self.area * self.modulus * self._strain * float(modes.at(self.driven, self._rates, self.now)[0])
 
     @property
@@ -186,5 +186,5 @@ class Terzaghi(Reference):
 
     def solve(self, column: Column) -> Column:
         """What it says: the sums are those of the column itself. Raises NotSolved just after a jump."""
-        must_be_told(column.driven, column.now, column.time, moved=not column.force)
+        require_convergence(column.driven, column.now, column.time, moved=not column.force)
         return column

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from softmark.records import dataclass
-from softmark.references.data_download import find, source_of
+from softmark.references.data_download import find_file, source_of
 from softmark.references.measured_data import Frame, MeasuredPoints, Unreadable, Vector
 from softmark.references.reference_base import How, Reference
 from softmark.resource_limits import describe_read_error, limited_resources
@@ -90,7 +90,7 @@ class TrackedPoints(Reference):
 
     def load(self, beside: Path | None = None) -> MeasuredPoints:
         """The points at rest and their displacements, in the scene's frame. Raises Unreadable."""
-        table = read_table(find(self.path, beside))
+        table = read_table(find_file(self.path, beside))
         rest, now = (table.positions(state) for state in (self.rest, self.state))
         there = np.asarray(np.isfinite(np.hstack([rest, now])).all(axis=1))
         if not there.any():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.diffusion_modes import must_be_told
+from softmark.references.diffusion_modes import require_convergence
 from softmark.references.reference_base import About, Reference
 
 if TYPE_CHECKING:
@@ -35,5 +35,5 @@ class Unconfined(Reference):
 
     def solve(self, disc: Squeezed) -> Squeezed:
         """What it says: the sums are those of the disc itself. Raises NotSolved just after a jump."""
-        must_be_told(disc.driven, disc.now, disc.time)
+        require_convergence(disc.driven, disc.now, disc.time)
         return disc

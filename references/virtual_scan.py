@@ -9,7 +9,7 @@ import math
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.ct_volume import isosurface
+from softmark.references.ct_volume import extract_isosurface
 from softmark.references.measured_data import MeasuredSurface, Unreadable, Vector
 from softmark.references.reference_base import How, Reference
 from softmark.references.surface_geometry import SearchedSurface, open_edges, signed_volume, vertex_normals
@@ -99,7 +99,7 @@ class VirtualScan(Reference):
         Raises Unreadable.
         """
         volume = scan(points, triangles, Scanner(self.voxel, self.blur, self.noise, self.seed))
-        found, faces, notes = isosurface(volume, self.iso, self.smoothing, "largest", NAME)
+        found, faces, notes = extract_isosurface(volume, self.iso, self.smoothing, "largest", NAME)
         error = chain_error(found, faces, points, triangles)
         grid = " x ".join(map(str, volume.values.shape))
         notes = (f"imaging chain on {grid} voxels: {error.words}", *notes)

@@ -175,11 +175,11 @@ def _measured_data() -> Iterator[None]:
 @pytest.fixture(scope="session")
 def needs_data(_measured_data: None) -> Callable[[str], None]:
     """Skip the test unless every data set that a scene's text names is on this machine, and the mesher if it fills."""
-    from softmark.references.data_download import here
+    from softmark.references.data_download import find_local
 
     def needs(text: str) -> None:
         for name in sorted(set(re.findall(r'"data:([^"]+)"', text))):
-            if here(name) is None:
+            if find_local(name) is None:
                 pytest.skip(f"the data set {name} is not on this machine (name its folder by SOFTMARK_DATA)")
         if " = solid(filled(" in text and find_spec("pytetwild") is None:
             pytest.skip("needs the extra `meshing`")

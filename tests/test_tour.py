@@ -13,7 +13,7 @@ import pytest
 from scipy.optimize import brentq
 
 import softmark
-from softmark.interpreter.cli.conformance.plugin_contracts import conformance
+from softmark.interpreter.cli.conformance.plugin_contracts import check_plugin
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
 from softmark.interpreter.validation.plugin_loader import TABLES
 from softmark.solvers.materials import MATERIALS
@@ -112,7 +112,7 @@ def test_the_plugin_runs_and_its_contracts_are_tried(tmp_path: Path) -> None:
     assert status == {"cells": "converged", "one": "converged", "zeros": "not_converged"}
     assert report.exit_status == 3  # for that one
     assert [e.passed for e in report.expectations] == [True, True]
-    tried = conformance(str(tmp_path / "others.py"))
+    tried = check_plugin(str(tmp_path / "others.py"))
     assert [d.message.partition(" breaks")[0] for d in tried.diagnostics] == ["`adapter copycat`"]
     assert len(tried.words) == 7
 

@@ -34,7 +34,9 @@ class _LineParser(argparse.ArgumentParser):
 
 def parser() -> argparse.ArgumentParser:
     """Return the argument parser of the magic's line."""
-    own = _LineParser("%%scene", description="Run the cell as a scene, show its report, and leave `scene` and `report`.")
+    own = _LineParser(
+        "%%scene", description="Run the cell as a scene, show its report, and leave `scene` and `report`."
+    )
     own.add_argument("name", nargs="?", help="leave the report under this name, too; messages call the cell so")
     own.add_argument("-p", action="append", default=[], metavar="NAME=VALUE", help="replace a parameter or a field")
     own.add_argument("--model", action="append", default=[], metavar="NAME", help="only this model")

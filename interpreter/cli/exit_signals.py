@@ -34,12 +34,12 @@ NEEDED = 640 << 20  # bytes of addresses: numpy, scipy and numba take 500 MB bef
 _words: list[Words] = []  # what to say of an interrupted command: the last one holds
 
 
-def saying(words: Words) -> None:
+def set_interrupt_message(words: Words) -> None:
     """Set the text about saved results that an interrupt prints from now on."""
     _words.append(words)
 
 
-def guard() -> None:
+def install_handlers() -> None:
     """Install handlers that end this process in order at SIGINT and SIGTERM, and open missing standard streams.
 
     A signal that the parent process has set to be ignored stays ignored.
@@ -55,17 +55,17 @@ def guard() -> None:
         stream.reconfigure(errors="replace")  # type: ignore[union-attr]
     for number in (signal.SIGINT, signal.SIGTERM):
         if signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, _leave)
+            signal.signal(number, _exit_on_signal)
 
 
-def unguard() -> None:
+def restore_handlers() -> None:
     """Restore the default handlers: from here on a signal ends the process at once."""
     for number in (signal.SIGINT, signal.SIGTERM):
-        if signal.getsignal(number) is _leave:
+        if signal.getsignal(number) is _exit_on_signal:
             signal.signal(number, signal.SIG_DFL)
 
 
-def _leave(number: int, frame: Any) -> None:
+def _exit_on_signal(number: int, frame: Any) -> None:
     """Print what is saved and exit with 128 + the signal; buffers are not flushed, as one may be half written."""
     signal.signal(number, signal.SIG_IGN)
     word = "interrupted" if number == signal.SIGINT else "terminated"
@@ -82,7 +82,7 @@ def _leave(number: int, frame: Any) -> None:
     os._exit(128 + number)
 
 
-def spent(error: BaseException) -> str | None:
+def exhausted_resource(error: BaseException) -> str | None:
     """Return the exhausted resource and the remedy, None for other errors."""
     if isinstance(error, MemoryError):
         return "out of memory; use a coarser mesh, fewer models at a time (`--model`), or a machine with more memory"
@@ -94,7 +94,7 @@ def spent(error: BaseException) -> str | None:
     return None
 
 
-def cramped() -> str | None:
+def memory_shortage() -> str | None:
     """Return an error message if there is too little memory to load the libraries, which would kill the process; else
     None.
     """

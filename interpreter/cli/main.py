@@ -51,12 +51,12 @@ COMPUTING = frozenset(
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return the exit status."""
     if argv is None:  # a process of our own, and not a call from Python
-        exit_signals.guard()
+        exit_signals.install_handlers()
         pausing.pause_collection()
         os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", IDLE)
     arguments = list(sys.argv[1:] if argv is None else argv)
     status = _guarded(arguments)
-    exit_signals.unguard()
+    exit_signals.restore_handlers()
     return status
 
 
@@ -65,21 +65,21 @@ def _guarded(arguments: list[str]) -> int:
     try:
         status = _dispatch(arguments)
         sys.stdout.flush()
-        return _forgetting_signals(status)
+        return _clear_pending_interrupt(status)
     except KeyboardInterrupt:
         _complain("interrupted")
-        return _forgetting_signals(130)
+        return _clear_pending_interrupt(130)
     except BrokenPipeError:  # the reader of a pipe has gone, as in `dsl list | head`
-        _silenced(1, 2)
+        _redirect_to_null(1, 2)
         return 0
     except Exception as error:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
-        if said := exit_signals.spent(error):
-            _silenced(1)
+        if said := exit_signals.exhausted_resource(error):
+            _redirect_to_null(1)
             _complain(f"error: {said}")
             return 3
-        if said := _of_another(error):
+        if said := _plugin_error_message(error):
             _complain(f"error: {said}")
             return 3
         _complain(
@@ -89,7 +89,7 @@ def _guarded(arguments: list[str]) -> int:
         return 70
 
 
-def _of_another(error: Exception) -> str | None:
+def _plugin_error_message(error: Exception) -> str | None:
     """Return a message if the exception comes from plugin code outside any model or metric; else None."""
     plugins = sys.modules.get("softmark.interpreter.language.plugin_words")
     said = plugins.blamed(error) if plugins else None
@@ -101,10 +101,10 @@ def _complain(text: str) -> None:
     try:
         print(text, file=sys.stderr, flush=True)
     except OSError:  # a full disk, or nobody reads
-        _silenced(2)
+        _redirect_to_null(2)
 
 
-def _silenced(*descriptors: int) -> None:
+def _redirect_to_null(*descriptors: int) -> None:
     """Redirect standard streams to the null device, because their unwritable buffers would be flushed again at exit."""
     for descriptor in descriptors:
         with suppress(OSError, ValueError):
@@ -113,7 +113,7 @@ def _silenced(*descriptors: int) -> None:
                 os.dup2(os.open(os.devnull, os.O_WRONLY), descriptor)
 
 
-def _forgetting_signals(status: int) -> int:
+def _clear_pending_interrupt(status: int) -> int:
     """Return the status after clearing an interrupt that a library's `exec` let through.
 
     CPython remembers it and would end this process by a signal instead of our status, although it was handled; it
@@ -133,7 +133,7 @@ def _dispatch(arguments: list[str]) -> int:
     name = next((a for a in arguments if not a.startswith("-")), None)
     if name not in COMMANDS or arguments[0] in ("-h", "--help"):
         return _help(arguments, name)
-    if name in COMPUTING and (said := exit_signals.cramped()):
+    if name in COMPUTING and (said := exit_signals.memory_shortage()):
         print(f"error: {said}", file=sys.stderr)
         return 3
     import argparse

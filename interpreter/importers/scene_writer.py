@@ -351,4 +351,4 @@ def _quoted(text: str) -> str:
     return '"' + visible(text).replace("\\", "\\\\").replace('"', '\\"')[:390] + '"'
 
 
-__all__ = ["Filled", "Unasked", "Wanting", "Written", "written"]
+__all__ = ["MissingUnit", "MissingValue", "SuppliedValues", "WrittenScene", "write_scene"]

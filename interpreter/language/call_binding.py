@@ -11,18 +11,18 @@ from typing import TYPE_CHECKING, Any
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Fix, Remedy, Second, did_you_mean, write
 from softmark.grammar.name_suggestions import nearest
-from softmark.interpreter.language import field_parsers, field_schema, foreign_aliases, quotient_warnings, units
+from softmark.interpreter.language import (
+    expression_evaluation,
+    field_parsers,
+    field_schema,
+    foreign_aliases,
+    quotient_warnings,
+    units,
+)
 from softmark.interpreter.language.bare_constructors import find_bare_constructor
 from softmark.interpreter.language.compiled_scene import Location
 from softmark.interpreter.language.condition_syntax import format_condition, read_condition
-from softmark.interpreter.language.expression_evaluation import (
-    EvaluationError,
-    Place,
-    Quantity,
-    VectorValue,
-    describe_expression,
-    describe_value,
-)
+from softmark.interpreter.language.expression_evaluation import EvaluationError, Place, Quantity, VectorValue
 from softmark.interpreter.language.field_schema import Constructor, Field, Vocabulary
 from softmark.interpreter.language.foreign_words import explain_foreign_word, find_misspelling
 from softmark.interpreter.language.region_references import KIND, make_region_lookup
@@ -58,9 +58,7 @@ class Binder:
         return self.compiler.table.vocabulary
 
     def call(self, kind: str, node: tree.Call, outermost: bool = True) -> tuple[Constructor, Any, dict[str, Location]]:
-        """Return the constructor, the object that the call creates, and the location of each field. Raises
-        EvaluationError.
-        """
+        """Return the constructor, the created object, and the location of each field. Raises EvaluationError."""
         constructor = self._constructor(kind, node)
         self._decimal_comma(constructor, node)
         bound, broken = self._match(constructor, node, outermost)
@@ -96,11 +94,8 @@ class Binder:
             hint: str | Remedy = f"declare it as `{other} NAME = {name}(...)`; {kind} constructors: {', '.join(known)}"
         else:
             message = f"there is no {kind} `{name}`"
-            hint = (
-                did_you_mean(close)
-                if close
-                else explain_foreign_word(name) or f"{kind} constructors: {', '.join(known)}"
-            )
+            hint = did_you_mean(close) if close else explain_foreign_word(name)
+            hint = hint or f"{kind} constructors: {', '.join(known)}"
             if close and close == meant and not nearest(name, [close]):
                 hint = Remedy(f"it is called `{close}` here", Fix(close))
         raise self.place.fail("E203", node.function.span, message, f"not {field_schema.article(kind)} {kind}", hint)
@@ -245,10 +240,8 @@ class Binder:
 
     def wrong(self, field: Field, node: tree.Expression, place: Place) -> EvaluationError:
         """Record an error: the field expects another form of value."""
-        return place.fail(
-            "E207", node.span, f"expected {field.expected}, found {describe_expression(node)}", describe_expression(node),
-            field.meaning,
-        )  # fmt: skip
+        found = expression_evaluation.describe_expression(node)
+        return place.fail("E207", node.span, f"expected {field.expected}, found {found}", found, field.meaning)
 
     def _quantity(self, field: Field, node: tree.Expression, place: Place) -> float:
         if isinstance(node, tree.String | tree.List | tree.Compare):
@@ -279,7 +272,7 @@ class Binder:
         raise place.fail("E204", node.span, problem, label, help, self._origins(node))
 
     def _origins(self, node: tree.Expression) -> tuple[Second, ...]:
-        """Return the places where the parameters in an expression get their values, as secondary places of a message."""
+        """Return the places that give the parameters in an expression their values, as secondary places."""
         found: dict[str, Second] = {}
         for part, _ in tree.walk(node):
             name = part.text if isinstance(part, tree.Name) else ""
@@ -323,7 +316,11 @@ class Binder:
             raise self.wrong(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).value(node)
         if isinstance(value, Quantity) or len(value.values) != 3:
-            found = describe_expression(node) if isinstance(value, Quantity) else str(len(value.values))
+            found = (
+                expression_evaluation.describe_expression(node)
+                if isinstance(value, Quantity)
+                else str(len(value.values))
+            )
             raise place.fail("E207", node.span, f"expected three components, found {found}",
                              "not a vector of three",
                              f"{field.meaning}; write it as `(0, 0, 1) {unit}`")  # fmt: skip
@@ -418,11 +415,15 @@ class Binder:
     def _normalised(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
         value = self.compiler.scope.evaluator(self.module, place).value(node)
         if not isinstance(value, VectorValue) or len(value.values) != 3:
-            found = describe_value(value) if isinstance(value, Quantity) else f"{len(value.values)} components"
+            found = (
+                expression_evaluation.describe_value(value)
+                if isinstance(value, Quantity)
+                else f"{len(value.values)} components"
+            )
             raise place.fail("E207", node.span, f"expected {field.expected}, found {found}", found,
                              field.meaning)  # fmt: skip
         if value.dimension != units.NONE:
-            found = describe_value(value)
+            found = expression_evaluation.describe_value(value)
             raise place.fail(
                 "E204",
                 node.span,
@@ -451,7 +452,11 @@ class Binder:
         for item in items:
             if not isinstance(item, tree.Name) or item.text not in ("x", "y", "z"):
                 raise place.fail(
-                    "E212", item.span, f"expected x, y or z, found {describe_expression(item)}", "not a component", help
+                    "E212",
+                    item.span,
+                    f"expected x, y or z, found {expression_evaluation.describe_expression(item)}",
+                    "not a component",
+                    help,
                 )
             found.append("xyz".index(item.text))
         return tuple(sorted(set(found)))

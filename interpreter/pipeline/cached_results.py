@@ -26,10 +26,10 @@ class RunCache(Protocol):
     def known(self, scene: Scene, plan: Plan, options: RunOptions) -> SavedResults:
         """Return the saved results of a plan that this run would compute identically."""
 
-    def anew(self) -> RunCache:
+    def without_saved_results(self) -> RunCache:
         """Return the same cache without the saved results."""
 
-    def early(self, works: Sequence[StateRun], name: str) -> bool:
+    def worth_saving_early(self, works: Sequence[StateRun], name: str) -> bool:
         """Return whether a model that was just solved is worth saving, and can be saved, before the run has ended."""
 
     def keep_early(self, works: Sequence[StateRun], name: str) -> None:

@@ -72,7 +72,7 @@ def solve_model(work: StateRun, name: str) -> None:
     case = work.case(declared := work.scene.declared[name])
     prepared, setup, setup_cpu = work.prepared[name]
     solution, wall, cpu = _solve_from_previous_state(work, name, prepared)
-    case = interaction_setup.gone(case, solution.mesh)
+    case = interaction_setup.with_moved_rigid_bodies(case, solution.mesh)
     solution = stressed(work.scene, declared, case, watched(work.scene, declared, case, prepared, solution))
     history = solution.history
     known = facts(case, prepared.mesh) | _mesh_facts(case, prepared) | _filled_surface_facts(case, prepared)
@@ -206,7 +206,8 @@ def _filled_surface_facts(case: Case, prepared: Prepared) -> dict[str, Any]:
 
 
 def _solve_timed(work: StateRun, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
-    """Return the solution, and wall and CPU seconds of each repetition; kernels are compiled before the clock starts."""
+    """Return the solution, and wall and CPU seconds of each repetition; kernels are compiled before the clock starts.
+    """
     wall: list[float] = []
     cpu: list[float] = []
     solution = Solution("failed", "not run", {})

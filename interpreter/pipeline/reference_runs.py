@@ -18,12 +18,24 @@ from softmark.interpreter.models.model_preparation import from_a_model, measurem
 from softmark.interpreter.pipeline import probe_sampling
 from softmark.interpreter.pipeline.run_state import StateRun
 from softmark.interpreter.problem.body_case import Fault
-from softmark.interpreter.problem.probe_points import above, facts_of, scan_surface, is_finite_probe
+from softmark.interpreter.problem.probe_points import facts_of, is_finite_probe, scan_surface, zero_below_error
 from softmark.interpreter.problem.solution import View
-from softmark.interpreter.problem.theory_problems import at_rest_of, doubt_of_theory, facts_of_theory, solved, stress_of
+from softmark.interpreter.problem.theory_problems import (
+    at_rest_of,
+    doubt_of_theory,
+    facts_of_theory,
+    solve_theory,
+    stress_of,
+)
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.interpreter.results.reaction_results import EquilibriumForces
-from softmark.interpreter.results.run_report import DrawnSurface, PlottedCurve, ProbeResult, ReferenceResult, clean
+from softmark.interpreter.results.run_report import (
+    DrawnSurface,
+    PlottedCurve,
+    ProbeResult,
+    ReferenceResult,
+    to_plain_json,
+)
 from softmark.records import dataclass
 from softmark.references.code_consensus import ConsensusCurve
 from softmark.references.measured_curve import MeasuredCurve
@@ -124,11 +136,13 @@ def _reference(work: StateRun, declared: Declared) -> None:
             _keep_refined(work, declared)
             return
         case = work.case(declared)
-        found = work.options.recall(work.scene, declared, lambda: solved(declared, case))
+        found = work.options.recall(work.scene, declared, lambda: solve_theory(declared, case))
         error, rest = float(found.estimated_error), at_rest_of(declared, case, found)
         more = TheoryResults(rest, stress_of(declared, found), doubt_of_theory(declared, found))
         facts = facts_of_theory(declared, found)
-        displacement = (lambda X: above(found.displacement(X), error)) if declared.thing.with_displacements else None
+        displacement = (
+            (lambda X: zero_below_error(found.displacement(X), error)) if declared.thing.with_displacements else None
+        )
         _keep_reference(work, declared, displacement, error, facts, more)
     except Fault as refused:
         raise SceneError([refused.diagnostic]) from refused
@@ -181,7 +195,7 @@ def _keep_reference(
         doubt=more.doubt,
     )
     work.references[declared.name] = ReferenceResult(
-        declared.name, "converged", None, declared.thing.kind, cls.source, error, seen, facts=clean(facts or {}),
+        declared.name, "converged", None, declared.thing.kind, cls.source, error, seen, facts=to_plain_json(facts or {}),
         means=cls.means,
     )  # fmt: skip
 
@@ -202,7 +216,7 @@ def _keep_curve(work: StateRun, declared: Declared, data: MeasuredCurve) -> None
     }  # fmt: skip
     facts |= {"codes": thing.agreed} if isinstance(thing, ConsensusCurve) else {}
     found = ("converged", None, thing.kind, data.source or cls.source)  # its error is not a length; it is in the facts
-    work.references[declared.name] = ReferenceResult(declared.name, *found, facts=clean(facts), drawn=drawn)
+    work.references[declared.name] = ReferenceResult(declared.name, *found, facts=to_plain_json(facts), drawn=drawn)
 
 
 def _keep_value(work: StateRun, declared: Declared, data: KnownValue) -> None:
@@ -213,7 +227,7 @@ def _keep_value(work: StateRun, declared: Declared, data: KnownValue) -> None:
     if data.band is not None:
         facts |= {"low": data.band[0], "high": data.band[1], "codes": data.codes}
     found = ("converged", None, declared.thing.kind, data.source)  # its error is not a length; it is in the facts
-    work.references[declared.name] = ReferenceResult(declared.name, *found, facts=clean(facts))
+    work.references[declared.name] = ReferenceResult(declared.name, *found, facts=to_plain_json(facts))
 
 
 def _keep_measured(work: StateRun, declared: Declared, data: Any) -> None:
@@ -253,7 +267,7 @@ def _keep_measured(work: StateRun, declared: Declared, data: Any) -> None:
         resolution,
         seen,
         shape=DrawnSurface(data.points, data.triangles) if isinstance(data, MeasuredSurface) else None,
-        facts=clean(facts_of(data)),
+        facts=to_plain_json(facts_of(data)),
     )
 
 

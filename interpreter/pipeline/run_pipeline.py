@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.pipeline.run_state import StateRun
     from softmark.interpreter.results.run_report import Report
 
-__all__ = ["Options", "Sound", "Text", "report_of", "run", "sound_of"]
+__all__ = ["CheckedScene", "RunOptions", "SceneText", "check_text", "run_scene", "run_to_report"]
 
 
 def run_to_report(given: SceneText | CheckedScene, options: RunOptions, keeper: RunCache | None = None) -> Report:
@@ -72,7 +72,7 @@ def run_to_report(given: SceneText | CheckedScene, options: RunOptions, keeper: 
 
 def _keep_early(works: Sequence[StateRun], name: str, keeper: RunCache | None) -> None:
     """Measure and save a slow model at once, so that an interrupted run need not solve it again."""
-    if keeper is None or name in works[0].taken or not keeper.early(works, name):
+    if keeper is None or name in works[0].taken or not keeper.worth_saving_early(works, name):
         return
     from softmark.interpreter.pipeline import cached_results, model_runs, report_assembly
 

@@ -11,7 +11,7 @@ from softmark.interpreter.language.scene_states import in_state, states_of
 from softmark.interpreter.pipeline.saved_results import NOTHING, SavedResults, WarningGroup
 from softmark.interpreter.problem.body_case import Case, case_for, case_of
 from softmark.interpreter.problem.probe_domains import ProbeDomain
-from softmark.interpreter.problem.probe_points import ProbePoints, domain_of, place_of
+from softmark.interpreter.problem.probe_points import ProbePoints, domain_of, find_probe_points
 from softmark.interpreter.results.state_results import format_state
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ class StateRun:
             return self.before.place(probe)
         if probe.name not in self.places:
             case = case_of(self.scene, probe.thing.body)
-            self.places[probe.name] = place_of(probe, case, lambda name: self.measured[name].X)
+            self.places[probe.name] = find_probe_points(probe, case, lambda name: self.measured[name].X)
         return self.places[probe.name]
 
     def domain(self, probe: Declared) -> ProbeDomain:

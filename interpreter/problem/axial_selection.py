@@ -58,9 +58,9 @@ def _measure_coverage(condition: Condition, shape: Swept, station: float, extent
         return "some"
     if _is_uncrossed(condition, shape, station, extent):
         return "all" if held == {True} else "none"
-    from softmark.interpreter.problem.surface_selection.section_selection import share
+    from softmark.interpreter.problem.surface_selection.section_selection import selected_share
 
-    taken = share(condition, shape, station)
+    taken = selected_share(condition, shape, station)
     if held == {True}:
         return "all" if taken >= 1.0 - LITTLE else "some"
     return "none" if taken <= LITTLE else "some"

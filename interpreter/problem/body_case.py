@@ -181,9 +181,9 @@ class Case:
         """Materials with one representative number for each varying constant, for orders of magnitude."""
         if self.uniform:
             return self.materials
-        from softmark.interpreter.problem.representative_constants import typical
+        from softmark.interpreter.problem.representative_constants import representative_material
 
-        return tuple(typical(material, self.shape) for material in self.materials)
+        return tuple(representative_material(material, self.shape) for material in self.materials)
 
     @property
     def plain(self) -> Case:

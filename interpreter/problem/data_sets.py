@@ -26,10 +26,10 @@ def download_shape(shape: AnyShape, at: Location) -> AnyShape:
         return _of_region(shape, at)
     if not isinstance(shape, MeshFile | Filled) or not path.startswith("data:"):
         return shape
-    from softmark.references.data_download import Unavailable, find
+    from softmark.references.data_download import Unavailable, find_file
 
     try:
-        here: AnyShape = replace(shape, path=str(find(path)))
+        here: AnyShape = replace(shape, path=str(find_file(path)))
         return here
     except Unavailable as failure:
         raise fault(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from softmark.interpreter.problem.representative_constants import profiles
 from softmark.interpreter.vocabulary.field_words import Field
 from softmark.records import dataclass
-from softmark.references.data_download import find
+from softmark.references.data_download import find_file
 from softmark.references.measured_data import Frame, Unreadable
 from softmark.resource_limits import TooSlow, describe_read_error, limited_resources
 from softmark.solvers.materials.heterogeneous import with_constants
@@ -165,7 +165,7 @@ def material_at(material: Any, X: Floats) -> Any:
 
 def load_field(field: Field) -> Image | OnMesh:
     """Load the file of a field, in the scene's frame. Raises Unreadable."""
-    file = find(field.path)
+    file = find_file(field.path)
     return _loaded(field, file, file.stat().st_mtime_ns)
 
 

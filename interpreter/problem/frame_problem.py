@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.tendon_theory import resists
+from softmark.interpreter.problem.tendon_theory import section_stiffness
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce, MomentLoad, PointLoad
 from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Hinged
@@ -114,7 +114,7 @@ class _FrameBuilder:
         material = self.case.material
         weight = material.density * np.array(self.case.gravity)
         areas = _from(a, member, lambda section: section.area)
-        stiffness = _from(a, member, lambda section: resists(section, material.young, material.poisson))
+        stiffness = _from(a, member, lambda section: section_stiffness(section, material.young, material.poisson))
 
         def load(s: Floats) -> Floats:
             found: Floats = areas(s)[:, None] * weight + along

@@ -12,7 +12,7 @@ from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.spatial_profiles import Profile
 from softmark.interpreter.problem.body_case import Case, Fault, case_for, case_of, fault
-from softmark.interpreter.problem.representative_constants import looked, profiles
+from softmark.interpreter.problem.representative_constants import profiles, sample_constant
 
 
 def describe_varying(case: Case) -> str:
@@ -39,7 +39,9 @@ def faults(case: Case) -> Iterator[Fault]:
     for i, material in enumerate(case.materials):
         for profile in profiles(material).values():
             seen = (
-                (p, v) for p, v in looked(profile, case.shape) if not is_allowed(profile, v) and _has_material(case, i, p)
+                (p, v)
+                for p, v in sample_constant(profile, case.shape)
+                if not is_allowed(profile, v) and _has_material(case, i, p)
             )
             worst = max(seen, key=lambda found: abs(found[1]) if math.isfinite(found[1]) else math.inf, default=None)
             if worst is not None:

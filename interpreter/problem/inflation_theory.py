@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.inclusion_theory import inclusion_in_ball, depends_on_radius, check_symmetry_supports, holds_at_radius
+from softmark.interpreter.problem.inclusion_theory import (
+    check_symmetry_supports,
+    depends_on_radius,
+    holds_at_radius,
+    inclusion_in_ball,
+)
 from softmark.interpreter.problem.rubber_constants import rubber_of
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import PressureLoad
@@ -26,6 +31,10 @@ def ball_of(case: Case) -> BlownBall:
     load = case.loads[0]
     action, extent = load.thing.action, case.shape.diagonal
     around = depends_on_radius(action.where, centre, outer, bool(case.planar))
-    if not around or not holds_at_radius(action.where, centre, inner, extent) or holds_at_radius(action.where, centre, outer, extent):
+    if (
+        not around
+        or not holds_at_radius(action.where, centre, inner, extent)
+        or holds_at_radius(action.where, centre, outer, extent)
+    ):
         raise Refused(f"the load `{load.name}` does not act on all of the hollow alone", f"it takes {PRESSED}")
     return BlownBall(inner, outer, rubber_of(case), case.material.poisson, action.pressure, centre)

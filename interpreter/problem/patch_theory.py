@@ -20,7 +20,7 @@ from softmark.interpreter.vocabulary.load_words import PressureLoad, RemoteStres
 from softmark.interpreter.vocabulary.self_contact_words import REACH, Itself
 from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Symmetric
 from softmark.records import dataclass
-from softmark.references.contact_patch_test import Block, Joint, PressedStack, Solid, Stack
+from softmark.references.contact_patch_test import Block, BlockMaterial, DeformedStack, Joint, Stack
 from softmark.references.straight_cantilever import Refused, Vector
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.mesh.disjoint_shapes import Apart
@@ -173,7 +173,7 @@ def _sides(piled: BlockPile, number: int) -> Rectangular:
     )
 
 
-def _solid(piled: BlockPile, number: int) -> Solid:
+def _solid(piled: BlockPile, number: int) -> BlockMaterial:
     """Return the material of a block. Raises Refused."""
     case, inner = piled.case, _sides(piled, number)
     material = case.material
@@ -189,7 +189,7 @@ def _solid(piled: BlockPile, number: int) -> Solid:
     nu = float(material.poisson)
     young = 2.0 * float(material.shear_modulus) * (1.0 + nu)
     free = 1 if case.planar == "plane_strain" else 2
-    return Solid(young, nu, isinstance(material, NeoHookean), free)
+    return BlockMaterial(young, nu, isinstance(material, NeoHookean), free)
 
 
 def _joint(piled: BlockPile, number: int) -> Joint:
@@ -227,7 +227,7 @@ def _joint_contacts(piled: BlockPile, number: int) -> list[Declared]:
 
 
 def _held_ends_and_sides(
-    piled: BlockPile, solids: tuple[Solid, ...]
+    piled: BlockPile, solids: tuple[BlockMaterial, ...]
 ) -> tuple[tuple[float | None, float | None], set[tuple[int, int, int]]]:
     """Return the axial displacements of both ends, m, and the held sides: block, way, end. Raises Refused."""
     ends, mirrors = dict[int, float](), set[tuple[int, int, int]]()
@@ -274,7 +274,7 @@ def _mirrors(piled: BlockPile, support: Declared, thing: Any) -> set[tuple[int, 
 
 
 def _roots(piled: BlockPile, joints: tuple[Joint, ...], mirrors: set[tuple[int, int, int]],
-           solids: tuple[Solid, ...]) -> tuple[Vector, ...]:  # fmt: skip
+           solids: tuple[BlockMaterial, ...]) -> tuple[Vector, ...]:  # fmt: skip
     """Return the lateral fixed point of each block, m: symmetry planes, also of tied blocks, or its middle."""
     found = []
     for i, block in enumerate(piled.blocks):
@@ -294,7 +294,7 @@ def _is_tied(joints: tuple[Joint, ...], a: int, b: int) -> bool:
     return all(joint.glued for joint in joints[min(a, b) : max(a, b)])
 
 
-def _must_narrow_alike(piled: BlockPile, joints: tuple[Joint, ...], solids: tuple[Solid, ...],
+def _must_narrow_alike(piled: BlockPile, joints: tuple[Joint, ...], solids: tuple[BlockMaterial, ...],
                        roots: tuple[Vector, ...]) -> None:  # fmt: skip
     """Check that tied faces contract equally. Raises Refused."""
     for i, joint in enumerate(joints):
@@ -359,7 +359,7 @@ class Pressing:
         return {}
 
 
-def at_rest(case: Case, found: PressedStack) -> EquilibriumForces:
+def at_rest(case: Case, found: DeformedStack) -> EquilibriumForces:
     """Return the forces of the theory; it gives no energies."""
     piled, stack = piled_of(case), found.stack
     reactions, touches = {}, {}
@@ -391,7 +391,7 @@ def at_rest(case: Case, found: PressedStack) -> EquilibriumForces:
     return EquilibriumForces(reactions, work, math.nan, touches=touches, off=sum(map(abs, found.off.values())))
 
 
-def _contact_force(piled: BlockPile, found: PressedStack, numbers: list[int]) -> Reaction:
+def _contact_force(piled: BlockPile, found: DeformedStack, numbers: list[int]) -> Reaction:
     """Return the force of a contact on all blocks but the first of the scene, through the joints above some blocks."""
     total, moment, at = NONE, NONE, piled.whole.middle
     for number in numbers:
@@ -403,17 +403,17 @@ def _contact_force(piled: BlockPile, found: PressedStack, numbers: list[int]) ->
     return Reaction(total, moment, at, add_multiples(moment, (-1.0, cross(at, total))))
 
 
-def _end_centre(piled: BlockPile, found: PressedStack, end: int) -> Vector:
+def _end_centre(piled: BlockPile, found: DeformedStack, end: int) -> Vector:
     """Return the centre of an end, m: deformed for neo-Hookean blocks, undeformed for Hooke's."""
     return _deformed_position(found, piled.whole.centre(piled.way, end), -end)
 
 
-def _joint_middle(piled: BlockPile, found: PressedStack, number: int) -> Vector:
+def _joint_middle(piled: BlockPile, found: DeformedStack, number: int) -> Vector:
     """Return the centre of the upper face of a block, m, as for ends."""
     return _deformed_position(found, piled.blocks[number].centre(piled.way, 1), number)
 
 
-def _deformed_position(found: PressedStack, at: Vector, number: int) -> Vector:
+def _deformed_position(found: DeformedStack, at: Vector, number: int) -> Vector:
     if not found.stack.blocks[number].solid.large:
         return at
     x, y, z = found.displacement(np.array([at]))[0].tolist()
@@ -424,7 +424,7 @@ def _deformed_position(found: PressedStack, at: Vector, number: int) -> Vector:
 class PatchStress(AnalyticField):
     """Stress of the theory for metrics; without cells."""
 
-    theory: PressedStack
+    theory: DeformedStack
 
     def at(self, X: Floats) -> Tensors:
         """Return the stress at points X (n, 3) of the undeformed body."""

@@ -66,7 +66,7 @@ class ProbePoints:
     border: Floats | None = None
 
 
-def place_of(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> ProbePoints:
+def find_probe_points(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> ProbePoints:
     """Return the points of a probe; `tracked` returns those of a named measurement. Raises Fault."""
     own = probe.thing.cells is not None
     if not own and not (case.shape.file or case.shape.enclosed):
@@ -123,12 +123,12 @@ def _surface(probe: Declared, case: Case) -> ProbePoints:
     X, triangles = shape.surface(probe.thing.size or _size(shape))
     if probe.thing.where is None:
         return ProbePoints(X, triangles)
-    from softmark.interpreter.problem.surface_selection.triangle_parts import clipped
+    from softmark.interpreter.problem.surface_selection.triangle_parts import clip_triangles
 
     where, members = probe.thing.where, None
     if where.groups:
         members = _on_surface(case, shape, where)
-    points, part, share = clipped(where, X, triangles, members)
+    points, part, share = clip_triangles(where, X, triangles, members)
     if not len(points):
         raise _empty_selection(probe)
     return ProbePoints(points, part, notes=_curved_border_warning(probe, share))
@@ -140,10 +140,10 @@ def _surface_within(probe: Declared, case: Case) -> Floats | None:
     X, triangles = shape.surface(_size(shape))
     if probe.thing.where is None:
         return X
-    from softmark.interpreter.problem.surface_selection.triangle_parts import clipped
+    from softmark.interpreter.problem.surface_selection.triangle_parts import clip_triangles
 
     where = probe.thing.where
-    return clipped(where, X, triangles, _on_surface(case, shape, where) if where.groups else None)[0]
+    return clip_triangles(where, X, triangles, _on_surface(case, shape, where) if where.groups else None)[0]
 
 
 def domain_of(probe: Declared, case: Case, place: ProbePoints) -> ProbeDomain:
@@ -278,13 +278,13 @@ def _selected(probe: Declared, case: Case, mesh: Mesh, each: Sequence[Condition]
     `each` are the conditions of the selection, each with its own tetrahedra.
     """
     from softmark.interpreter.problem import group_conditions
-    from softmark.interpreter.problem.surface_selection.selected_pieces import within
+    from softmark.interpreter.problem.surface_selection.selected_pieces import select_pieces
     from softmark.solvers.mesh.simplex_clipping import Pieces
 
     whole, named = Pieces(mesh.points[mesh.cells], np.arange(len(mesh.cells))), {g for own in each for g in own.groups}
     group_conditions.check((r for r in case.groups if r.thing.name in named), mesh)
     found = [
-        within(own, whole.chosen(np.arange(len(mesh.cells))[which]), mesh.extent)
+        select_pieces(own, whole.chosen(np.arange(len(mesh.cells))[which]), mesh.extent)
         for where in each
         for own, which in group_conditions.split_by_groups(where, group_conditions.cell_membership(mesh))
     ]
@@ -325,16 +325,18 @@ def surface_points(case: Case, place: ProbePoints, where: Condition) -> Floats:
     """Return the points (n, 3), m, of the drawn surface that a condition selects, with its borders; none for rods."""
     if place.triangles is None:
         return np.zeros((0, 3))
-    from softmark.interpreter.problem.surface_selection.triangle_parts import clipped
+    from softmark.interpreter.problem.surface_selection.triangle_parts import clip_triangles
 
     members = _on_surface(case, download_shape(case.shape, case.shaped), where) if where.groups else None
-    return clipped(where, place.X, place.triangles, members)[0]
+    return clip_triangles(where, place.X, place.triangles, members)[0]
 
 
 def scan_surface(case: Case) -> ProbePoints:
     """Return a surface of the body that is fine enough for a simulated scan."""
     shape = download_shape(case.shape, case.shaped)
-    return ProbePoints(*triangulate_swept(shape, *SCANNED)) if isinstance(shape, geometry.Swept) else drawn_surface(case)
+    return (
+        ProbePoints(*triangulate_swept(shape, *SCANNED)) if isinstance(shape, geometry.Swept) else drawn_surface(case)
+    )
 
 
 def held_face(case: Case) -> tuple[Floats, Ints] | None:
@@ -346,12 +348,12 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
     wheres = [support.where for support in held]
     if not wheres:
         return None
-    from softmark.interpreter.problem.surface_selection.triangle_parts import clipped
+    from softmark.interpreter.problem.surface_selection.triangle_parts import clip_triangles
 
     where, members = reduce(partial(Condition.junction, "or"), wheres), None
     if where.groups:
         members = _on_surface(case, download_shape(case.shape, case.shaped), where)
-    points, triangles, _ = clipped(where, place.X, place.triangles, members)
+    points, triangles, _ = clip_triangles(where, place.X, place.triangles, members)
     return (points, triangles) if len(triangles) else None
 
 
@@ -379,7 +381,7 @@ def is_finite_probe(probe: ProbeResult) -> bool:
     return bool(np.all(np.isfinite(probe.displacement)) and np.all(np.isfinite(course)))
 
 
-def above(u: Floats, error: float) -> Floats:
+def zero_below_error(u: Floats, error: float) -> Floats:
     """Return displacements (n, 3), set to zero where they are below the reference's own error."""
     small: Floats = np.where(np.linalg.norm(u, axis=1, keepdims=True) <= error, 0.0, u)  # what is no number stays none
     return small

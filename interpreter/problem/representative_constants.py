@@ -29,14 +29,14 @@ def profiles(material: Any) -> dict[str, Profile]:
     return {name: value for name, value in constants(material).items() if isinstance(value, Profile)}
 
 
-def typical(material: Any, shape: Any) -> Any:
+def representative_material(material: Any, shape: Any) -> Any:
     """Return a material with numbers for varying constants: means over the body, for Poisson's ratio the largest.
 
     Used for orders of magnitude before anything is built. A uniform material is returned as it is.
     """
     new: dict[str, float] = {}
     for name, profile in _of_all_laws(material).items():
-        seen = [v for _, v in looked(profile, shape) if math.isfinite(v)]
+        seen = [v for _, v in sample_constant(profile, shape) if math.isfinite(v)]
         if not seen:
             new[name] = UNKNOWN[name]
         else:
@@ -55,7 +55,7 @@ def _of_all_laws(material: Any) -> dict[str, Profile]:
     return (_of_all_laws(within) if hasattr(within, "varying") else {}) | profiles(material)
 
 
-def looked(profile: Profile, shape: Any) -> Iterator[tuple[tuple[float, ...], float]]:
+def sample_constant(profile: Profile, shape: Any) -> Iterator[tuple[tuple[float, ...], float]]:
     """Yield sample places of a body and the constant there; none if only a file has it."""
     if shape.bounds is None or profile.fields:
         return

@@ -116,7 +116,7 @@ def _triangulate(P: Floats, shape: Shape) -> Ints:
     return flat[gap.gap(np.column_stack([middle, np.zeros(len(flat))])) < 0.0]
 
 
-def sharp(X: Floats, triangles: Ints) -> Floats:
+def sharp_points(X: Floats, triangles: Ints) -> Floats:
     """Return points (n, 3), m, of a closed surface at convex edges, tips and corners."""
     corners = X[triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -125,7 +125,7 @@ def sharp(X: Floats, triangles: Ints) -> Floats:
     return _sharp_items(X, triangles.ravel(), np.repeat(normals, 3, axis=0), away)
 
 
-def sharp_in_section(X: Floats, triangles: Ints) -> Floats:
+def sharp_points_in_section(X: Floats, triangles: Ints) -> Floats:
     """Return points (n, 3), m, with z = 0 at convex corners of the section of a closed surface."""
     P, ends = _join_lines(_lines(X, triangles), X)
     if not len(ends):

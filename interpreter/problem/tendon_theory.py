@@ -87,10 +87,10 @@ def _declared_section(shape: Any, frame: tuple[Vector3, Vector3, Vector3]) -> Di
 
 def _stiffness(case: Case, frame: Any) -> tuple[float, float, float, float, float, float]:
     """Return EA, GA2, GA3, GJ, EI2 and EI3, independent of the section that models compute with."""
-    return resists(_declared_section(case.shape, frame), case.material.young, case.material.poisson)
+    return section_stiffness(_declared_section(case.shape, frame), case.material.young, case.material.poisson)
 
 
-def resists(section: Disc | Ring | Rectangle, E: float, nu: float) -> tuple[float, float, float, float, float, float]:
+def section_stiffness(section: Disc | Ring | Rectangle, E: float, nu: float) -> tuple[float, float, float, float, float, float]:
     """Return EA, GA2, GA3, GJ, EI2 and EI3 of a section, whose height lies along its second axis."""
     G = E / (2.0 * (1.0 + nu))
     shear = section.shear_factor(nu) * G * section.area

@@ -119,7 +119,7 @@ def _problem(reference: Declared, case: Case) -> Any:
     return cantilever_of(reference, case)
 
 
-def solved(reference: Declared, case: Case) -> Theory:
+def solve_theory(reference: Declared, case: Case) -> Theory:
     """Solve a reference. Raises Fault, and any error of the solution."""
     problem = problem_of(reference, case)
     try:

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
     from softmark.interpreter.study.configurations.timing_job import TimingJob
 
-__all__ = ["Comparison", "ComparisonRequest", "Interrupted", "TooMany", "compare"]
+__all__ = ["Comparison", "ComparisonRequest", "Interrupted", "TooManyConfigurations", "compare"]
 
 SCHEMA = "softmark-compare/1"
 ACCURACY, TIMING = "accuracy", "timing"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.models.shared.filled_mesh_notes import repaired, too_thin
+from softmark.interpreter.models.shared.filled_mesh_notes import repair_warning, thickness_warning
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.validation.tetrahedra_checks import check_filled_surface
 from softmark.solvers.mesh.boolean_operations import MISSING
@@ -25,5 +25,5 @@ def doubts(model: Declared, case: Case, shape: SurfaceBody) -> tuple[Diagnostic,
             problem = f"the surface of `{case.body.name}` cannot be filled: {error}"
             remedy = error.remedy or "name a file of one closed surface"
             return (diagnostic(error.code, case.body.at("shape"), problem, "encloses no body", remedy),)
-        found += [repaired(case, surface), too_thin(model, case, surface)]
+        found += [repair_warning(case, surface), thickness_warning(model, case, surface)]
     return tuple(d for d in found if d is not None)

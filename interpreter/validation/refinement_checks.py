@@ -21,7 +21,7 @@ from softmark.interpreter.problem.body_case import Case, Fault, body_of, case_fo
 from softmark.interpreter.problem.conforming_mesh import Cuts
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
-from softmark.references.convergence_orders import unlike
+from softmark.references.convergence_orders import find_dissimilarity
 from softmark.references.self_converged import SelfConverged
 
 if TYPE_CHECKING:
@@ -181,7 +181,7 @@ def extrapolation_obstacle(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()
     means = [math.prod(own) ** (1 / len(own)) for own in counts]
     ratio, place = min((b / a, i) for i, (a, b) in enumerate(pairwise(means)))
     if ratio >= 0.98 * RATIO:
-        return unlike(counts)
+        return find_dissimilarity(counts)
     a, b = (units.format_value(size, units.LENGTH) for size in sizes[-LEAST:][place : place + 2])
     return f"cells of {b} are only {ratio:.3g} times finer than those of {a}, and an order needs {RATIO:g} times"
 

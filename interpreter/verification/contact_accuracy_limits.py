@@ -14,7 +14,7 @@ from softmark.interpreter.metrics.contact import ContactPressure
 from softmark.interpreter.metrics.pressure_along import PressureAlong
 from softmark.interpreter.models.shared.rigid_contact_setup import pose_at
 from softmark.interpreter.problem.data_sets import download_shape
-from softmark.interpreter.problem.rigid_surfaces import sharp, sharp_in_section, surface_in_space
+from softmark.interpreter.problem.rigid_surfaces import sharp_points, sharp_points_in_section, surface_in_space
 from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.mesh.nearest_points import build_point_search
 
@@ -54,5 +54,5 @@ def _sharp(case: Case, touch: Touch, X: Floats) -> Floats:
     """Points (n, 3) of a rigid body that are sharp, where supports have taken it, m; in the plane with z = 0."""
     shape = download_shape(touch.rigid.thing.shape, touch.rigid.at("shape"))
     surface = surface_in_space(shape, X)
-    found, pose = sharp_in_section(*surface) if case.planar else sharp(*surface), pose_at(touch, 1.0)
+    found, pose = sharp_points_in_section(*surface) if case.planar else sharp_points(*surface), pose_at(touch, 1.0)
     return found if pose is None else pose.moved(found)

@@ -19,7 +19,7 @@ from softmark.interpreter.language.number_formatting import round_significant
 from softmark.interpreter.metrics.contact import ContactArea, ContactPressure
 from softmark.interpreter.metrics.pressure_along import PressureAlong
 from softmark.interpreter.models.shared.rigid_contact_setup import longest
-from softmark.interpreter.problem.surface_selection.loaded_surface_part import loaded
+from softmark.interpreter.problem.surface_selection.loaded_surface_part import find_loaded_surface
 from softmark.interpreter.verification.contact_error import beyond
 from softmark.solvers.contact.signed_distance import gap_of
 
@@ -47,14 +47,14 @@ def _share(case: Case, touch: Touch, mesh: Mesh) -> float | None:
     where = touch.thing.where
     if where == EVERYWHERE:
         return None
-    from softmark.interpreter.problem.surface_selection.exact_surface import selected
-    from softmark.interpreter.problem.surface_selection.region_outline import edged
+    from softmark.interpreter.problem.surface_selection.exact_surface import select_surface
+    from softmark.interpreter.problem.surface_selection.region_outline import selected_edge_area
 
-    known = None if case.planar else selected(case.shape, where)
-    exact = edged(case.shape, where, case.depth) if case.planar else known and known[0]
-    own = loaded(case.shape, mesh, where)
+    known = None if case.planar else select_surface(case.shape, where)
+    exact = selected_edge_area(case.shape, where, case.depth) if case.planar else known and known[0]
+    own = find_loaded_surface(case.shape, mesh, where)
     taken = np.unique(own.touched, axis=0)
-    sides = loaded(case.shape, mesh, EVERYWHERE)
+    sides = find_loaded_surface(case.shape, mesh, EVERYWHERE)
     return sides.of_facets(taken).area_of(case.depth) / exact if exact else None
 
 
@@ -63,7 +63,9 @@ def selection(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
     mesh = whole.prepared.mesh
     if mesh is None:
         return {}
-    cut = {t.name: np.unique(loaded(whole.case.shape, mesh, t.thing.where).nodes) for t in whole.case.contacts}
+    cut = {
+        t.name: np.unique(find_loaded_surface(whole.case.shape, mesh, t.thing.where).nodes) for t in whole.case.contacts
+    }
     if not any(len(nodes) for nodes in cut.values()):
         return {}
     return {"touching": lambda seen: max(_pressed(seen.at_rest, name, own) for name, own in cut.items()) * seen.size}
@@ -117,7 +119,7 @@ def _finer(case: Case, touch: Touch, mesh: Mesh, sharpest: float, times: float) 
 def _longest(case: Case, touch: Touch, mesh: Mesh) -> float:
     """The longest side of facets that may touch, m; of a slice in its plane."""
     points = mesh.points * (1.0, 1.0, 0.0) if case.planar else mesh.points
-    return longest(points, loaded(case.shape, mesh, touch.thing.where).touched)
+    return longest(points, find_loaded_surface(case.shape, mesh, touch.thing.where).touched)
 
 
 def contradicted(declared: Declared, rest: EquilibriumForces, metrics: Iterable[Metric]) -> Iterator[Diagnostic]:

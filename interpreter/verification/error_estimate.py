@@ -32,7 +32,7 @@ from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.models.shared.prepared_model import Prepared
 from softmark.interpreter.problem.solution import View
-from softmark.interpreter.problem.surface_selection.load_resultants import missing as missing_of
+from softmark.interpreter.problem.surface_selection.load_resultants import largest_load_error as missing_of
 from softmark.interpreter.results.error_statements import StatedError
 from softmark.interpreter.results.json_records import to_plain_json
 from softmark.interpreter.results.run_report import ModelResult, ProbeResult
@@ -51,7 +51,7 @@ from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.shared.deformed_mesh import Nodal
+    from softmark.interpreter.models.shared.deformed_mesh import NodalDisplacementField
 
 __all__ = ["DOUBTS", "ProbeAnswer", "Stated", "Unknown", "doubts_of", "is_doubt", "stated"]
 
@@ -207,7 +207,7 @@ class Stated(Answer):
             raise Unknown("the error of its fields in the equations of the full model is not known")
         return (largest if seen.unit == "m" and not seen.in_forces else relative * seen.size), relative
 
-    def _moving(self, step: Floats) -> Nodal:
+    def _moving(self, step: Floats) -> NodalDisplacementField:
         from softmark.interpreter.models.shared.deformed_mesh import displacement_of
 
         if self.mesh is None:

@@ -119,7 +119,7 @@ def found(
         x = static.unknowns.begun(above.displaced(solved.displacement).ravel())
         assert x is not None
         x[problem.fixed] = problem.target
-        static = interaction_setup.keeping(static, x)
+        static = interaction_setup.recenter_stabilization(static, x)
         problem = static.problem
         _must_be_worth(problem.assembly, solved, budget)
         coarse = _Once(lambda: Below.of(above.P, below()[0], problem.assembly, below()[1]))

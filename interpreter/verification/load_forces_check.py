@@ -17,8 +17,8 @@ from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.models.shared.material_regions import mass_points
 from softmark.interpreter.models.shared.prepared_model import Moved
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.group_conditions import split_by_groups, facet_membership
-from softmark.interpreter.problem.surface_selection.loaded_surface_part import by_sides, settled_of
+from softmark.interpreter.problem.group_conditions import facet_membership, split_by_groups
+from softmark.interpreter.problem.surface_selection.loaded_surface_part import settled_borders, split_by_sides
 from softmark.interpreter.verification.cell_materials_check import alone
 from softmark.interpreter.verification.unverified_models import Unchecked
 from softmark.interpreter.vocabulary.load_words import (
@@ -126,7 +126,7 @@ def _asked(case: Case, mesh: Mesh, where: Condition) -> Iterator[tuple[Condition
     for condition, members in split_by_groups(where, facet_membership(mesh)):
         own = np.zeros(len(mesh.facets), dtype=np.bool_)
         own[members] = True
-        for beside, out in by_sides(case.shape, mesh.points[mesh.facets]):
+        for beside, out in split_by_sides(case.shape, mesh.points[mesh.facets]):
             yield condition, np.flatnonzero(own & beside), out
 
 
@@ -187,7 +187,7 @@ def _swept(where: Condition, case: Case, mesh: Mesh) -> Iterator[Swept]:
     extent = float(np.sqrt((np.ptp(mesh.points, axis=0) ** 2).sum()))
     empty = True
     for condition, which, out in _asked(case, mesh, where):
-        settled, settling = settled_of(case.shape, mesh, condition)
+        settled, settling = settled_borders(case.shape, mesh, condition)
         sweep = FacetSweep(condition, corners[which], extent, out, settled[which], settling[which])
         whole, (f, xi, w), (g, left) = sweep.whole_and_parts()
         yield facets[which[whole]], (facets[which[f]], xi, w), (facets[which[g]], left)

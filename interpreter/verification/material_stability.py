@@ -77,9 +77,9 @@ class Lost:
         far = np.abs(np.log(np.maximum(s, TINY))).max(axis=1)
         place = int((far >= (1.0 - ALIKE) * far.max()).argmax())
         if far[place] > self.worst[0]:
-            from softmark.interpreter.models.shared.heterogeneous_material import places
+            from softmark.interpreter.models.shared.heterogeneous_material import rule_positions
 
-            X = places(part, part.element.quadrature()).reshape(-1, 3)
+            X = rule_positions(part, part.element.quadrature()).reshape(-1, 3)
             self.worst = float(far[place]), X[gone][place], s[place]
 
     def told(self, volume: float) -> dict[str, Any]:

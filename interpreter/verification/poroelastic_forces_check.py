@@ -11,7 +11,7 @@ import numpy as np
 
 from softmark.interpreter.models.shared.prepared_model import Moved
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.group_conditions import split_by_groups, facet_membership
+from softmark.interpreter.problem.group_conditions import facet_membership, split_by_groups
 from softmark.interpreter.verification.cell_materials_check import INWARD
 from softmark.interpreter.verification.unverified_models import Unchecked
 from softmark.solvers.independent_forces.poroelastic_equations import PoroelasticBody

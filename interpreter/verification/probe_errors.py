@@ -24,7 +24,7 @@ from softmark.interpreter.results.run_report import ProbeResult
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.shared.deformed_mesh import Nodal
+    from softmark.interpreter.models.shared.deformed_mesh import NodalDisplacementField
 
 Floats = NDArray[np.float64]
 Field = Callable[[Floats], Floats]
@@ -82,7 +82,7 @@ class ProbeAnswer:
         """What it would see of a static field."""
         return replace(self, u=np.asarray(field(self.X)), field=field, history=None, stress=field.stress)
 
-    def moved(self, step: Nodal) -> ProbeAnswer:
+    def moved(self, step: NodalDisplacementField) -> ProbeAnswer:
         """What it would see if displacements were added, static."""
         own = self.field
         field = None if own is None else lambda X: own(X) + step(X)

@@ -19,7 +19,7 @@ from softmark.interpreter.models.shared.support_selection import grips
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.validation.refinement_checks import Method, extrapolation_obstacle, methods_of
 from softmark.records import dataclass
-from softmark.references.convergence_orders import SAFETY_THREE, SAFETY_TWO, refined
+from softmark.references.convergence_orders import SAFETY_THREE, SAFETY_TWO, estimate_convergence
 
 Floats = NDArray[np.float64]
 Field = Callable[[Floats], Floats]  # points (n, 3) -> displacements (n, 3), m
@@ -109,7 +109,7 @@ def limit(family: Family, where: Sampled) -> Limit:
     changes = [b - a for a, b in pairwise(u)]
     coarse, fine = (where.mean_square(c) for c in changes[-2:])
     # distances of the finest three from the finest, as values of one quantity
-    found = refined(list(zip(family.sizes[-3:], (fine + coarse, fine, 0.0), strict=True)))
+    found = estimate_convergence(list(zip(family.sizes[-3:], (fine + coarse, fine, 0.0), strict=True)))
     doubt = family.unfit or found.reason or _doubt(found.order or 0.0, family, where, changes)
     left = family.tolerance * largest(u[-1])  # what the solver leaves
     if doubt is None and found.order is not None:

@@ -58,19 +58,21 @@ def _beds(case: Case, prepared: Prepared) -> dict[str, float]:
     """What share of the area that each bed selects is on it, by name, as far as its shape knows of areas."""
     if prepared.mesh is None or not case.beds:
         return {}
-    from softmark.interpreter.problem.surface_selection.exact_surface import selected
-    from softmark.interpreter.problem.surface_selection.loaded_surface_part import loaded
-    from softmark.interpreter.problem.surface_selection.region_outline import edged
+    from softmark.interpreter.problem.surface_selection.exact_surface import select_surface
+    from softmark.interpreter.problem.surface_selection.loaded_surface_part import find_loaded_surface
+    from softmark.interpreter.problem.surface_selection.region_outline import selected_edge_area
 
     found = {}
     for bed in case.beds:
         where = bed.thing.where
         if case.planar:
-            exact = edged(case.shape, where, case.depth)
+            exact = selected_edge_area(case.shape, where, case.depth)
         else:
-            known = selected(case.shape, where)
+            known = select_surface(case.shape, where)
             exact = None if known is None else known[0]
-        found[bed.name] = loaded(case.shape, prepared.mesh, where).area_of(case.depth) / exact if exact else 1.0
+        found[bed.name] = (
+            find_loaded_surface(case.shape, prepared.mesh, where).area_of(case.depth) / exact if exact else 1.0
+        )
     return found
 
 

@@ -9,7 +9,12 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.models.shared.prepared_model import Moved
 from softmark.interpreter.problem.body_case import Case, Touch
-from softmark.interpreter.problem.group_conditions import split_by_groups, cell_membership, facet_membership, node_membership
+from softmark.interpreter.problem.group_conditions import (
+    cell_membership,
+    facet_membership,
+    node_membership,
+    split_by_groups,
+)
 from softmark.interpreter.verification.cell_materials_check import INWARD
 from softmark.solvers.independent_forces.rigid_friction_forces import move_points
 
@@ -32,7 +37,10 @@ def held(case: Case, mesh: Moved) -> NDArray[np.bool_]:
         for condition, which in split_by_groups(support.thing.where, node_membership(mesh.mesh)):
             x, y, z = points[which].T
             where[which] = np.broadcast_to(condition.holds(x, y, z, extent), len(x))
-        for nodes, members in ((mesh.cells, cell_membership(mesh.mesh)), (mesh.mesh.facets, facet_membership(mesh.mesh))):
+        for nodes, members in (
+            (mesh.cells, cell_membership(mesh.mesh)),
+            (mesh.mesh.facets, facet_membership(mesh.mesh)),
+        ):
             corners = points[nodes]
             X = corners + INWARD * (corners.mean(axis=1, keepdims=True) - corners)
             for condition, which in split_by_groups(support.thing.where, members):

@@ -176,11 +176,11 @@ def _integral_until(rows: TableRows, t: float) -> float:
 @lru_cache(maxsize=32)
 def _read_table(path: str, changed: int, at: str, value: str, unit: float, whole: float) -> TableRows:
     """Return the rows of a table, read again only when the file has changed. Raises Unreadable."""
-    from softmark.references.csv_tables import columns
-    from softmark.references.data_download import find
+    from softmark.references.csv_tables import read_columns
+    from softmark.references.data_download import find_file
     from softmark.references.measured_data import Unreadable
 
-    table = columns(find(path), (at, value))
+    table = read_columns(find_file(path), (at, value))
     times = tuple(unit * t for t in table.numbers[at])
     shares = tuple(v / whole for v in table.numbers[value])
     if len(times) < 2:

@@ -1,1 +1,1 @@
-"""Energies over shared degrees of freedom: sums, patterns, with pressures, in single precision."""
+"""Assembly of energies over shared degrees of freedom: sums, sparsity patterns, mixed elements, single precision."""

@@ -1,4 +1,4 @@
-"""Sum of energies over shared degrees of freedom, with a sparsity pattern that is prepared once."""
+"""Assembly: sum of energies over shared degrees of freedom, with a precomputed sparsity pattern."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ class Assembly:
         loads: Sequence[Energy],
         points: Floats | None = None,
     ) -> None:
+        """Compute the sparsity pattern of all energies."""
         self.dofs = dofs
         self.internal, self.loads = tuple(internal), tuple(loads)
         self.free = others(dofs, fixed)
@@ -37,20 +38,20 @@ class Assembly:
         self._posed: tuple[Sequence[Energy], float, list[tuple[Energy, float]]] = (), 0.0, []
 
     def with_internal(self, internal: Sequence[Energy]) -> Assembly:
-        """The same loads and the same pattern, for other energies on the same stencils."""
+        """Return an assembly of other internal energies on the same stencils, with the same loads and pattern."""
         other = copy(self)
         other.internal = tuple(internal)
         return other
 
     def acting(self, internal: Sequence[Energy], loads: Sequence[Energy]) -> Assembly:
-        """The same pattern for other energies and other loads on the same stencils."""
+        """Return an assembly of other internal energies and loads on the same stencils, with the same pattern."""
         other = self.with_internal(internal)
         other.loads = tuple(loads)
         other.conservative = all(e.conservative for e in (*other.internal, *other.loads))
         return other
 
     def joined(self, loads: Sequence[Energy]) -> Assembly:
-        """The same for other loads, of which some have more stencils than before, or fewer, of the same elements."""
+        """Return an assembly of other loads, some with more or fewer stencils of the same elements."""
         number = np.full(self.dofs, -1)
         number[self.free] = np.arange(len(self.free))
         slots = [*self.pattern.slots]
@@ -62,18 +63,19 @@ class Assembly:
         return other
 
     def modes(self) -> Floats | None:
-        """Rigid motions of the free degrees of freedom (n, 6); None where these are not known to be displacements."""
+        """Rigid motions of the free degrees of freedom (n, 6); None unless these are known to be displacements."""
         from softmark.solvers.sparse.rigid_body_modes import rigid_motions
 
         return None if self.points is None else rigid_motions(self.points, self.free)
 
     def _scaled(self, load: float) -> list[tuple[Energy, float]]:
+        """Return all energies with their factors at a load."""
         return [(e, 1.0) for e in self.internal] + self.loaded(load)
 
     def loaded(self, load: float) -> list[tuple[Energy, float]]:
-        """The loads at their share, and what each is to be multiplied by: those that are driven are what they are.
+        """Return the loads at a load fraction with their factors: 1 for driven ones, which depend on it themselves.
 
-        Those of the last share are kept, with all that they have found out there.
+        Those of the last fraction are cached, with all their own caches.
         """
         loads, share, known = self._posed
         if loads is not self.loads or share != load:
@@ -83,22 +85,22 @@ class Assembly:
         return known
 
     def value(self, x: Floats, load: float) -> float:
-        """Total potential energy, J; infinite outside the domain of a law."""
+        """Return the total potential energy, J; infinite outside the domain of a law."""
         return sum(scale * e.value(x) for e, scale in self._scaled(load) if scale != 0.0)
 
     def gradient(self, x: Floats, load: float) -> Floats:
-        """Out-of-balance force on every degree of freedom (dofs,), supports included (there: reactions)."""
+        """Return the residual force on every degree of freedom (dofs,); at supports these are reactions."""
         g: Floats = np.zeros(self.dofs, dtype=self.kind)
         for energy, scale in self._scaled(load):
             energy.add_gradient(x, g, scale)
         return g
 
     def rounding(self, x: Floats) -> float:
-        """Norm of what rounding leaves in the gradient, N."""
+        """Return the norm of the rounding error of the gradient, N."""
         return sum(e.rounding(x) for e in (*self.internal, *self.loads))
 
     def tangent(self, x: Floats, load: float, projected: bool = False) -> sparse.csr_matrix:
-        """Tangent stiffness over the free degrees of freedom."""
+        """Return the tangent stiffness over the free degrees of freedom."""
         data: Floats = np.zeros(len(self.pattern.indices), dtype=self.kind)
         for (energy, scale), slots in zip(self._scaled(load), self.pattern.slots, strict=True):
             if energy.stencils.size:
@@ -110,6 +112,6 @@ class Assembly:
         return K
 
     def limit(self, x: Floats, d: Floats) -> float:
-        """The part of an increment d (dofs,), at most 1, that can be gone before bodies would meet."""
+        """Return the fraction of an increment d (dofs,), at most 1, before bodies would meet."""
         each = (e for e in (*self.internal, *self.loads) if isinstance(e, DynamicPatternEnergy))
         return min((e.limit(x, d) for e in each), default=1.0)

@@ -1,4 +1,4 @@
-"""The elastic energy of a mesh: of a material and a measure of strain, in the form that is solved soonest."""
+"""Construction of the elastic energy of a mesh, from a material and a strain measure, in its most efficient form."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from softmark.solvers.mesh.mesh import Mesh
 
 
 def elastic_energy(mesh: Mesh, elastic: Elastic, material: Isotropic, strain: str, selective: bool = False) -> Energy:
-    """The energy of a strain measure; `elastic` has the cells and points that it is integrated at."""
+    """Return the elastic energy for a strain measure; `elastic` has the cells and integration points."""
     parts = elastic_parts(mesh, elastic, material, strain, selective)
     first, *others = (_mixed(part, material, strain) for part in parts)
     if others:
@@ -46,7 +46,7 @@ def elastic_parts(
 
 
 def _mean_of_cell(material: Isotropic, elastic: Elastic) -> Isotropic:
-    """The material of the only point of a cell: where it varies within, of the means of its moduli."""
+    """Return the material of one point per cell: if it varies within, with the means of its moduli."""
     if not material.sampled:
         return material
     from softmark.solvers.materials.heterogeneous import average_moduli
@@ -55,7 +55,7 @@ def _mean_of_cell(material: Isotropic, elastic: Elastic) -> Isotropic:
 
 
 def elsewhere(elastic: Elastic, mesh: Mesh, at: Integration, law: ElasticLaw, drag: Any = None) -> Elastic:
-    """Another law over the same cells at other points: of a body of revolution, around its axis too."""
+    """Return the energy of another law over the same cells at other points; axisymmetric if the first is."""
     made = Elastic(mesh.cells, at.dNdX, at.w, law, drag=drag)
     if type(elastic) is Elastic:
         return made
@@ -69,7 +69,7 @@ def elsewhere(elastic: Elastic, mesh: Mesh, at: Integration, law: ElasticLaw, dr
 
 
 def _mixed(part: Elastic, material: Isotropic, strain: str) -> Elastic:
-    """The same energy, able to take pressures that a step promises, where its law has a part of the volume alone."""
+    """Return the same energy, able to use predicted pressures, if its law has a purely volumetric part."""
     laws = parts_for(material, strain) if strain == "finite" else None
     if laws is None or not volumetric(laws[1]) or part.law == laws[0] or type(part) is not Elastic:
         return part

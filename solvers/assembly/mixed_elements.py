@@ -1,4 +1,4 @@
-"""Mixed energies of meshes: displacements, and the pressures that go with the element."""
+"""Mixed displacement-pressure energies of meshes."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 
 
 def with_pressures(mesh: Mesh, parts: Integration, split: Split, mu: float) -> MixedSolid:
-    """The mixed energy of a mesh: displacements, and behind them the pressures that go with its element.
+    """Return the mixed energy of a mesh: displacements followed by the pressures of its element.
 
-    Their unit is the shear modulus `mu` (Pa) over the edge of a mean cell, so that no block of the matrix outweighs
-    another. Raises KeyError for an element without pressures.
+    The unit of pressures is the shear modulus `mu` (Pa) divided by the edge of a mean cell, so that the blocks of the
+    matrix are balanced. Raises KeyError for an element without pressures.
     """
     known = build_pressure_space(mesh)
     edge = float(np.cbrt(parts.w.sum() / len(mesh.cells)))
@@ -27,9 +27,10 @@ def with_pressures(mesh: Mesh, parts: Integration, split: Split, mu: float) -> M
 
 
 def pressure_shapes(mesh: Mesh, parts: Integration) -> Floats:
-    """Shape functions of pressures (m, q, b) at points of their own in each cell, by those of displacements there.
+    """Return the pressure shape functions (m, q, b) at their own points in each cell, from displacement functions
+    there.
 
-    Linear functions between corners are what nodes on straight edges make of them.
+    They are linear between corners, as on straight edges.
     """
     if mesh.element.pressures == "cell":
         return np.ones((*parts.w.shape, 1))

@@ -1,9 +1,10 @@
-"""Elastic energies of finite strain whose tangent can take a pressure from where the last Newton step was to lead.
+"""Pressure predictor: elastic energies at finite strain whose tangent uses the pressure predicted by the last Newton
+step.
 
-In nearly incompressible cells a Newton step that turns them leaves volumes wrong to second order and so, times a large
-bulk modulus, pressures wrong altogether; the tangent there is useless. The pressure that the linear equations of the
-step promised is far nearer to that of the solution. Taking it is Newton's method for displacements and pressures as
-unknowns of their own, with the pressures eliminated point by point; forces, and so the solution, are the same.
+In nearly incompressible cells a Newton step with rotation leaves volume errors of second order. Times a large bulk
+modulus these make pressures completely wrong, and the tangent there useless. The pressure predicted by the linear
+equations of the step is far closer to the solution. Using it is Newton's method with displacements and pressures as
+independent unknowns, with the pressures eliminated at each point; forces, and so the solution, are the same.
 """
 
 from __future__ import annotations
@@ -35,18 +36,18 @@ NEAR = 0.01  # of the volume of a cell: how far apart U' is looked at for U''
 
 @dataclass(frozen=True)
 class MixedPoints(Elastic):
-    """`Elastic` with `volume`, the part U(det F) of its law, and the U' that is `expected` at each point (m q,), Pa.
+    """`Elastic` with the volumetric part `volume`, U(det F), of its law, and `expected` U' at each point (m q,), Pa.
 
-    The tangent's term U' d(cof F)/dF is taken with the expected U'; without one it is that of `Elastic`. Source: the
-    mixed integration point method of Magisano, Leonetti and Garcea (2017), "How to improve efficiency and robustness of
-    the Newton method in geometrically non-linear structural problems", of which this is the volumetric part.
+    The tangent's term U' d(cof F)/dF uses the expected U'; without one it is that of `Elastic`. Source: the mixed
+    integration point method of Magisano, Leonetti and Garcea (2017), "How to improve efficiency and robustness of the
+    Newton method in geometrically non-linear structural problems", here its volumetric part.
     """
 
     volume: ElasticLaw = field(kw_only=True)
     expected: Floats | None = None
 
     def expecting(self, x: Floats, d: Floats) -> MixedPoints:
-        """The same energy with the pressures that a step d from x promises: U' + U'' cof F : dF."""
+        """Return the same energy with the pressures predicted by a step d from x: U' + U'' cof F : dF."""
         f, h = components(self.F(x)), components(self.F(d))
         cof = cofactor(f)
         J = determinant(f, cof)
@@ -54,7 +55,7 @@ class MixedPoints(Elastic):
         return replace(self, expected=self._slope(J) + self._rise(J) * grown)
 
     def corotated(self, x: Floats) -> MixedPoints:
-        """The same energy with the pressures of its corotational twin in x: lam tr(S - I), F = R S."""
+        """Return the same energy with the pressures of its corotational twin in x: lam tr(S - I), F = R S."""
         F = self.F(x)
         f = components(F)
         stretched = inner(rotation(f), f) - 3.0
@@ -62,11 +63,11 @@ class MixedPoints(Elastic):
         return replace(self, expected=lam * stretched)
 
     def _rise(self, J: Floats) -> Floats:
-        """J U''(J) (n,), Pa, by differences."""
+        """Return J U''(J) (n,), Pa, by differences."""
         return (self._slope((1.0 + NEAR) * J) - self._slope((1.0 - NEAR) * J)) / (2.0 * NEAR)
 
     def _slope(self, J: Floats) -> Floats:
-        """U'(J) (n,), Pa: of the pure dilatation of that volume, P = U' J^(2/3) I."""
+        """Return U'(J) (n,), Pa, from a pure dilatation to that volume, P = U' J^(2/3) I."""
         if isinstance(self.volume, InvariantLaw):
             with np.errstate(all="ignore"):
                 return self.volume.slopes(np.zeros_like(J), J - 1.0)[1]
@@ -76,7 +77,7 @@ class MixedPoints(Elastic):
         return slope
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Tangent stiffness, N/m; where a pressure is expected, with it. A projected one knows of none."""
+        """Add the tangent stiffness, N/m, with the expected pressure if there is one; a projected one ignores it."""
         if self.expected is None or projected:
             Elastic.add_hessian(self, x, data, slots, scale, projected)
             return
@@ -97,44 +98,45 @@ class MixedPoints(Elastic):
 
 @dataclass(frozen=True)
 class Slack(Energy):
-    """Corotational tetrahedra whose tangent takes no pressure at all, tr(S - I) = 0 in every cell."""
+    """Corotational tetrahedra whose tangent has zero pressure, tr(S - I) = 0 in every cell."""
 
     tets: CorotationalTets
 
     @property
     def conservative(self) -> bool:
-        """As the cells are."""
+        """True if the energy of the cells is conservative."""
         return self.tets.conservative
 
     @property
     def stencils(self) -> Ints:
-        """Those of the cells."""
+        """Degrees of freedom of the cells."""
         return self.tets.stencils
 
     def value(self, x: Floats) -> float:
-        """Strain energy, J."""
+        """Return the strain energy, J."""
         return self.tets.value(x)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Nodal elastic forces, N."""
+        """Add the nodal elastic forces, N."""
         self.tets.add_gradient(x, g, scale)
 
     def rounding(self, x: Floats) -> float:
-        """Norm of what rounding leaves in the gradient, N."""
+        """Return the norm of the rounding error of the gradient, N."""
         return self.tets.rounding(x)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Tangent stiffness, N/m."""
+        """Add the tangent stiffness, N/m."""
         none = np.zeros(self.tets.kept)
         self.tets.add_both_lagged(x, np.zeros_like(x), data, slots, none)
 
 
 def slack(assembly: Assembly) -> Assembly:
-    """The assembly whose tangent takes no pressure: for a state of which only the shape is to be trusted."""
+    """Return the assembly with zero pressure in its tangent, for states of which only the shape is reliable."""
     return assembly.with_internal([_slack(e) for e in assembly.internal])
 
 
 def _slack(energy: Energy) -> Energy:
+    """Return an energy with zero pressure in its tangent."""
     if isinstance(energy, EnergySum):
         return replace(energy, parts=tuple(_slack(part) for part in energy.parts))
     if isinstance(energy, CorotationalTets):
@@ -147,9 +149,9 @@ def _slack(energy: Energy) -> Energy:
 
 
 def promised(assembly: Assembly, x: Floats, d: Floats | None) -> Assembly | None:
-    """The assembly with the pressures that a step d from x promises, or without a step those of its corotational twin.
+    """Return the assembly with the pressures predicted by a step d from x, or without d those of the corotational twin.
 
-    None where no energy of it can use them.
+    Return None if none of its energies can use them.
     """
     if not any(_mixed(e) for e in assembly.internal):
         return None
@@ -157,12 +159,14 @@ def promised(assembly: Assembly, x: Floats, d: Floats | None) -> Assembly | None
 
 
 def _mixed(energy: Energy) -> bool:
+    """Return whether an energy can use predicted pressures."""
     if isinstance(energy, EnergySum):
         return any(_mixed(part) for part in energy.parts)
     return isinstance(energy, MixedPoints | MeanDilatation)
 
 
 def _expecting(energy: Energy, x: Floats, d: Floats | None) -> Energy:
+    """Return an energy with predicted pressures."""
     if isinstance(energy, EnergySum):
         return replace(energy, parts=tuple(_expecting(part, x, d) for part in energy.parts))
     if not isinstance(energy, MixedPoints | MeanDilatation):
@@ -173,7 +177,7 @@ def _expecting(energy: Energy, x: Floats, d: Floats | None) -> Energy:
 
 
 def volumetric(law: ElasticLaw) -> bool:
-    """Whether a law knows of det F alone: with no stress at rest it then has none in shear, which keeps volumes."""
+    """Return whether a law depends only on det F, tested by zero stress at rest and in volume-preserving shear."""
     F = np.eye(3)[None].copy()
     F[0, 0, 1], F[0, 2, 0] = 0.5, -0.3
     return bool(np.all(np.abs(law.P(F)) <= 1e-12 * np.abs(law.dPdF(np.eye(3)[None])).max()))

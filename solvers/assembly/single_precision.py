@@ -1,7 +1,7 @@
-"""Energies and assemblies in single precision: geometry, state, stresses, forces and tangents as 32-bit numbers.
+"""Single-precision assembly: geometry, state, stresses, forces and tangents as 32-bit numbers.
 
-Kernels are compiled for the types that they are called with, and keep sums over the nodes of one cell in double; what
-goes from one array to another is rounded to single.
+Kernels are compiled for the types of their arguments, and sum over the nodes of one cell in double precision; arrays
+are rounded to single.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ GEOMETRY = ("dNdX", "w", "f", "p", "points", "bulk")  # fields that are numbers 
 
 
 def single(energy: Energy) -> Energy:
-    """The same energy with its numbers rounded to single precision."""
+    """Return the same energy with its numbers rounded to single precision."""
     known: Any = energy
     if isinstance(energy, EnergySum):
         return EnergySum(tuple(single(part) for part in energy.parts))
@@ -32,18 +32,19 @@ def single(energy: Energy) -> Energy:
 
 
 def _rounded(value: Any) -> Any:
+    """Return a value with its arrays rounded to single precision."""
     return value.astype(np.float32) if isinstance(value, np.ndarray) else value
 
 
 class SingleAssembly(Assembly):
-    """An assembly over single energies, with the pattern of one in double precision."""
+    """Assembly of single-precision energies, with the pattern of one in double precision."""
 
     kind: Any = np.float32
     whole: Assembly
 
     @classmethod
     def of(cls, whole: Assembly) -> SingleAssembly:
-        """The same energies and loads in single precision."""
+        """Return the same energies and loads in single precision."""
         made = cls.__new__(cls)
         made.__dict__.update(copy(whole).__dict__)
         made.whole = whole
@@ -53,12 +54,12 @@ class SingleAssembly(Assembly):
 
     @cached_property
     def _gradients(self) -> float:
-        """The largest gradient of a shape function, 1/m: a last digit of a displacement is a strain times that."""
+        """Largest gradient of a shape function, 1/m: it converts rounding of displacements to strain."""
         whole: list[Any] = [part for e in self.internal for part in (e.parts if isinstance(e, EnergySum) else (e,))]
         steepest = [float(np.abs(part.dNdX).max()) for part in whole if hasattr(part, "dNdX")]  # which springs have not
         return max(steepest, default=0.0)
 
     def rounding(self, x: Floats) -> float:
-        """Norm of what rounding leaves in the gradient, N: of strains near one, and of displacements."""
+        """Return the norm of the rounding error of the gradient, N, from strains and from displacements."""
         noise = self.whole.rounding(x)
         return RATIO * noise * (1.0 + float(np.abs(x).max(initial=0.0)) * self._gradients)

@@ -1,7 +1,7 @@
-"""The sparse pattern of a tangent, from the stencils of its energies, by scipy's loops and no kernel of our own.
+"""Sparsity pattern of a tangent from the stencils of its energies, with scipy's loops and no kernels of our own.
 
-Degrees of freedom that always come together, such as the three of a node, are one block: there are nine times fewer
-pairs to look up, and what must be sorted is short.
+Degrees of freedom that always occur together, such as the three of a node, form one block: this gives nine times fewer
+pairs to look up, and less to sort.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ PAIRS = 1 << 19  # pairs of blocks whose places are found at a time: they stay i
 
 @dataclass(frozen=True)
 class Pattern:
-    """The CSR structure of the free-free tangent and, for each energy, where its local entries go."""
+    """CSR structure of the free-free tangent and, for each energy, the positions of its local entries."""
 
     size: int
     indptr: Any  # int32, or int64 where there are too many entries
@@ -33,15 +33,15 @@ class Pattern:
     slots: tuple[Any, ...]  # of the same type, one (n, k, k) per energy, -1 where a row or a column is constrained
 
     def matrix(self, data: Floats) -> sparse.csr_matrix:
-        """The sparse matrix with these values, sharing the pattern."""
+        """Return the sparse matrix with these values, sharing the pattern."""
         made = copy(self._empty)  # scipy looks at all indices whenever it is given them
         made.data = data
         return made
 
     def places(self, number: Ints, stencils: Ints) -> Ints:
-        """Where local entries of more stencils (n, k) go (n, k, k), -1 where held; all must be coupled in it already.
+        """Return positions (n, k, k) of local entries of more stencils (n, k), -1 if fixed; all must be in the pattern.
 
-        `number` (dofs,) is the row of each degree of freedom, -1 where it is held.
+        `number` (dofs,) is the row of each degree of freedom, -1 if it is fixed.
         """
         rows = number[stencils]
         wanted = rows[:, :, None] * self.size + rows[:, None, :]
@@ -54,13 +54,14 @@ class Pattern:
 
     @cached_property
     def _numbers(self) -> Ints:
-        """Row times size plus column of each entry (nnz,): ascending, for both are sorted."""
+        """Row times size plus column of each entry (nnz,), in ascending order."""
         rows = np.repeat(np.arange(self.size), np.diff(self.indptr))
         found: Ints = rows * self.size + self.indices
         return found
 
     @cached_property
     def _empty(self) -> sparse.csr_matrix:
+        """Sparse matrix of the pattern without values."""
         data = np.zeros(len(self.indices), dtype=np.bool_)
         made = sparse.csr_matrix((data, self.indices, self.indptr), shape=(self.size, self.size), copy=False)
         made.data = data[:0].copy()
@@ -69,7 +70,7 @@ class Pattern:
 
 @dataclass(frozen=True)
 class _Blocks:
-    """Which blocks are neighbours, themselves included, and what of them is free; `count` blocks of `width`."""
+    """Neighbours of each block, itself included, and its free rows; `count` blocks of `width`."""
 
     near: sparse.csr_matrix  # (count, count), its values 0, 1, 2, ...
     number: NDArray[Any]  # (count, width) row of each degree of freedom, -1 where it is held
@@ -78,7 +79,7 @@ class _Blocks:
 
     @property
     def free(self) -> NDArray[Any]:
-        """How many of each block are free (count,)."""
+        """Number of free rows of each block (count,)."""
         free: NDArray[Any] = np.count_nonzero(self.number >= 0, axis=1)
         return free
 
@@ -87,9 +88,9 @@ _KNOWN: WeakValueDictionary[bytes, Pattern] = WeakValueDictionary()
 
 
 def prepare(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
-    """The pattern of all stencils over the degrees of freedom that are not `fixed`.
+    """Return the pattern of all stencils over the degrees of freedom that are not `fixed`.
 
-    Problems that differ in their loads alone, as states of one body do, share one: it is most of what they hold.
+    Problems that differ only in their loads, as states of one body do, share one: it is most of their memory.
     """
     asked = blake2b(repr((dofs, fixed.shape, [s.shape for s in stencils])).encode())
     for own in (fixed, *stencils):
@@ -101,6 +102,7 @@ def prepare(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
 
 
 def _made(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
+    """Compute the pattern of all stencils."""
     free = others(dofs, fixed)
     width = 3 if all(_in_threes(s) for s in stencils) else 1
     count = -(-dofs // width)
@@ -114,14 +116,14 @@ def _made(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
 
 
 def others(dofs: int, fixed: Ints) -> Ints:
-    """The degrees of freedom that are not `fixed`."""
+    """Return the degrees of freedom that are not `fixed`."""
     free = np.ones(dofs, dtype=np.bool_)
     free[fixed] = False
     return np.flatnonzero(free)
 
 
 def _in_threes(stencil: Ints) -> bool:
-    """Whether each stencil is made of runs 3 i, 3 i + 1, 3 i + 2."""
+    """Return whether each stencil consists of runs 3 i, 3 i + 1, 3 i + 2."""
     if stencil.shape[1] % 3:
         return False
     first = stencil[:, ::3]
@@ -130,7 +132,7 @@ def _in_threes(stencil: Ints) -> bool:
 
 
 def _blocks(members: Sequence[Ints], number: NDArray[Any]) -> _Blocks:
-    """Neighbours are those that share a stencil: B^T B, B the incidence (stencils, blocks)."""
+    """Return the neighbours of blocks that share a stencil: B^T B, B the incidence (stencils, blocks)."""
     none = [np.zeros(0, dtype=np.int64)]
     lengths = np.concatenate([np.full(len(m), m.shape[1]) for m in members] + none)
     flat = np.concatenate([m.ravel() for m in members] + none)
@@ -146,7 +148,7 @@ def _blocks(members: Sequence[Ints], number: NDArray[Any]) -> _Blocks:
 
 
 def _layout(blocks: _Blocks) -> tuple[Any, Any]:
-    """indptr and indices of the free-free matrix: all free rows of a block have the columns of its neighbours."""
+    """Return indptr and indices of the free-free matrix: free rows of a block have the columns of its neighbours."""
     near, free = blocks.near, blocks.free
     columns = blocks.number[near.indices].ravel()
     columns = columns[columns >= 0]
@@ -160,7 +162,7 @@ def _layout(blocks: _Blocks) -> tuple[Any, Any]:
 
 
 def _slots(members: Ints, blocks: _Blocks, indptr: Any) -> NDArray[Any]:
-    """Where every local entry goes (n, b, width, b, width), -1 where its row or its column is constrained."""
+    """Return positions of local entries (n, b, width, b, width), -1 if the row or column is fixed."""
     (n, b), width = members.shape, blocks.number.shape[1]
     slots = np.empty((n, b, width, b, width), dtype=indptr.dtype)
     starts = np.where(blocks.number >= 0, indptr[blocks.number], 0).astype(indptr.dtype)

@@ -1,4 +1,4 @@
-"""Energies of meshes of porous solids full of fluid: displacements, and pressures of Taylor and Hood."""
+"""Poroelastic energies of meshes: displacements, and Taylor-Hood pore pressures."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 def seeping(
     mesh: Mesh, parts: Integration, pair: Any, mu: float, pores: PermeabilityLaw, turns: bool
 ) -> PoroelasticSolid:
-    """The energy of a porous solid: displacements, and behind them pressures; `pair` is its law and measure of volume.
+    """Return the energy of a porous solid: displacements, then pressures; `pair` is its law and volume measure.
 
-    The unit of pressures is the shear modulus `mu` (Pa) over the edge of a mean cell, so that no block of the matrix
-    outweighs another. Raises KeyError for an element whose pressures are not continuous.
+    The unit of pressures is the shear modulus `mu` (Pa) divided by the edge of a mean cell, so that the blocks of the
+    matrix are balanced. Raises KeyError for an element whose pressures are not continuous.
     """
     if mesh.element.pressures != "corners":
         raise KeyError(mesh.kind)

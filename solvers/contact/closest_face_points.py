@@ -30,7 +30,7 @@ def vectors_from_closest_points(p: Floats, t: Floats) -> Floats:
 
 
 def nearest_pair_of_each(of: Ints, far: Floats) -> Ints:
-    """Return the index of the nearest pair of each thing, for things `of` (c,) and distances `far` (c,) of all pairs."""
+    """Return the index of the nearest pair of each thing; `of` (c,) are things and `far` (c,) distances of pairs."""
     order = np.lexsort((far, of))
     found: Ints = order[np.unique(of[order], return_index=True)[1]]
     return found

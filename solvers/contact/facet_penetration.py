@@ -247,7 +247,7 @@ def _is_sharp_there(contact: RigidContact, parts: FacetParts, where: Floats, t: 
 
 
 def presses_off_surface(contact: Any, x: Floats, times: float = 1.0) -> bool:
-    """Return whether an added point presses off the surface of the body by more than a multiple of the tolerance."""
+    """Return whether an added point presses off the surface of the body by more than a multiple of tolerance."""
     if contact.extra is None:
         return False
     joined, on = contact.places(x)[contact.lasting :], contact.pressures(x)[contact.lasting :] > 0.0
@@ -289,7 +289,7 @@ Planes = tuple[tuple[Floats, Floats], Floats, Floats]  # t (k, m) and ways, c (k
 
 
 def _deepest_planes(contact: RigidContact, parts: FacetParts, where: Floats, t: Floats, g: Floats) -> Planes:
-    """Return the deepest points of parts, from t (k, m) with gaps g (k,), m, and the planes to keep them in front of."""
+    """Return whether an added point presses off the surface of the body, by a multiple of the tolerance."""
     x, y = (np.einsum("kqa,kai->kqi", parts.shapes(at), where) for at in (t[:, None], t[:, None] + parts.beside))
     n = contact.body.look(y.reshape(-1, 3))[1].reshape(y.shape)
     if contact.flat:

@@ -190,7 +190,7 @@ class FreeBodyContact(RigidContact):
         self._add(x, near, K, data, slots, scale)
 
     def _seeing(self, x: Floats, near: Ints) -> tuple[Floats, Floats]:
-        """Return the body axes P, and S (k, 3, 9): motion of points (k,) in the body frame by point, body and rotation."""
+        """Return the body axes P, and S (k, 3, 9): motion of points (k,) in the body frame by point, body, rotation."""
         P = self.chart.axes(self.which, x)
         to = np.broadcast_to(P.T, (len(near), 3, 3))
         return P, np.concatenate([to, -to, cross_matrix(self.places(x)[near])], axis=2)

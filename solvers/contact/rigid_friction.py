@@ -231,9 +231,7 @@ class RigidFriction(RigidContact):
         return on, sticks, float(own[sticks].sum()) / whole if whole else 0.0
 
     def settled(self, x: Floats) -> Floats:
-        """Return the anchors at the end of a state (p, 3), m: sliding points drag theirs along; separated points reset
-        them.
-        """
+        """Return the anchors at the end of a state (p, 3), m: sliding points drag theirs; separated points reset them."""
         slip = self.slip(x)
         return self.pose.back(self.places(x) - slip.along(slip.stretched))
 
@@ -275,7 +273,7 @@ class RigidFriction(RigidContact):
         return found + float(self.A @ Slip.of(self.way(x, self.lag.n)[1], self.lag.most, self.spring).energy)
 
     def bending(self, g: Floats) -> Floats:
-        """Return the pressures limited to that at touch: far behind the surface the tangent would turn away from it."""
+        """Return pressures limited to that at touch: far behind the surface the tangent would turn away from it."""
         return np.minimum(super().bending(g), self.barrier.most)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:

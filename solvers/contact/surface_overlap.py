@@ -86,7 +86,7 @@ def _triangle_normals(t: Floats) -> Floats:
 
 
 def _intersect_triangles(a: Floats, b: Floats) -> tuple[Floats, Ints]:
-    """Return intersections of triangle pairs (p, 3, 3) in the plane of the first: triangles (t, 3, 3), and their pairs."""
+    """Return intersections of triangle pairs (p, 3, 3) in the plane of the first: triangles (t, 3, 3), their pairs."""
     n = _triangle_normals(a)
     u = a[:, 1] - a[:, 0]
     u /= np.linalg.norm(u, axis=1, keepdims=True)

@@ -1,1 +1,1 @@
-"""Linear systems: which factorisation, with pressures, one after the other with one pattern."""
+"""Linear systems: choice of solver, factorisations, saddle points, and sequences of systems with one pattern."""

@@ -1,4 +1,4 @@
-"""One system after the other within the band of a chain, not symmetric: the tangents of a rod in motion."""
+"""Banded LU solver for unsymmetric systems of chains, such as the tangents of a rod in motion."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from softmark.solvers.sparse.banded_cholesky import WIDEST
 
 @dataclass(frozen=True)
 class _Layout:
-    """Where the entries of a pattern stand in LAPACK's general band, and how far it reaches below and above."""
+    """Positions of the entries of a pattern in LAPACK's general band, and its lower and upper widths."""
 
     indptr: Any
     places: NDArray[Any]
@@ -26,14 +26,15 @@ class _Layout:
 
 
 class ChainSolver:
-    """Elimination with a choice of rows within the band (LAPACK's `gbsv`); SuperLU where that is wide."""
+    """Gaussian elimination with row pivoting within the band (LAPACK's `gbsv`); SuperLU if the band is wide."""
 
     def __init__(self) -> None:
+        """Start without a known pattern."""
         self._layout: _Layout | None = None
         self._solve = import_submodule("scipy.linalg._flapack").dgbsv
 
     def solve(self, K: sparse.csr_matrix, b: Floats, tolerance: float) -> Floats:
-        """x with K x = b to rounding. Raises Singular."""
+        """Return x with K x = b to rounding. Raises Singular."""
         layout = self._layout
         if layout is None or layout.indptr is not K.indptr:
             layout = self._layout = _layout(K)
@@ -52,7 +53,7 @@ class ChainSolver:
 
 
 def _layout(K: sparse.csr_matrix) -> _Layout:
-    """The entry i, j stands in row below + above + i - j of column j, column by column."""
+    """Return the band layout: entry i, j is in row below + above + i - j of column j, column by column."""
     columns = K.indices.astype(np.int64)
     rows = np.repeat(np.arange(K.shape[0]), np.diff(K.indptr))
     below, above = int((rows - columns).max(initial=0)), int((columns - rows).max(initial=0))

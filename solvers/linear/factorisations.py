@@ -1,11 +1,11 @@
-"""Sparse linear systems: one place that knows which factorisation is used.
+"""Sparse linear solvers: chooses the factorisation of a matrix.
 
-What `auto` takes for few entries, where loading kernels would take longer than it gains: Cholesky's method within the
-band of a chain that is positive definite (`sparse.banded`), else SuperLU. For more: our multifrontal Cholesky, which
-goes on as L S L^T where pivots are negative; else, where its factor would take too long or more memory
-than there is, conjugate gradients with multigrid, which needs the rigid motions of the unknowns and pyamg; else a
-factor in single precision, which takes half the memory, with conjugate gradients. Matrices that are not symmetric go to
-Pardiso where it is installed and worth its analysis, and to SuperLU.
+For few entries, where loading kernels would take longer than it gains, `auto` takes Cholesky's method within the band
+of a positive definite chain (`sparse.banded_cholesky`), else SuperLU. For more it takes the multifrontal Cholesky of
+this project, which continues as L S L^T at negative pivots. If its factor would take too long or too much memory, it
+takes conjugate gradients with multigrid, which needs the rigid motions of the unknowns and pyamg; else a factor in
+single precision, with half the memory, and conjugate gradients. Unsymmetric matrices go to Pardiso if it is installed
+and worth its analysis, else to SuperLU.
 """
 
 from __future__ import annotations
@@ -51,11 +51,11 @@ BESIDE = (  # what another process does
 
 
 class Singular(Exception):
-    """The matrix has no usable factorisation."""
+    """Raised if the matrix has no usable factorisation."""
 
 
 class Unsolved(Singular):
-    """No method brought the residual below the tolerance; `residual` is the relative one that was reached."""
+    """Raised if no method brings the residual below the tolerance; `residual` is the relative one reached."""
 
     def __init__(self, residual: float, tolerance: float) -> None:
         super().__init__(f"the linear system is not solved: residual {residual:.1e}, tolerance {tolerance:.1e}")
@@ -63,14 +63,14 @@ class Unsolved(Singular):
 
 
 class NotInstalled(Singular):
-    """The method that was asked for needs a package that is not there."""
+    """Raised if the selected method needs a package that is not installed."""
 
     def __init__(self, method: str, package: str) -> None:
         super().__init__(f"{method} needs the package {package}: install softmark[fast]")
 
 
 class TooLarge(Singular):
-    """A factor would need more memory than there is, and no iterative method can be used."""
+    """Raised if a factor would exceed the memory, and no iterative method can be used."""
 
     def __init__(self, needed: float, there: float, why: str) -> None:
         super().__init__(
@@ -79,34 +79,34 @@ class TooLarge(Singular):
 
 
 class Factor(Protocol):
-    """A factorised matrix."""
+    """Factorised matrix, or a solver with the same interface."""
 
     @property
     def name(self) -> str:
-        """The method and its implementation, for reports."""
+        """Method and implementation, for reports."""
 
     @property
     def negative_pivots(self) -> int | None:
-        """How many pivots are negative: for a symmetric matrix, its negative eigenvalues (Sylvester's law).
+        """Number of negative pivots: for a symmetric matrix, its negative eigenvalues (Sylvester's law).
 
-        None where the method cannot tell, as an iterative one or one in single precision.
+        None if unknown, as for iterative methods or single precision.
         """
 
     @property
     def tolerance(self) -> float:
-        """Relative residual of `solve`; 0: to rounding."""
+        """Relative residual of `solve`; 0 means to rounding."""
 
     @property
     def iterations(self) -> int:
-        """Of conjugate gradients in the last `solve`; 0 where there are none."""
+        """Number of conjugate gradient iterations in the last `solve`; 0 for direct methods."""
 
     def solve(self, b: Floats) -> Floats:
-        """x with K x = b. Raises Unsolved where an iteration does not get to `tolerance`."""
+        """Return x with K x = b. Raises Unsolved if iterations do not reach `tolerance`."""
 
 
 @dataclass(frozen=True)
 class Triangular:
-    """K = L U with a permutation."""
+    """LU factorisation K = L U with a permutation, by SuperLU."""
 
     lu: Any  # scipy.sparse.linalg.SuperLU
     name: str = NAME
@@ -114,14 +114,14 @@ class Triangular:
     iterations: int = 0
 
     def solve(self, b: Floats) -> Floats:
-        """x with K x = b."""
+        """Return x with K x = b."""
         with ALONE:
             x: Floats = self.lu.solve(b)
         return x
 
     @property
     def negative_pivots(self) -> int | None:
-        """How many pivots are negative.
+        """Number of negative pivots.
 
         Only pivots on the diagonal count; a pivot taken elsewhere makes the matrix indefinite as well.
         """
@@ -133,7 +133,7 @@ class Triangular:
 
 @dataclass(frozen=True)
 class Waiting:
-    """A symmetric K that is known to have a negative eigenvalue: whom that is enough for need no factor."""
+    """Symmetric K known to have a negative eigenvalue; it is factorised only if needed."""
 
     K: sparse.csr_matrix
     name: str = NAME
@@ -142,22 +142,22 @@ class Waiting:
 
     @cached_property
     def factor(self) -> Triangular:
-        """Made when it is asked for. Raises Singular."""
+        """Factorisation, made on first use. Raises Singular."""
         return _triangular(self.K, True)
 
     def solve(self, b: Floats) -> Floats:
-        """x with K x = b. Raises Singular."""
+        """Return x with K x = b. Raises Singular."""
         return self.factor.solve(b)
 
     @property
     def negative_pivots(self) -> int | None:
-        """How many pivots are negative. Raises Singular."""
+        """Number of negative pivots. Raises Singular."""
         return self.factor.negative_pivots
 
 
 @dataclass(frozen=True)
 class Definite:
-    """K = L L^T: every pivot is positive."""
+    """Cholesky factorisation K = L L^T: every pivot is positive."""
 
     cholesky: Cholesky
     name: str = CHOLESKY
@@ -166,13 +166,13 @@ class Definite:
     iterations: int = 0
 
     def solve(self, b: Floats) -> Floats:
-        """x with K x = b."""
+        """Return x with K x = b."""
         return self.cholesky.solve(b)
 
 
 @dataclass(frozen=True)
 class Signed:
-    """K = L S L^T, S = diag(+-1), in an order that was chosen for sparsity: refined once, since pivots may be small."""
+    """Factorisation K = L S L^T, S = diag(+-1), in a sparse order: refined once, since pivots may be small."""
 
     cholesky: Cholesky
     K: sparse.csr_matrix
@@ -182,18 +182,18 @@ class Signed:
 
     @property
     def negative_pivots(self) -> int | None:
-        """How many pivots are negative."""
+        """Number of negative pivots."""
         return self.cholesky.negative_pivots
 
     def solve(self, b: Floats) -> Floats:
-        """x with K x = b."""
+        """Return x with K x = b."""
         x = self.cholesky.solve(b)
         return x + self.cholesky.solve(b - self.K @ x)
 
 
 @dataclass
 class RefinedFactor:
-    """K = L L^T in single precision; conjugate gradients, mostly two or three, remove its errors."""
+    """Cholesky factor in single precision; mostly two or three conjugate gradient iterations remove its errors."""
 
     cholesky: Cholesky
     K: sparse.csr_matrix
@@ -203,7 +203,7 @@ class RefinedFactor:
     iterations: int = 0
 
     def solve(self, b: Floats) -> Floats:
-        """x with |b - K x| <= tolerance |b|. Raises Unsolved."""
+        """Return x with |b - K x| <= tolerance |b|. Raises Unsolved."""
         from softmark.solvers.sparse.conjugate_gradients import conjugate_gradients
 
         size = float(np.linalg.norm(b))
@@ -212,13 +212,14 @@ class RefinedFactor:
         return x if done else _settled(self.K, x, b, self.tolerance)
 
     def _scaled(self, r: Floats) -> Floats:
+        """Return the solution of the single-precision factor for r, scaled against overflow."""
         size = float(np.linalg.norm(r))
         return size * self.cholesky.solve(r / size)
 
 
 @dataclass(frozen=True)
 class Iterative:
-    """Conjugate gradients with multigrid, and what to do where they fail."""
+    """Conjugate gradients with multigrid, and a fallback if they fail."""
 
     multigrid: Multigrid
     K: sparse.csr_matrix
@@ -229,11 +230,11 @@ class Iterative:
 
     @property
     def iterations(self) -> int:
-        """Of the last solve."""
+        """Number of iterations in the last solve."""
         return self.multigrid.iterations
 
     def solve(self, b: Floats) -> Floats:
-        """x with |b - K x| <= tolerance |b|. Raises Unsolved."""
+        """Return x with |b - K x| <= tolerance |b|. Raises Unsolved."""
         x, done = self.multigrid.solve(b, self.tolerance)
         if done:
             return x
@@ -241,7 +242,7 @@ class Iterative:
 
 
 def _settled(K: sparse.csr_matrix, x: Floats, b: Floats, tolerance: float) -> Floats:
-    """x, if rounding is all that keeps it from its tolerance. Raises Unsolved."""
+    """Return x, if only rounding keeps it from its tolerance. Raises Unsolved."""
     size, residual = float(np.linalg.norm(b)), float(np.linalg.norm(b - K @ x))
     rounding = 8 * float(np.finfo(np.float64).eps) * float(np.linalg.norm(abs(K) @ np.abs(x)) + size)
     if not residual <= max(tolerance * size, min(rounding, 1e-8 * size)):
@@ -259,12 +260,14 @@ def factor(
     precision: Precision = "double",
     modes: Modes = None,
 ) -> Factor:
-    """What solves systems with K, by the method that suits it or the one that is named.
+    """Return a solver for systems with K, by a suitable method or the one named.
 
-    `precision` is that of a Cholesky factor; solutions are refined. `modes`, rigid motions as `sparse.motions` has
-    them, are what multigrid needs, and large factors are smaller with them. What a pattern tells of its factor is found
-    once (`sparse.plans`). Raises Singular where a pivot vanishes or the matrix holds a number that is not finite, its
-    kinds NotInstalled and TooLarge where the method cannot be used, and Unsolved.
+    `precision` is that of a Cholesky factor; solutions are refined. `modes`, rigid motions from
+    `sparse.rigid_body_modes`,
+    are needed by multigrid, and make large factors smaller. The analysis of a pattern is cached
+    (`linear.symbolic_cache`).
+    Raises Singular if a pivot vanishes or the matrix has a number that is not finite, its subclasses NotInstalled and
+    TooLarge if the method cannot be used, and Unsolved.
     """
     must_be_finite(K)
     if method == "auto":
@@ -281,16 +284,18 @@ def factor(
 
 
 def must_be_finite(K: sparse.csr_matrix) -> None:
-    """Raises Singular where a matrix holds a number that is not."""
+    """Raise Singular if a matrix has a number that is not finite."""
     if not np.all(np.isfinite(K.data)):
         raise Singular("the stiffness matrix holds numbers that are not finite")
 
 
 def _made(modes: Modes) -> Floats | None:
+    """Return the rigid motions, computed if they are given as a function."""
     return modes() if callable(modes) else modes
 
 
 def _chosen(K: sparse.csr_matrix, symmetric: bool, precision: Precision, modes: Modes) -> Factor:
+    """Return the factor of the method that `auto` chooses."""
     if K.nnz < LARGE:
         try:
             return (banded(K) if symmetric else None) or _triangular(K, symmetric)
@@ -304,7 +309,7 @@ def _chosen(K: sparse.csr_matrix, symmetric: bool, precision: Precision, modes: 
 
 
 def _symmetric(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor | None:
-    """By memory and estimated time; None where the pattern is not symmetric or pivots of either sign do not do."""
+    """Return a factor by memory and estimated time; None if the pattern is unsymmetric or signed pivots fail."""
     from softmark.solvers.linear.symbolic_cache import known_of
     from softmark.solvers.sparse import multigrid
 
@@ -322,16 +327,17 @@ def _symmetric(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Fact
 
 
 def _fits(needed: float) -> bool:
-    """Whether a factor of so many bytes may be made: asking how many are left takes as long as a small one."""
+    """Return whether a factor of `needed` bytes fits; small ones are not checked, which would take as long as they do."""
     return needed <= LITTLE or needed <= SHARE * memory.available_memory()
 
 
 def _needed(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor:
+    """Return our Cholesky factor. Raises Singular if it does not exist."""
     return _definite(K, precision, modes) or _triangular(K, True)
 
 
 def _definite(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor | None:
-    """None where a factor without a choice of pivots is not accurate, or the pattern not symmetric. Raises TooLarge."""
+    """Return our factor; None if it is inaccurate without pivoting, or the pattern is unsymmetric. Raises TooLarge."""
     from softmark.solvers.linear.symbolic_cache import known_of
     from softmark.solvers.sparse.sparse_cholesky import Cholesky, Indefinite
 
@@ -352,7 +358,7 @@ def _definite(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Facto
 
 
 def _must_fit(needed: float, modes: Modes) -> None:
-    """Raises TooLarge where a factor would take more than its share of memory."""
+    """Raise TooLarge if a factor would take more than its share of memory."""
     if _fits(needed):
         return
     from softmark.solvers.sparse import multigrid
@@ -365,14 +371,14 @@ def _must_fit(needed: float, modes: Modes) -> None:
 
 
 def _accurate(cholesky: Cholesky, K: sparse.csr_matrix) -> bool:
-    """Whether refinement will do: pivots may have grown, as nobody chose them."""
+    """Return whether refinement converges: without pivoting, pivots may have grown."""
     b = np.random.default_rng(0).standard_normal(K.shape[0])
     residual = np.linalg.norm(b - K @ cholesky.solve(b))
     return bool(residual <= UNSTABLE * np.linalg.norm(b))
 
 
 def _triangular(K: sparse.csr_matrix, symmetric: bool) -> Triangular:
-    """With a minimum-degree order for symmetric patterns. Raises Singular."""
+    """Return an LU factor, with a minimum-degree order for symmetric patterns. Raises Singular."""
     from scipy.sparse.linalg import splu  # 0.14 s that what our own factorisation solves need not wait for
 
     # a symmetric matrix read by columns is itself: no conversion
@@ -388,7 +394,7 @@ def _triangular(K: sparse.csr_matrix, symmetric: bool) -> Triangular:
 
 
 def _multigrid(K: sparse.csr_matrix, modes: Floats | None, otherwise: Callable[[], Factor] | None = None) -> Iterative:
-    """Raises NotInstalled."""
+    """Return a multigrid solver with a fallback. Raises NotInstalled."""
     from softmark.solvers.sparse import multigrid
 
     if not multigrid.installed():
@@ -397,9 +403,9 @@ def _multigrid(K: sparse.csr_matrix, modes: Floats | None, otherwise: Callable[[
 
 
 def _asked_pardiso(K: sparse.csr_matrix, symmetric: bool, precision: Precision, modes: Modes) -> Factor:
-    """Pardiso's; a factor of our own where the package is there and its library is not. Raises NotInstalled, Singular.
+    """Return a Pardiso factor; our own if its library is missing. Raises NotInstalled, Singular.
 
-    The factor's name tells which it was.
+    The name of the factor says which it is.
     """
     from softmark.solvers.sparse import pardiso
 
@@ -411,7 +417,7 @@ def _asked_pardiso(K: sparse.csr_matrix, symmetric: bool, precision: Precision, 
 
 
 def _pardiso(K: sparse.csr_matrix, symmetric: bool, precision: Precision) -> Pardiso:
-    """Raises Singular."""
+    """Return a Pardiso factor. Raises Singular."""
     from softmark.solvers.sparse import pardiso
 
     kinds = (pardiso.DEFINITE, pardiso.INDEFINITE) if symmetric else (pardiso.GENERAL,)
@@ -424,12 +430,13 @@ def _pardiso(K: sparse.csr_matrix, symmetric: bool, precision: Precision) -> Par
 
 
 def condition(K: sparse.csr_matrix, factor: Factor) -> float:
-    """Estimate, from below, of the condition number of a matrix in the 1-norm, from its factor.
+    """Return an estimate, from below, of the condition number of a matrix in the 1-norm, from its factor.
 
-    |S K S| |(S K S)^-1|, S = diag(|K_ii|^-1/2): factorisation does not notice such a scaling (van der Sluis 1969), and
-    units drop out. The norm of the inverse by Hager's method (Hager 1984; Higham 1988, algorithm 4.1), within a
-    factor of three in practice, at four or five solutions. For a matrix that is not symmetric, whose factor does not
-    solve with the transposed, it is a lower bound still. Infinite where a solution is not finite; raises Unsolved.
+    |S K S| |(S K S)^-1|, S = diag(|K_ii|^-1/2): factorisation is invariant to such a scaling (van der Sluis 1969), and
+    units drop out. The norm of the inverse is by Hager's method (Hager 1984; Higham 1988, algorithm 4.1), within a
+    factor
+    of three in practice, with four or five solutions. For an unsymmetric matrix, whose factor does not solve with the
+    transposed, it is still a lower bound. Infinite if a solution is not finite; raises Unsolved.
     """
     n = K.shape[0]
     if n == 0:
@@ -443,7 +450,7 @@ def condition(K: sparse.csr_matrix, factor: Factor) -> float:
 
 
 def _inverse_norm(solve: Callable[[Floats], Floats], n: int) -> float:
-    """Norm of what `solve` applies to vectors (n,) in the 1-norm, from below (Higham 1988, algorithm 4.1)."""
+    """Return the 1-norm of the operator `solve` on vectors (n,), from below (Higham 1988, algorithm 4.1)."""
     x, found, before = np.full(n, 1.0 / n), 0.0, np.zeros(n)
     for number in range(5):
         y = solve(x)
@@ -467,14 +474,14 @@ def _inverse_norm(solve: Callable[[Floats], Floats], n: int) -> float:
 
 @contextmanager
 def warming(entries: int) -> Iterator[None]:
-    """The same as `warm`, done beside what is compiled within where another process can help."""
+    """Load solvers as `warm`, in parallel with compilation in the block if another process can help."""
     with parallel_compilation.helper_process(BESIDE.format(entries)) if entries >= LARGE else nullcontext():
         yield
     warm(entries)
 
 
 def warm(entries: int) -> None:
-    """Load what a system of so many entries will need, outside any clock."""
+    """Load the solvers for a system with that many entries, outside any timing."""
     if entries < LARGE:
         K = sparse.diags([-1.0, 2.0, -1.0], [-1, 0, 1], (9, 9), "csr")
         for known in (banded(K), _triangular(K, True)):

@@ -1,4 +1,4 @@
-"""How the linear systems of Newton's method are solved: the choices of a model, and what came of them."""
+"""Solvers of the linear systems in Newton's method: a model's options, and counts of the work done."""
 
 from __future__ import annotations
 
@@ -32,12 +32,14 @@ MOST = 20_000  # iterations of conjugate gradients without a cap
 
 @dataclass(frozen=True)
 class Linear:
-    """A choice: `method` as of `linear.factor`, or conjugate gradients with the diagonal as preconditioner.
+    """Linear solver options: `method` as in `linear.factorisations.factor`, or diagonal-preconditioned CG.
 
-    `cap` stops these after so many iterations, solved or not. `reuse` keeps a factor of an earlier matrix as the
-    preconditioner as long as that costs less than a new one. `modes` are the body's rigid motions. `spare` is what
-    systems with pressures need (see `saddle`): those have no cap, no reuse and double precision. `halved` says that
-    they are nearly symmetric, so that a factor of their symmetric part will do.
+    `cap` stops CG after that many iterations, converged or not. `reuse` keeps an earlier factor as the preconditioner
+    as
+    long as that costs less than a new one. `modes` are the body's rigid motions. `spare` is the extra compliance of
+    systems
+    with pressures (see `linear.saddle_point`), which have no cap, no reuse and double precision. `halved` marks these
+    systems as nearly symmetric, so that a factor of their symmetric part suffices.
     """
 
     method: Method = "auto"
@@ -50,13 +52,13 @@ class Linear:
 
     @property
     def iterative(self) -> bool:
-        """Whether systems are solved to a tolerance of our choice."""
+        """True if systems are solved to a chosen tolerance."""
         return self.reuse or self.method == "conjugate_gradients"
 
 
 @dataclass
 class Systems:
-    """Solves the systems of one problem, one after the other, and counts."""
+    """Linear solver for all systems of one problem, with counts."""
 
     choice: Linear = field(default_factory=Linear)
     name: str = linear.NAME
@@ -67,7 +69,7 @@ class Systems:
     _kept: LinearSolver | None = None
 
     def factor(self, K: sparse.csr_matrix, symmetric: bool, goal: float) -> Factor:
-        """What solves K x = b, to the relative residual `goal` where the choice is iterative. Raises Singular."""
+        """Return a solver of K x = b, to the relative residual `goal` if it is iterative. Raises Singular."""
         self.solves += 1
         found: Any
         if self.choice.method == "conjugate_gradients":
@@ -81,13 +83,14 @@ class Systems:
         return made
 
     def direct(self, K: sparse.csr_matrix) -> Factor:
-        """A factor in double precision, which knows its negative pivots."""
+        """Return a factor in double precision that counts negative pivots."""
         if self.choice.reuse or self.choice.precision == "single":
             self.factorisations += 1
             return factor(K, modes=self.choice.modes)
         return self._factor(K, True)
 
     def _factor(self, K: sparse.csr_matrix, symmetric: bool) -> Factor:
+        """Return the solver of the selected method."""
         method: Any = self.choice.method
         self.factorisations += 1
         if self.choice.spare is not None:
@@ -100,10 +103,11 @@ class Systems:
         return Counted(self, found) if found.tolerance else found
 
     def goal(self, residual: float, before: float, last: float, tolerance: float) -> float:
-        """Relative residual to which the next step is worth solving, from Newton's residuals now and before.
+        """Return the relative residual for the next linear system, from Newton's residuals now and before.
 
-        0.9 (r / r_before)^2, not far below the last goal while that was loose (Eisenstat and Walker 1996, choice 2);
-        never better than what meets the tolerance.
+        0.9 (r / r_before)^2, not far below the last goal while that was loose (Eisenstat and Walker 1996, choice 2),
+        and never
+        smaller than the tolerance requires.
         """
         if not np.isfinite(before) or before == 0.0:
             return LOOSEST
@@ -115,7 +119,7 @@ class Systems:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What the report says."""
+        """Data of the linear systems for the report."""
         known: dict[str, Any] = {"linear_solver": self.name, "factorisations": self.factorisations}
         if self.choice.iterative or self.iterations:
             known["linear_iterations"] = self.iterations
@@ -125,7 +129,7 @@ class Systems:
 
 
 def warm(choice: Linear, kind: Any) -> None:
-    """Load the kernels that a choice needs for matrices of numbers of that kind, outside any clock."""
+    """Load the kernels of a solver choice for matrices of that number type, outside any timing."""
     K = sparse.csr_matrix(np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]], dtype=kind))
     method: Method = "cholesky" if choice.method == "auto" else choice.method
     with suppress(Singular):  # it is for the solution to say so
@@ -135,19 +139,19 @@ def warm(choice: Linear, kind: Any) -> None:
 
 @dataclass(frozen=True)
 class Counted:
-    """A factor that iterates, and where its iterations are counted."""
+    """Iterative factor whose iterations are added to a counter."""
 
     systems: Systems
     factor: Factor
 
     @property
     def name(self) -> str:
-        """The method."""
+        """Name of the method."""
         return self.factor.name
 
     @property
     def negative_pivots(self) -> int | None:
-        """Those of the factor, where it knows."""
+        """Number of negative pivots, if the factor has it."""
         return self.factor.negative_pivots
 
     @property
@@ -157,11 +161,11 @@ class Counted:
 
     @property
     def iterations(self) -> int:
-        """Of the last solve."""
+        """Number of iterations in the last solve."""
         return self.factor.iterations
 
     def solve(self, b: Floats) -> Floats:
-        """x with |b - K x| <= tolerance |b|. Raises Unsolved."""
+        """Return x with |b - K x| <= tolerance |b|. Raises Unsolved."""
         x = self.factor.solve(b)
         self.systems.iterations += self.factor.iterations
         return x
@@ -169,7 +173,7 @@ class Counted:
 
 @dataclass(frozen=True)
 class Single:
-    """A Cholesky factor in single precision, as it is; scaled, since single numbers overflow sooner."""
+    """Cholesky factor in single precision without refinement; scaled, since single numbers overflow sooner."""
 
     refined: linear.RefinedFactor
     name: str = "multifrontal Cholesky in single precision"
@@ -178,7 +182,7 @@ class Single:
     iterations: int = 0
 
     def solve(self, b: Floats) -> Floats:
-        """x with K x = b, to rounding."""
+        """Return x with K x = b, to single-precision rounding."""
         size = float(np.linalg.norm(b))
         return size * self.refined.cholesky.solve(b / size) if size > 0.0 else b
 
@@ -187,8 +191,8 @@ class Single:
 class Iterated:
     """Conjugate gradients with the diagonal as preconditioner (Hestenes and Stiefel 1952), without a factor.
 
-    Where the curvature along a direction is not positive they stop with what they have, as a truncated Newton method
-    does (Steihaug 1983): that still leads downhill.
+    If the curvature along a direction is not positive they stop with the present x, as a truncated Newton method does
+    (Steihaug 1983): that is still a descent direction.
     """
 
     systems: Systems
@@ -200,7 +204,7 @@ class Iterated:
     iterations: int = 0  # of the last solve
 
     def solve(self, b: Floats) -> Floats:
-        """x with |b - K x| <= tolerance |b|, or as far as the cap lets it come. Raises Singular."""
+        """Return x with |b - K x| <= tolerance |b|, or the result at the cap. Raises Singular."""
         if not self.symmetric:
             raise Singular("conjugate gradients need a symmetric matrix")
         linear.must_be_finite(self.K)
@@ -214,6 +218,7 @@ class Iterated:
         return x
 
     def _iterate(self, b: Floats, most: int) -> tuple[Floats, bool, float]:
+        """Return x after at most `most` iterations, whether it converged, and its residual."""
         K, size = self.K, float(np.linalg.norm(b))
         diagonal = np.abs(K.diagonal())
         M = np.where(diagonal > 0, diagonal, 1.0)
@@ -250,11 +255,12 @@ class Reused:
 
     @property
     def name(self) -> str:
-        """The method."""
+        """Name of the method."""
         return self._solver.name
 
     @property
     def _solver(self) -> LinearSolver:
+        """Linear solver that keeps the earlier factor."""
         from softmark.solvers.linear.recycled_solves import LinearSolver
 
         if self.systems._kept is None:
@@ -262,7 +268,7 @@ class Reused:
         return self.systems._kept
 
     def solve(self, b: Floats) -> Floats:
-        """x with |b - K x| <= tolerance |b|. Raises Singular."""
+        """Return x with |b - K x| <= tolerance |b|. Raises Singular."""
         linear.must_be_finite(self.K)
         done = self._solver.statistics
         before = done.indefinite, done.iterations, done.factorisations + done.fallbacks

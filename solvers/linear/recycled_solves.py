@@ -1,4 +1,4 @@
-"""Linear systems that come one after the other with one pattern and similar values."""
+"""Solver for a sequence of linear systems with one pattern and similar values, which reuses factors."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FORGET = 16  # solves after which a failure with an old factor is no reason any 
 
 @dataclass
 class Statistics:
-    """What a LinearSolver has done so far, and how it ended its last solve."""
+    """Counts of a LinearSolver, and the method and residual of its last solve."""
 
     solves: int = 0
     factorisations: int = 0
@@ -37,12 +37,13 @@ class Statistics:
 
 
 class LinearSolver:
-    """Solves K x = b by conjugate gradients with a Cholesky factor of this matrix or of an earlier one.
+    """Conjugate gradient solver of K x = b with a Cholesky factor of this matrix or of an earlier one.
 
-    With a factor of K itself, in single precision, two or three iterations give 1e-10; with that of a similar
-    matrix a few more, as long as they cost less than a new factorisation, by counts of operations. Matrices that
-    are not positive definite, or of an unsymmetric pattern, go to `linear.factor`. Every x is checked against K:
-    |b - K x| is at most `tolerance` |b|, or what rounding leaves if that is below ROUGH |b|; else Unsolved is raised.
+    With a single-precision factor of K itself, two or three iterations give 1e-10; with that of a similar matrix a few
+    more, as long as they cost less than a new factorisation, by counts of operations. Matrices that are not positive
+    definite, or with unsymmetric pattern, go to `linear.factorisations.factor`. Every x is checked: |b - K x| is at
+    most
+    `tolerance` |b|, or its rounding error if that is below ROUGH |b|; else Unsolved is raised.
     """
 
     name = "multifrontal Cholesky with conjugate gradients"
@@ -58,7 +59,7 @@ class LinearSolver:
         self._failed: dict[int, int] = {}  # age of a factor: solve at which it did not do
 
     def solve(self, K: sparse.csr_matrix, b: Floats, tolerance: float = 1e-10) -> Floats:
-        """x with |b - K x| <= tolerance |b|. Raises Unsolved, and linear.Singular."""
+        """Return x with |b - K x| <= tolerance |b|. Raises Unsolved, and Singular."""
         self.statistics.solves += 1
         if not np.any(b):
             self._note("nothing to solve", 0.0)
@@ -80,12 +81,13 @@ class LinearSolver:
             self._cholesky = None
 
     def _same(self, indptr: np.ndarray, indices: np.ndarray) -> bool:
+        """Return whether a pattern is the last one."""
         if indptr is self._indptr and indices is self._indices:
             return True
         return np.array_equal(indptr, self._indptr) and np.array_equal(indices, self._indices)
 
     def _definite(self, K: sparse.csr_matrix, b: Floats, tolerance: float) -> Floats | None:
-        """By conjugate gradients; None where the matrix is not positive definite or they do not get there."""
+        """Return x by conjugate gradients; None if K is not positive definite or they do not converge."""
         x = np.zeros_like(b)
         if self._worth_trying():
             x, done = self._iterate(K, b, x, tolerance, self._budget())
@@ -103,19 +105,19 @@ class LinearSolver:
         return self._checked("conjugate gradients, own factor", K, b, x, tolerance) if done else None
 
     def _worth_trying(self) -> bool:
-        """Whether an earlier factor is at hand and one of its age has not failed of late."""
+        """Return whether there is an earlier factor, and one of its age has not failed recently."""
         when = self._failed.get(self._age, -FORGET)
         return self._reuse and self._ready and self.statistics.solves - when >= FORGET
 
     def _budget(self) -> int:
-        """Iterations that cost as much as half a factorisation."""
+        """Return the number of iterations that cost as much as half a factorisation."""
         cholesky = self._cholesky
         assert cholesky is not None
         plan = cholesky.plan
         return max(2, int(0.5 * plan.flops / FLOPS * ENTRIES / (2 * plan.factor_size + len(self._indices))))
 
     def _refactorise(self, K: sparse.csr_matrix) -> bool:
-        """A factor of K, in double precision if need be; False if K is not positive definite."""
+        """Factorise K, in double precision if needed; False if K is not positive definite."""
         cholesky = self._cholesky
         assert cholesky is not None
         self._ready = False
@@ -127,6 +129,7 @@ class LinearSolver:
         return False
 
     def _factorised(self, attempt: Cholesky, K: sparse.csr_matrix) -> bool:
+        """Return whether an attempt to factorise K succeeds."""
         self.statistics.factorisations += 1
         try:
             attempt.factorise(K.data)
@@ -138,9 +141,9 @@ class LinearSolver:
     def _iterate(
         self, K: sparse.csr_matrix, b: Floats, x: Floats, tolerance: float, budget: int
     ) -> tuple[Floats, bool]:
-        """Conjugate gradients (Hestenes and Stiefel 1952) from x, and whether they reached the tolerance.
+        """Return x by conjugate gradients (Hestenes and Stiefel 1952), and whether it reached the tolerance.
 
-        They stop early where the rate so far will not do within the budget, or the curvature is not positive.
+        They stop early if the rate so far is too slow for the budget, or the curvature is not positive.
         """
         cholesky = self._cholesky
         assert cholesky is not None
@@ -167,7 +170,7 @@ class LinearSolver:
         return x, size <= goal
 
     def _general(self, K: sparse.csr_matrix, b: Floats, tolerance: float) -> Floats:
-        """By a factorisation for any matrix, refined once."""
+        """Return x by a factorisation for any matrix, refined once."""
         self.statistics.fallbacks += 1
         symmetric = self._cholesky is not None and abs(K - K.T).max() <= 1e-12 * abs(K.data).max()
         lu = factor(K, symmetric=bool(symmetric))
@@ -176,7 +179,7 @@ class LinearSolver:
         return self._checked(lu.name, K, b, x, tolerance)
 
     def _checked(self, method: str, K: sparse.csr_matrix, b: Floats, x: Floats, tolerance: float) -> Floats:
-        """x, if it solves the system. Raises Unsolved."""
+        """Return x if it solves the system. Raises Unsolved."""
         size = float(np.linalg.norm(b))
         residual = float(np.linalg.norm(b - K @ x))
         if not residual <= tolerance * size:
@@ -187,4 +190,5 @@ class LinearSolver:
         return x
 
     def _note(self, method: str, residual: float) -> None:
+        """Record the method and residual of a solve."""
         self.statistics.method, self.statistics.residual = method, residual

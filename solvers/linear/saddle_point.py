@@ -1,12 +1,11 @@
-"""Linear systems with pressures: [[A, B^T], [B, -C]] with a C that is small, or zero in an incompressible solid.
+"""Saddle-point systems with pressures: [[A, B^T], [B, -C]] with a small C, zero for an incompressible solid.
 
-A factor without a choice of pivots needs C away from zero, and a choice of pivots costs more than it gives. So the
-system is factorised with a little more compliance, 1/K of SLACK times 1/mu, whose L S L^T exists in every order
-(Vanderbei 1995, "Symmetric quasidefinite matrices"), and the error that this makes is removed by refinement: each round
-leaves about SLACK / beta^2 of it, beta the inf-sup value of the element (Benzi, Golub and Liesen 2005, section 9).
-The few pressures for which that is not small, as in a body held nearly all around, are left to GMRES (Saad and Schultz
-1986).
-A saddle has as many negative pivots as there are pressures; more of them mean that the body is unstable.
+A factor without pivoting needs C away from zero, and pivoting costs more than it gains. So the system is factorised
+with slightly more compliance, 1/K of SLACK times 1/mu, whose L S L^T exists in every order (Vanderbei 1995, "Symmetric
+quasidefinite matrices"). Refinement removes the resulting error: each round leaves about SLACK / beta^2 of it, beta the
+inf-sup value of the element (Benzi, Golub and Liesen 2005, section 9). The few pressures for which that is not small,
+as in a body fixed nearly all around, are left to GMRES (Saad and Schultz 1986). A saddle point has as many negative
+pivots as pressures; more of them mean that the body is unstable.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ ROUNDS, ENOUGH, USABLE = 20, 1e-13, 1e-8  # of refinement: at most, and relative
 
 @dataclass
 class Saddle:
-    """A factor of a system that is slightly more compressible, and its refinement."""
+    """Factor of a slightly more compressible system, with refinement."""
 
     factor: Factor
     K: sparse.csr_matrix
@@ -36,17 +35,17 @@ class Saddle:
 
     @property
     def name(self) -> str:
-        """The method."""
+        """Name of the method."""
         return f"{self.factor.name}, refined for pressures"
 
     @property
     def negative_pivots(self) -> int | None:
-        """How many more pivots are negative than there are pressures; 0: a stable equilibrium."""
+        """Number of negative pivots minus that of pressures; 0 for a stable equilibrium."""
         found = self.factor.negative_pivots
         return None if found is None else max(0, found - self.pressures)
 
     def solve(self, b: Floats) -> Floats:
-        """x with K x = b. Raises Unsolved, as where the supports change the volume of an incompressible body."""
+        """Return x with K x = b. Raises Unsolved, e.g. if supports change the volume of an incompressible body."""
         size = float(np.linalg.norm(b))
         x, left = self._refined(b, ENOUGH * size)
         if not left <= USABLE * size:
@@ -56,7 +55,7 @@ class Saddle:
         return x
 
     def _refined(self, b: Floats, enough: float) -> tuple[Floats, float]:
-        """x and the norm of its residual, after rounds that each lower it."""
+        """Return x and the norm of its residual, after refinement rounds that each lower it."""
         x = self.factor.solve(b)
         best, least = x, np.inf
         for self.iterations in range(1, ROUNDS + 1):
@@ -71,7 +70,7 @@ class Saddle:
         return best, least
 
     def _projected(self, b: Floats, x: Floats, left: float) -> tuple[Floats, float]:
-        """The better of x and what GMRES makes of it, with the norm of its residual."""
+        """Return the better of x and its correction by GMRES, with the norm of its residual."""
         if not np.isfinite(left):
             return x, left
         # 0.14 s, asked for where plain refinement is not enough
@@ -87,10 +86,11 @@ class Saddle:
 def factor(
     K: sparse.csr_matrix, spare: Floats, make: Callable[[sparse.csr_matrix], Factor], halved: bool = False
 ) -> Factor:
-    """What solves systems with K, by `make` of a matrix with `spare` (n,) >= 0 taken from the diagonal of pressures.
+    """Return a solver for K, by `make` of a matrix with `spare` (n,) >= 0 subtracted from the pressure diagonal.
 
-    Where K is nearly symmetric `make` is given its symmetric part alone (`halved`), and refinement does the rest.
-    Raises what `make` does.
+    If K is nearly symmetric, `make` gets only its symmetric part (`halved`), and refinement corrects that. Raises
+    errors of
+    `make`.
     """
     near = (0.5 * (K + K.T)).tocsr() if halved else K
     softened: Any = sparse.csr_matrix((near.data.copy(), near.indices, near.indptr), shape=K.shape)

@@ -1,4 +1,4 @@
-"""Plans of factorisations by pattern: each pattern is analysed once, as long as its arrays live."""
+"""Cache of symbolic factorisations: each sparsity pattern is analysed once, as long as its arrays live."""
 
 from __future__ import annotations
 
@@ -19,14 +19,15 @@ _LOCK = threading.Lock()
 
 
 class KnownPattern:
-    """What is known of a pattern: what its factor costs and, once it is needed, the plan."""
+    """Analysis of a pattern: the cost of its factor and, once needed, its symbolic factorisation."""
 
     def __init__(self, found: Sketch) -> None:
+        """Store the estimate of the factor."""
         self.sketch = found
         self._plan: Symbolic | None = None
 
     def plan(self, K: sparse.csr_matrix) -> Symbolic:
-        """The plan for K, which has the pattern."""
+        """Return the symbolic factorisation for K, which has the pattern."""
         if self._plan is None:
             self._plan = plan(K, self.sketch)
         return self._plan
@@ -37,11 +38,12 @@ _KNOWN: list[tuple[Any, Any, KnownPattern]] = []
 
 
 def known_of(K: sparse.csr_matrix, motions: Modes = None) -> KnownPattern:
-    """What is known of the pattern of K. Raises ValueError where it is not symmetric with a full diagonal.
+    """Return the cached analysis of the pattern of K. Raises ValueError unless it is symmetric with a full diagonal.
 
-    A pattern is known by its two arrays, which nobody may change, or by equal ones, and forgotten with the array
-    `indptr` of the matrix that was analysed: scipy hands that on from a pattern to its matrices, while each of these
-    has its own view of the indices.
+    A pattern is identified by its two arrays, which must not be modified, or by equal ones, and removed with the array
+    `indptr` of the analysed matrix: scipy passes that on from a pattern to its matrices, while each of these has its
+    own
+    view of the indices.
     """
     with _LOCK:
         for entry in _KNOWN:
@@ -56,14 +58,15 @@ def known_of(K: sparse.csr_matrix, motions: Modes = None) -> KnownPattern:
 
 
 def plan_of(K: sparse.csr_matrix, motions: Modes = None) -> Symbolic:
-    """The plan for matrices with the pattern of K. Raises ValueError as `known_of` does."""
+    """Return the symbolic factorisation for the pattern of K. Raises ValueError as `known_of` does."""
     return known_of(K, motions).plan(K)
 
 
 def _same(known: Any, array: Any) -> bool:
+    """Return whether an array equals a known one."""
     return known is array or (known is not None and np.array_equal(known, array))
 
 
 def _forget(reference: Any) -> None:
-    """Called when an array has died, at any time: an atomic change, and no lock that this thread may hold."""
+    """Remove a pattern when its array is collected, at any time: one atomic change, without a lock."""
     _KNOWN[:] = [e for e in _KNOWN if reference is not e[0]]

@@ -1,1 +1,1 @@
-"""Sparse positive definite systems, again and again with one pattern: ordering, factorisation, iteration."""
+"""Sparse symmetric solvers: ordering, symbolic and numeric Cholesky factorisation, conjugate gradients, multigrid."""

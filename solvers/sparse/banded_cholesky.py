@@ -1,7 +1,7 @@
-"""Cholesky's method within a band: for chains, such as the nodes of a rod in order, whose neighbours are near.
+"""Banded Cholesky factorisation for chains, such as the nodes of a rod in order.
 
-A tangent of a rod has 11 diagonals beside the main one. Its factor fills nothing else, so that there is no order to
-look for: LAPACK's `pbtrf` takes a tenth of what a method for any sparse matrix takes.
+A rod tangent has 11 diagonals beside the main one, and its factor fills nothing else, so that no ordering is needed:
+LAPACK's `pbtrf` takes a tenth of the time of a general sparse method.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ _LOCK = threading.Lock()
 
 @cache
 def _lapack() -> Any:
-    """What `scipy.linalg.lapack` has its functions from."""
+    """Return the module of LAPACK functions in scipy."""
     return import_submodule("scipy.linalg._flapack")
 
 
 class NegativePivot(Exception):
-    """A pivot is negative beyond rounding: the matrix has a negative eigenvalue."""
+    """Raised if a pivot is negative beyond rounding: the matrix has a negative eigenvalue."""
 
 
 @dataclass(frozen=True)
 class Banded:
-    """K = U^T U, U within the band of K: every pivot is positive."""
+    """Banded Cholesky factor K = U^T U, U within the band of K: every pivot is positive."""
 
     band: Floats  # of U (diagonals, n), as LAPACK stores it
     name: str = NAME
@@ -47,14 +47,14 @@ class Banded:
     iterations: int = 0
 
     def solve(self, b: Floats) -> Floats:
-        """x with K x = b."""
+        """Return x with K x = b."""
         found: Floats = _lapack().dpbtrs(self.band, b)[0]
         return found
 
 
 @dataclass(frozen=True)
 class _Band:
-    """Where the entries of a pattern stand in the band."""
+    """Positions of the entries of a pattern in the band."""
 
     shape: tuple[int, int]  # (n, diagonals)
     entries: NDArray[Any]  # for each place of the band, column by column, which of the data; one behind the last: none
@@ -65,9 +65,10 @@ _KNOWN: list[tuple[Any, Any, _Band | None]] = []
 
 
 def banded(K: sparse.csr_matrix) -> Banded | None:
-    """The factor of a symmetric matrix; None where its band is not narrow, or a pivot vanishes to rounding.
+    """Return the factor of a symmetric matrix; None if its band is wide, or a pivot vanishes to rounding.
 
-    Raises NegativePivot where one is. LAPACK stops at the first that is not positive, and leaves it in place:
+    Raises NegativePivot for a negative pivot. LAPACK stops at the first one that is not positive, and leaves it in
+    place:
     bands this narrow are factorised column by column.
     """
     band = None if K.dtype != np.float64 else _band_of(K)
@@ -84,7 +85,7 @@ def banded(K: sparse.csr_matrix) -> Banded | None:
 
 
 def _band_of(K: sparse.csr_matrix) -> _Band | None:
-    """What is known of the pattern of K: by its two arrays, which nobody may change, as in `plans`."""
+    """Return the cached band of the pattern of K, identified by its two arrays, as in `linear.symbolic_cache`."""
     for entry in _KNOWN:
         if entry[0]() is K.indptr and (entry[1] is K.indices or np.array_equal(entry[1], K.indices)):
             return entry[2]
@@ -96,7 +97,7 @@ def _band_of(K: sparse.csr_matrix) -> _Band | None:
 
 
 def _found(K: sparse.csr_matrix) -> _Band | None:
-    """None where the band is wide or has as many entries as the whole matrix, or where an entry stands twice."""
+    """Return the band of a pattern; None if it is wide, as full as the whole matrix, or has duplicate entries."""
     n, columns = K.shape[0], K.indices.astype(np.int64)
     rows = np.repeat(np.arange(n), np.diff(K.indptr))
     above = int((columns - rows).max(initial=0))

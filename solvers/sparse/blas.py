@@ -1,7 +1,7 @@
-"""BLAS and LAPACK inside compiled kernels, by address: the library that scipy brings, no wrapper in between.
+"""BLAS and LAPACK calls from compiled kernels, by address, in the library that scipy ships.
 
-Kernels receive a table of addresses as an argument, so that they can be kept on disk: an address is valid in one
-process only.
+Kernels receive a table of addresses as an argument, so that they can be cached on disk: an address is valid only in one
+process.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ POTRF, TRSM, SYRK, TRSV, GEMV, GEMM = range(6)  # columns of the table
 
 @cache
 def table(letter: str) -> NDArray[np.int64]:
-    """Addresses of ROUTINES for letter "d" (float64) or "s" (float32)."""
+    """Return the addresses of ROUTINES for letter "d" (float64) or "s" (float32)."""
     for library in ("blas", "lapack"):
         import_submodule(f"scipy.linalg.cython_{library}")
     found = [get_cython_function_address(f"scipy.linalg.cython_{library}", letter + name) for library, name in ROUTINES]
@@ -37,6 +37,7 @@ def _call(typing: Any, address: Any, arguments: Any) -> Any:
     """Call the C function at `address`; all arguments are pointers, given as integers in a tuple."""
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        """Emit the call of the C function."""
         pointer = ir.IntType(8).as_pointer()
         kind = ir.FunctionType(ir.VoidType(), [pointer] * len(arguments))
         function = builder.inttoptr(values[0], kind.as_pointer())

@@ -13,9 +13,9 @@ from softmark.solvers.energies.energy import Floats
 def conjugate_gradients(
     K: sparse.csr_matrix, b: Floats, precondition: Callable[[Floats], Floats], goal: float, budget: int
 ) -> tuple[Floats, int, bool]:
-    """x with |b - K x| <= goal, iterations, and whether that was reached (Hestenes and Stiefel 1952).
+    """Return x with |b - K x| <= goal, the iterations, and whether it converged (Hestenes and Stiefel 1952).
 
-    They end early where K or the preconditioner shows a curvature that is not positive.
+    They stop early if K or the preconditioner has a curvature that is not positive.
     """
     x, r = np.zeros_like(b), b.copy()
     p, rz = np.zeros_like(b), 1.0
@@ -35,5 +35,5 @@ def conjugate_gradients(
 
 
 def dot(a: Floats, b: Floats) -> float:
-    """a . b, by one thread: a second one of BLAS waits for longer than it works."""
+    """Return a . b, in one thread: a second BLAS thread waits longer than it works."""
     return float(np.einsum("i,i->", a, b))

@@ -1,4 +1,4 @@
-"""Compiled loops of the sparse factorisation, over plain arrays."""
+"""Compiled loops of the multifrontal sparse factorisation, on plain arrays."""
 
 from __future__ import annotations
 
@@ -25,14 +25,16 @@ def factorise(
     child_start: Ints, children: Ints, update: Ints, index_start: Ints, local: Places, L: Values, U: Values, blas: Ints,
     letters: Bytes, numbers: Shorts, reals: Values, first: Ints, signs: Values | None, values: Values, work: Values,
 ) -> int:  # fmt: skip
-    """Multifrontal Cholesky of fronts in postorder (Duff and Reid 1983); 0, or 1 + the front that is not definite.
+    """Factorise fronts in postorder by multifrontal Cholesky (Duff and Reid 1983); return 0, or 1 + the indefinite
+    front.
 
     Front s has pivots[s] columns of rows[s] rows at L[panel[s]:], column by column; its update matrix, the lower
-    triangle of the rest, lies at U[update[s]:]. Places are unsigned: signed ones would be tested for being negative.
+    triangle
+    of the rest, is at U[update[s]:]. Places are unsigned: signed ones would be tested for being negative.
 
-    With `signs` (n,) it is K = L S L^T, S = diag(+-1), without a change of order, from front `begin`, where it stopped
-    without them: writes S, and the pivots into `values` (n,); `work` has room for BLOCK columns, or for all that lie
-    below the pivots, of every front. Where `signs` is None that is not even compiled.
+    With `signs` (n,) it is K = L S L^T, S = diag(+-1), in the same order, from front `begin`, where it stopped without
+    them: writes S, and the pivots into `values` (n,); `work` has room for BLOCK columns, or for all columns below the
+    pivots, of every front. If `signs` is None that part is not compiled.
     """
     for s in range(begin, len(pivots)):
         k, n, p = pivots[s], rows[s], panel[s]
@@ -89,7 +91,7 @@ def _signed(
     k: int, n: int, p: int, L: Values, U: Values, update: int, blas: Ints, letters: Bytes, numbers: Shorts,
     reals: Values, first: int, signs: Values, values: Values, work: Values,
 ) -> bool:  # fmt: skip
-    """As `_definite`, with a sign and a value for each pivot, from `first` on; False where a pivot vanishes."""
+    """Eliminate a front like `_definite`, with a sign and a value of each pivot, from `first`; False if one vanishes."""
     size = L.itemsize
     lower = letters.ctypes.data
     right, transposed, plain = lower + 1, lower + 2, lower + 3
@@ -161,7 +163,7 @@ def _add(
     base: int,
     height: int,
 ) -> None:
-    """Add the columns of an update matrix that are columns lowest ... highest - 1 of the parent's front.
+    """Add the columns lowest ... highest - 1 of the parent's front from an update matrix.
 
     `local` are rows in the parent's front; the target holds its rows from `lowest` on if lowest > 0, else all.
     """
@@ -195,7 +197,7 @@ def substitute(
     reals: Values,
     signs: Values,
 ) -> None:
-    """x <- (L L^T)^-1 x in place, in the order of elimination; of L S L^T where there are `signs` (n,) and not (0,)."""
+    """Solve x <- (L L^T)^-1 x in place, in elimination order; with L S L^T if `signs` has (n,) entries, not (0,)."""
     trsv, gemv = blas[TRSV], blas[GEMV]
     size = L.itemsize
     lower = letters.ctypes.data

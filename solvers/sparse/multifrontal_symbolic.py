@@ -1,4 +1,4 @@
-"""Compiled loops of the symbolic factorisation: elimination tree, fronts, and where every number goes."""
+"""Compiled loops of the symbolic factorisation: elimination tree, fronts, and positions of all entries."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ Entries = NDArray[np.int32] | NDArray[np.int64]  # of a CSR pattern
 def tree(
     indptr: Ints, indices: Ints, order: Ints, weights: Ints, parent: Ints, counts: Ints, lists: Ints
 ) -> None:  # fmt: skip
-    """Postorder `order` (n,) in place; parents in the elimination tree and unknowns in each column of the factor.
+    """Compute the postorder `order` (n,) in place, parents in the elimination tree, and column counts of the factor.
 
-    The tree by Liu (1990), the counts, with the diagonal and weighted by the unknowns of each node, by Gilbert, Ng
-    and Peyton (1994). `lists` (11, n) of -1 is memory.
+    The tree is by Liu (1990); the counts, with the diagonal and weighted by the unknowns of each node, by Gilbert, Ng
+    and
+    Peyton (1994). `lists` (11, n) of -1 is work memory.
     """
     n = len(order)
     place, ancestor, above, head, after = lists[0], lists[1], lists[2], lists[3], lists[4]
@@ -98,10 +99,11 @@ def tree(
 
 
 def merge(parent: Ints, counts: Ints, weights: Ints, columns_up_to: Ints, shares: Floats) -> Ints:
-    """Starts (fronts + 1,) of runs of columns that are eliminated together.
+    """Return the starts (fronts + 1,) of runs of columns that are eliminated together.
 
-    Fundamental supernodes, then mergers of a front with its last child where few explicit zeros result: at most
-    `shares` of a front of `columns_up_to` columns. Plain Python: 1 us a column, once for each pattern.
+    These are fundamental supernodes, merged with their last child if few explicit zeros result: at most `shares` of a
+    front
+    of `columns_up_to` columns. Plain Python: 1 us a column, once for each pattern.
     """
     n, relaxed = len(parent), list(zip(columns_up_to.tolist(), shares.tolist(), strict=True))
     only = np.bincount(parent[parent >= 0], minlength=n) == 1
@@ -132,11 +134,13 @@ def structures(
     indptr: Ints, indices: Ints, order: Ints, place: Ints, owner: Ints, starts: Ints, offset: Ints, index_start: Ints,
     parents: Ints, filled: Ints, mark: Ints, index: Places, local: Places,
 ) -> None:  # fmt: skip
-    """Unknowns below each front in order (`index`), and where they are in the front of its parent (`local`).
+    """Compute the unknowns below each front in order (`index`), and their positions in the parent's front (`local`).
 
-    A node is below every front on the ways up the tree from those it touches to its own, and nodes come in order:
-    nothing has to be sorted. `place` is the inverse of `order`, `owner` (n,) the front of each node in that order,
-    `offset` (n + 1,) its first unknown; `filled` begins as index_start, `mark` (fronts,) with -1.
+    A node is below every front on the paths up the tree from its neighbours to its own, and nodes come in order: no
+    sorting
+    is needed. `place` is the inverse of `order`, `owner` (n,) the front of each node in that order, `offset` (n + 1,)
+    its
+    first unknown; `filled` begins as index_start, `mark` (fronts,) with -1.
     """
     for k in range(len(order)):
         for t in range(indptr[order[k]], indptr[order[k] + 1]):
@@ -171,9 +175,9 @@ def entries(
     indptr: Entries, indices: Entries, unknowns: Ints, place: Ints, first: Ints, pivots: Ints, rows: Ints,
     panel: Ints, index_start: Ints, index: Places, source: Places, target: Places, entry_start: Ints, position: Ints,
 ) -> None:  # fmt: skip
-    """Which entries of the matrix each front assembles (`source`), and where in L they go (`target`).
+    """Compute which matrix entries each front assembles (`source`), and their positions in L (`target`).
 
-    `position` (n,) is memory.
+    `position` (n,) is work memory.
     """
     at = 0
     for s in range(len(first)):
@@ -194,7 +198,7 @@ def entries(
 
 
 def stack(parents: Ints, sizes: Ints, update: Ints) -> int:
-    """Places of the update matrices: two stacks, by the parity of the depth, so that none overwrites its children.
+    """Compute positions of the update matrices in two stacks, by parity of depth, so that none overwrites its children.
 
     Returns the length of both together.
     """
@@ -218,10 +222,11 @@ def stack(parents: Ints, sizes: Ints, update: Ints) -> int:
 
 @maker
 def dissect(indptr: Ints, indices: Ints, points: Floats, leaf: int, order: Ints) -> int:
-    """Nested dissection by planes (George 1973; Heath and Raghavan 1995): separators last in `order` (n,).
+    """Compute a nested dissection by planes (George 1973; Heath and Raghavan 1995), separators last in `order` (n,).
 
-    Each part of more than `leaf` nodes is cut across one of the axes or its longest direction, where the fewest nodes
-    of one side touch the other. Returns how many nodes are in no separator; these come first, in no good order.
+    Each part of more than `leaf` nodes is cut across one of the axes or its longest direction, with the smallest
+    separator.
+    Returns the number of nodes in no separator; these come first, unordered.
     """
     n = len(order)
     nodes, rank = np.arange(n), np.full(n, -1, np.int64)
@@ -276,7 +281,7 @@ def dissect(indptr: Ints, indices: Ints, points: Floats, leaf: int, order: Ints)
 
 @maker
 def _cut(indptr: Ints, indices: Ints, by: Ints, rank: Ints) -> tuple[int, bool, float]:
-    """Where to cut the nodes `by` (size,): nodes before the cut, whether the separator lies behind it, its cost."""
+    """Return where to cut the nodes `by` (size,): nodes before it, whether the separator is behind it, and its cost."""
     size = len(by)
     reach = np.zeros((2, size + 2), np.int64)
     for r in range(size):
@@ -317,7 +322,7 @@ def _along(points: Floats, part: Ints, axis: Floats) -> Floats:
 
 @maker
 def _axes(points: Floats, part: Ints) -> Floats:
-    """The three axes, and the direction in which the points of a part reach farthest, by power iteration (4, 3)."""
+    """Return the three axes and the longest direction of the points of a part, by power iteration (4, 3)."""
     middle, spread = np.zeros(3), np.zeros((3, 3))
     for i in part:
         for a in range(3):

@@ -1,4 +1,4 @@
-"""Conjugate gradients with algebraic multigrid, for systems whose factor would take too much memory or time."""
+"""Conjugate gradients with algebraic multigrid (pyamg), for systems whose factor would be too large."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ OPTIONS: dict[str, Any] = {
 
 
 def installed() -> bool:
-    """Whether the package is there."""
+    """Return whether the package is installed."""
     return find_spec("pyamg") is not None
 
 
 def warm() -> None:
-    """Import the package, if it is there."""
+    """Import the package, if it is installed."""
     if installed():
         import pyamg  # noqa: F401
 
@@ -58,18 +58,18 @@ class Multigrid:
 
     @property
     def sizes(self) -> list[int]:
-        """Unknowns of each level."""
+        """Number of unknowns of each level."""
         return [level.A.shape[0] for level in self._hierarchy.levels]
 
     def solve(self, b: Floats, tolerance: float) -> tuple[Floats, bool]:
-        """x with |b - K x| <= tolerance |b|, and whether that was reached."""
+        """Return x with |b - K x| <= tolerance |b|, and whether that was reached."""
         goal = tolerance * float(np.linalg.norm(b))
         x, self.iterations, done = conjugate_gradients(self._K, b, self._cycle.matvec, goal, BUDGET)
         return x, done
 
 
 def _blocked(K: sparse.csr_matrix) -> sparse.csr_matrix | sparse.bsr_matrix:
-    """K by blocks of a node's three unknowns, unless some nodes are held in part."""
+    """Return K in blocks of a node's three unknowns, unless some nodes are partly fixed."""
     if K.shape[0] % 3 or np.any(np.diff(K.indptr[::3]) % 9):
         return K
     blocks = K.tobsr((3, 3))

@@ -1,4 +1,4 @@
-"""Orders of elimination that keep the factor sparse."""
+"""Elimination orders that keep the factor sparse."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ DROP = {"ILU_DropTol": 1.0, "ILU_FillFactor": 1.0, "ILU_DropRule": "basic"}
 
 
 def by_degree(indptr: Ints, indices: Ints) -> list[Ints]:
-    """Two orders (n,) of the nodes of a symmetric graph without loops, by minimum degree.
+    """Return two minimum-degree orders (n,) of the nodes of a symmetric graph without loops.
 
-    Ties go to who comes first, and what that is decides a third of the operations: in lattices their own numbers are
-    better, in tetrahedra numbers by chance.
+    Ties go to the first node, which decides a third of the operations: in lattices the given numbering is better, for
+    tetrahedra a random one.
     """
     graph = _graph(indptr, indices)
     return [minimum_degree(graph, np.arange(graph.shape[0])), minimum_degree(graph, _chance(graph))]
 
 
 def dissected(indptr: Ints, indices: Ints, points: Floats) -> Ints:
-    """Order (n,) of a large graph whose nodes are at `points` (n, 3): separators of a nested dissection come last."""
+    """Return a nested dissection order (n,) of a large graph with nodes at `points` (n, 3): separators come last."""
     order = np.empty(len(indptr) - 1, dtype=np.int64)
     first = dissect(indptr, indices, points, LEAF, order)
     inside = order[:first].copy()
@@ -40,7 +40,7 @@ def dissected(indptr: Ints, indices: Ints, points: Floats) -> Ints:
 
 
 def minimum_degree(graph: sparse.csr_matrix, begin: Ints) -> Ints:
-    """Order (n,) by multiple minimum degree (Liu 1985), as SuperLU has it compiled, of nodes numbered as in `begin`."""
+    """Return a multiple minimum degree order (n,) (Liu 1985), by SuperLU, for nodes numbered as in `begin`."""
     n = graph.shape[0]
     if n < 2:
         return np.arange(n)
@@ -58,10 +58,12 @@ def minimum_degree(graph: sparse.csr_matrix, begin: Ints) -> Ints:
 
 
 def _graph(indptr: Ints, indices: Ints) -> sparse.csr_matrix:
+    """Return the graph as a sparse matrix."""
     return sparse.csr_matrix((np.ones(len(indices)), indices, indptr), shape=(len(indptr) - 1,) * 2)
 
 
 def _chance(graph: sparse.csr_matrix) -> Ints:
+    """Return a random numbering."""
     return np.random.default_rng(0).permutation(graph.shape[0])
 
 

@@ -1,4 +1,4 @@
-"""Intel's MKL Pardiso, through the package pypardiso, which finds the library."""
+"""Interface to Intel's MKL Pardiso, through the package pypardiso, which finds the library."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ANALYSE, FACTORISE, SOLVE, RELEASE = 11, 22, 33, -1  # its phases
 
 
 class Failed(Exception):
-    """It gave an error."""
+    """Raised if Pardiso returns an error code."""
 
     def __init__(self, code: int) -> None:
         super().__init__(f"Pardiso's error {code}")
@@ -27,18 +27,18 @@ class Failed(Exception):
 
 
 def packaged() -> bool:
-    """Whether the package is there; its library may not be."""
+    """Return whether the package is installed; its library may be missing."""
     return find_spec("pypardiso") is not None
 
 
 def installed() -> bool:
-    """Whether the package is there and finds its library."""
+    """Return whether the package is installed and finds its library."""
     return packaged() and not lacking()
 
 
 @cache
 def lacking() -> str:
-    """Why a package that is there cannot be used, empty where it can."""
+    """Return why an installed package cannot be used; empty if it can."""
     try:
         _routine()
     except (ImportError, OSError, AttributeError) as error:  # of its own import, of the library, of the routine in it
@@ -48,6 +48,7 @@ def lacking() -> str:
 
 @cache
 def _routine() -> Any:
+    """Return the Pardiso function of the library."""
     from pypardiso import PyPardisoSolver
 
     # the library once more: what the package has set for its own calls stays as it is
@@ -57,7 +58,7 @@ def _routine() -> Any:
 
 
 def _release(handle: Any, kind: int, size: int) -> None:
-    """Free what the library holds for a handle."""
+    """Free the library's memory of a handle."""
     nothing, none = np.zeros(1), np.zeros(64, np.int32)
     _call(handle, kind, RELEASE, size, nothing, none, none, none, nothing, nothing)
 
@@ -74,7 +75,7 @@ def _call(
     b: Any,
     x: Any,
 ) -> None:
-    """One call of the library. Raises Failed."""
+    """Call the library once. Raises Failed."""
     error = ctypes.c_int32(0)
     one, silent = ctypes.c_int32(1), ctypes.c_int32(0)
     arrays = [ctypes.c_void_p(a.ctypes.data) for a in (data, indptr, indices)]
@@ -89,7 +90,7 @@ def _call(
 
 
 class Pardiso:
-    """A factor of K (a `linear.Factor`): L L^T of a definite, L D L^T of a symmetric, L U of any other matrix."""
+    """Pardiso factor of K (a `linear.Factor`): L L^T if definite, L D L^T if symmetric, else L U."""
 
     name = NAME
     tolerance = 0.0
@@ -116,6 +117,7 @@ class Pardiso:
             self._phase(phase, np.zeros(self._n))
 
     def _phase(self, phase: int, b: Floats) -> Floats:
+        """Run a phase of the library, and return x."""
         b = np.ascontiguousarray(b, dtype=self._real)
         x = np.zeros_like(b)
         _call(self._handle, self._kind, phase, self._n, *self._matrix, self._settings, b, x)
@@ -123,9 +125,9 @@ class Pardiso:
 
     @property
     def negative_pivots(self) -> int | None:
-        """How many there are; None for a matrix that is not taken to be symmetric."""
+        """Number of negative pivots; None for a matrix not declared symmetric."""
         return None if self._kind == GENERAL else int(self._settings[22]) if self._kind == INDEFINITE else 0
 
     def solve(self, b: Floats) -> Floats:
-        """x with K x = b."""
+        """Return x with K x = b."""
         return self._phase(SOLVE, b)

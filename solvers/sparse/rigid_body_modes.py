@@ -1,4 +1,4 @@
-"""Rigid motions of a body, as vectors of its unknowns: what an elastic body does not resist."""
+"""Rigid body modes, as vectors of unknowns: the motions that an elastic body does not resist."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ Modes = Floats | Callable[[], Floats | None] | None  # (n, 6) rigid motions of t
 
 
 def rigid_motions(points: Floats, free: Ints) -> Floats:
-    """Three translations and three rotations of points (n, 3) about their middle, by unknowns `free` (free, 6).
+    """Return three translations and three rotations of points (n, 3) about their centre, by unknowns `free` (free, 6).
 
-    Rotations are divided by the size of the body, so that all columns are alike.
+    Rotations are divided by the size of the body, so that all columns are of similar size.
     """
     x = points - points.mean(axis=0)
     x /= max(float(np.abs(x).max(initial=0.0)), np.finfo(float).tiny)
@@ -28,10 +28,11 @@ def rigid_motions(points: Floats, free: Ints) -> Floats:
 
 
 def places(motions: Floats, start: Ints) -> Floats:
-    """Where nodes are (g, 3), from rigid motions (n, 6) of their unknowns; `start` (g + 1,) is the first of each node.
+    """Return positions of nodes (g, 3) from rigid motions (n, 6) of their unknowns; `start` (g + 1,) are first
+    unknowns.
 
-    An unknown along one axis turns with the two other coordinates of its node. A coordinate that no unknown of a node
-    knows, as where two are held, is taken to be that of the middle.
+    An unknown along one axis rotates with the two other coordinates of its node. A coordinate that no unknown of a node
+    gives, as where two are fixed, is taken from the centre.
     """
     sums, known = np.zeros((len(motions), 3)), np.zeros((len(motions), 3))
     for axis, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):

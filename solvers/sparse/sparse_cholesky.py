@@ -1,7 +1,7 @@
-"""Cholesky factorisation of sparse matrices that share one pattern.
+"""Multifrontal Cholesky factorisation of sparse matrices with one pattern.
 
 Measured on corotational beams of 5 000 tetrahedra (3 936 unknowns, one core): 3.2 ms a factor, 2.3 ms in single
-precision, where SuperLU takes 18 ms.
+precision, compared with 18 ms for SuperLU.
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ Precision = Literal["double", "single"]
 
 
 class Indefinite(Exception):
-    """The matrix is not positive definite: `front` is the first one without a factor, `pivots` done before it."""
+    """Raised if the matrix is not positive definite: `front` is the first one without a factor, `pivots` done before
+    it.
+    """
 
     def __init__(self, front: int, pivots: int) -> None:
         super().__init__(f"the matrix is not positive definite: pivot {pivots + 1} or one soon after is not positive")
@@ -31,12 +33,13 @@ class Indefinite(Exception):
 
 
 class Cholesky:
-    """K = L L^T, or L S L^T with S = diag(+-1), in the order of a plan; memory is kept between matrices.
+    """Factor K = L L^T, or L S L^T with S = diag(+-1), in the order of a plan; memory is reused for other matrices.
 
-    By fronts (Duff and Reid 1983; Liu 1992). Of two entries across the diagonal one is read: K must be symmetric.
+    Multifrontal method (Duff and Reid 1983; Liu 1992). Only one triangle is read: K must be symmetric.
     """
 
     def __init__(self, plan: Symbolic, precision: Precision = "double") -> None:
+        """Allocate memory for a plan."""
         self.plan = plan
         self.precision = precision
         kind: Any = np.float32 if precision == "single" else np.float64
@@ -61,16 +64,17 @@ class Cholesky:
 
     @classmethod
     def of(cls, K: sparse.csr_matrix, precision: Precision = "double") -> Cholesky:
-        """The factor of one matrix. Raises Indefinite, and ValueError where the pattern is not symmetric."""
+        """Return the factor of one matrix. Raises Indefinite, and ValueError if the pattern is not symmetric."""
         factor = cls(analyse(K), precision)
         factor.factorise(K.data)
         return factor
 
     def factorise(self, data: Floats, indefinite: bool = False) -> None:
-        """Factorise the matrix with these values (nnz,). Raises Indefinite, also where a value is not finite.
+        """Factorise the matrix with these values (nnz,). Raises Indefinite, also if a value is not finite.
 
-        `indefinite` allows negative pivots, which are counted; the order stays as it is, so that the accuracy of what
-        follows must be checked. Raised is then a pivot that vanishes.
+        `indefinite` allows negative pivots, and counts them; the order does not change, so that the accuracy of
+        solutions must
+        be checked. Indefinite is then raised only for a vanishing pivot.
         """
         self._signs, self.negative_pivots = self._none, 0
         with ALONE:
@@ -82,11 +86,11 @@ class Cholesky:
 
     @property
     def definite(self) -> bool:
-        """Whether all pivots are positive."""
+        """True if all pivots are positive."""
         return not len(self._signs)
 
     def _continue(self, front: int, data: Floats) -> int:
-        """With negative pivots from a front on; 0, or 1 + the front where that ends."""
+        """Continue with signed pivots from a front; return 0, or 1 + the front where that fails."""
         self._signs, values = np.ones_like(self._x), np.zeros_like(self._x)
         pivots, below = self.plan.pivots, self.plan.rows - self.plan.pivots
         work = np.empty(
@@ -103,7 +107,7 @@ class Cholesky:
         return failed
 
     def solve(self, b: Floats) -> Floats:
-        """x with K x = b."""
+        """Return x with K x = b."""
         self._x[:] = b[self.plan.order]
         with ALONE:
             factorization_kernels.substitute(*self._triangles, self._signs)

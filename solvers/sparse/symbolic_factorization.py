@@ -1,4 +1,4 @@
-"""What a factorisation can prepare from the pattern alone: order, fronts, and where every number goes."""
+"""Symbolic factorisation from the sparsity pattern only: order, fronts, and positions of all entries."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ RELAXED = np.array([12, 48, 10**9]), np.array([0.8, 0.1, 0.05])
 
 @dataclass(frozen=True)
 class Symbolic:
-    """Fronts in postorder, with the places of all entries; arrays named as the kernels name them."""
+    """Symbolic factorisation: fronts in postorder and positions of all entries, with the kernels' array names."""
 
     size: int
     order: Ints  # (n,) unknown eliminated k-th
@@ -55,7 +55,7 @@ class Symbolic:
 
 
 def groups(K: sparse.csr_matrix) -> Ints:
-    """Starts (g + 1,) of runs of neighbouring unknowns with one and the same pattern, such as those of a node."""
+    """Return the starts (g + 1,) of runs of adjacent unknowns with the same pattern, such as those of a node."""
     salt = np.random.default_rng(1).integers(1, 2**62, K.shape[0], dtype=np.int64)
     digest = np.add.reduceat(salt[K.indices], K.indptr[:-1].astype(np.int64))
     new = np.flatnonzero(np.diff(digest) != 0) + 1
@@ -63,7 +63,7 @@ def groups(K: sparse.csr_matrix) -> Ints:
 
 
 def symmetric(K: sparse.csr_matrix) -> bool:
-    """Whether the pattern of K is sorted, symmetric and has every diagonal entry."""
+    """Return whether the pattern of K is sorted, symmetric and has every diagonal entry."""
     if K.shape[0] != K.shape[1] or not K.has_sorted_indices:
         return False
     pattern = sparse.csr_matrix((np.ones(K.nnz), K.indices, K.indptr), shape=K.shape)
@@ -74,7 +74,7 @@ def symmetric(K: sparse.csr_matrix) -> bool:
 
 @dataclass(frozen=True)
 class Sketch:
-    """Order and elimination tree of the nodes: what says how much a factor will cost, before it is planned."""
+    """Order and elimination tree of the nodes, which give the cost of a factor before it is planned."""
 
     start: Ints  # (g + 1,) first unknown of each node
     graph: tuple[Ints, Ints]  # indptr and indices of the nodes' graph
@@ -85,11 +85,11 @@ class Sketch:
 
     @property
     def entries(self) -> float:
-        """Numbers in the factor."""
+        """Number of entries in the factor."""
         return float(self.counts @ self.weights)
 
     def bytes(self, real: int) -> float:
-        """Memory of a factorisation with numbers of so many bytes: the factor, its explicit zeros and the stack."""
+        """Return the memory of a factorisation with numbers of `real` bytes: factor, explicit zeros and stack."""
         return WASTE * real * self.entries
 
     @property
@@ -99,15 +99,15 @@ class Sketch:
 
 
 def analyse(K: sparse.csr_matrix, motions: Floats | None = None) -> Symbolic:
-    """The plan for matrices with the pattern of K, symmetric with a full diagonal. Raises ValueError for others.
+    """Return the symbolic factorisation for the pattern of K. Raises ValueError unless symmetric with full diagonal.
 
-    Rigid motions (n, 6) of the unknowns, where given, say where these are: large systems are dissected by that.
+    Rigid motions (n, 6) of the unknowns, if given, provide their positions: large systems are dissected by these.
     """
     return plan(K, sketch(K, motions))
 
 
 def sketch(K: sparse.csr_matrix, motions: Floats | None = None) -> Sketch:
-    """Order and elimination tree for matrices with the pattern of K. Raises ValueError as `analyse` does."""
+    """Return order and elimination tree for the pattern of K. Raises ValueError as `analyse` does."""
     if not symmetric(K):
         raise ValueError("the pattern of the matrix is not symmetric with a full diagonal")
     start = groups(K)
@@ -121,13 +121,14 @@ def sketch(K: sparse.csr_matrix, motions: Floats | None = None) -> Sketch:
 
 
 def _tree(start: Ints, graph: tuple[Ints, Ints], order: Ints, weights: Ints) -> Sketch:
+    """Return the elimination tree and column counts for an order."""
     parent, counts = np.empty_like(order), np.empty_like(order)
     multifrontal_symbolic.tree(*graph, order, weights, parent, counts, np.full((11, len(order)), -1))
     return Sketch(start, graph, order, parent, counts, weights[order])
 
 
 def _graph(K: sparse.csr_matrix, start: Ints) -> tuple[Ints, Ints]:
-    """Which nodes share an entry, themselves left out: indptr and indices."""
+    """Return the graph of groups that share an entry, without loops: indptr and indices."""
     count = len(start) - 1
     member = np.repeat(np.arange(count), np.diff(start))
     representatives = K[start[:-1]]
@@ -139,7 +140,7 @@ def _graph(K: sparse.csr_matrix, start: Ints) -> tuple[Ints, Ints]:
 
 
 def plan(K: sparse.csr_matrix, sketched: Sketch) -> Symbolic:
-    """Fronts, and numbers for everything, in unknowns."""
+    """Return the fronts and positions of all entries, in unknowns."""
     begins = multifrontal_symbolic.merge(sketched.parent, sketched.counts, sketched.weights, *RELAXED)
     count = len(begins) - 1
     offset = _running(sketched.weights)
@@ -185,12 +186,12 @@ def plan(K: sparse.csr_matrix, sketched: Sketch) -> Symbolic:
 
 
 def _running(lengths: Ints) -> Ints:
-    """0, and the sums of the first 1, 2, ... lengths."""
+    """Return cumulative sums of lengths, starting with 0."""
     return np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
 
 
 def _expand(first: Ints, lengths: Ints) -> Ints:
-    """first[i], first[i] + 1, ..., lengths[i] of them, for every i."""
+    """Return the ranges first[i], first[i] + 1, ... of lengths[i] numbers, concatenated."""
     ends = np.cumsum(lengths)
     every: Ints = np.arange(ends[-1] if len(ends) else 0) + np.repeat(first - (ends - lengths), lengths)
     return every

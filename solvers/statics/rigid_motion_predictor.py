@@ -31,7 +31,7 @@ def towed(problem: Statics, x: Floats) -> Floats:
 
 
 def approach(assembly: Assembly, x: Floats, load: float, to: float) -> Floats:
-    """Return the first-order change of forces (dofs,), N, on a state x as rigid bodies move from one load to another."""
+    """Return the first-order change of forces (dofs,), N, on x as rigid bodies move from one load to another."""
     found, known = np.zeros(assembly.dofs), list[Any](assembly.loads)
     for energy in known:
         if energy.driven:

@@ -43,7 +43,7 @@ class Chain:
     last: tuple[float, float, float]
 
     def lost(self, u: Floats, share: float) -> str | None:
-        """Return why displacements (n, 3), m, do not show the rotations of both supports at a load fraction, or None."""
+        """Return why displacements (n, 3), m, do not show the rotations of both supports at a fraction, or None."""
         ends = exponential(share * np.array([self.first, self.last]))
         chain = np.concatenate([ends[:1], quaternion(_rotations(self.X, self.X + u[self.cells])), ends[1:]])
         cosines = np.einsum("ij,ij->i", chain[:-1], chain[1:])  # of half the angle from each to the next

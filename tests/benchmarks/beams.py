@@ -11,7 +11,7 @@ import math
 import sys
 
 import softmark
-from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 
 CASES = [  # length, depth and width (0: round) in mm, Poisson's ratio, k, clamps
     (60, 10, 10, 0.49, 0.5, 1), (60, 10, 10, 0.3, 0.5, 1), (60, 10, 10, 0.49, 6, 1), (75, 10, 0, 0.49, 20, 2),
@@ -50,7 +50,7 @@ def main() -> None:
     """A line for each case."""
     for case in CASES[: int(sys.argv[1]) if len(sys.argv) > 1 else None]:
         loaded = softmark.loads(scene(*case))
-        report = run_scene(loaded.scene, list(loaded.warnings), Options(draw=False, stated=("rod",)))
+        report = run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False, stated=("rod",)))
         rod = report.models["rod"]
         checks = rod.solve["checks"]
         strains = ", ".join(f"{checks[n]:.4f}" for n in ("bending_strain", "axial_strain"))

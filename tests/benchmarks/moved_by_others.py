@@ -116,7 +116,7 @@ def moved(case: str, nu: float, step: str, model: str, law: str = "neo_hookean",
     duration, damping = CASES[case]
     known = {"law": law, "nu": nu, "step": step, "integrator": by, "duration": duration, "damping": damping}
     loaded = softmark.loads(SCENE.format(model=model, **known))
-    return run_pipeline.run_scene(loaded.scene, [], run_pipeline.Options(draw=False)).models["one"]
+    return run_pipeline.run_scene(loaded.scene, [], run_pipeline.RunOptions(draw=False)).models["one"]
 
 
 def course(result: Any) -> tuple[Any, Any]:

@@ -55,7 +55,7 @@ def main() -> None:
         f"model m{i} = outside_rod({p}, segments = {n}, step = {h}, time = 500 s)\n" for i, (p, h, n) in enumerate(runs)
     )
     loaded = softmark.loads(SCENE.format(young=asked.young, radius=asked.radius) + models)
-    found: dict[str, Any] = dict(run_pipeline.run_scene(loaded.scene, [], run_pipeline.Options(draw=False)).models)
+    found: dict[str, Any] = dict(run_pipeline.run_scene(loaded.scene, [], run_pipeline.RunOptions(draw=False)).models)
     for i, (program, step, count) in enumerate(runs):
         own = found[f"m{i}"]
         off = own.metrics["off"].value if "off" in own.metrics else None

@@ -20,7 +20,7 @@ from statistics import median
 from typing import Any
 
 from softmark.interpreter.api.python_api import loads
-from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 
 UNCERTAIN = 0.003  # of the truth, relative: what its mesh leaves
 
@@ -88,7 +88,7 @@ def outcomes(case: Case, small: bool) -> Iterator[dict[str, Any]]:
     """What came of every model of a case."""
     scene = loads(case.text(small))
     names = tuple(n for n in scene.models if n != "truth")
-    report = run_scene(scene.scene, list(scene.warnings), Options(draw=False, stated=names))
+    report = run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=names))
     for name in names:
         model = report.models[name]
         kind = SOLIDS[int(name[1])] + " " + name.split("_")[1] if name[0] == "s" and name[1].isdigit() else name

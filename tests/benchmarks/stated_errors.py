@@ -21,7 +21,7 @@ from statistics import median
 from typing import Any
 
 from softmark.interpreter.api.python_api import loads
-from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 
 UNCERTAIN = 0.004  # of the truth, relative
 
@@ -102,15 +102,15 @@ def outcomes(problem: Problem, small: bool) -> Iterator[dict[str, Any]]:
     """What came of every model of a problem, of both metrics."""
     scene = loads(problem.text(small))
     kinds = {f"m{i}": (kind, made) for i, (kind, made) in enumerate(problem.models(small))}
-    whole = run_scene(scene.scene, list(scene.warnings), Options(draw=False))
+    whole = run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False))
     tip = float(abs(whole.models["truth"].probes["line"].displacement[-1]).max())
     for name, (kind, made) in kinds.items():
-        run_scene(scene.scene, list(scene.warnings), Options(only=(name,), draw=False))  # whatever is compiled, is
+        run_scene(scene.scene, list(scene.warnings), RunOptions(only=(name,), draw=False))  # whatever is compiled, is
         start = time.process_time()
-        plain = run_scene(scene.scene, list(scene.warnings), Options(only=(name,), draw=False)).models[name]
+        plain = run_scene(scene.scene, list(scene.warnings), RunOptions(only=(name,), draw=False)).models[name]
         took = time.process_time() - start
         start = time.process_time()
-        asked = run_scene(scene.scene, list(scene.warnings), Options(only=(name,), draw=False, stated=(name,)))
+        asked = run_scene(scene.scene, list(scene.warnings), RunOptions(only=(name,), draw=False, stated=(name,)))
         more = time.process_time() - start - took
         solve = sum(float(plain.time[n].to_json()["median"]) for n in ("setup_cpu_s", "solve_cpu_s") if plain.time[n])
         for metric, size in (("error", 1.0), ("tip", tip)):

@@ -21,7 +21,7 @@ import numpy as np
 from closed_forms import Case, cases
 
 from softmark.interpreter.api.python_api import loads
-from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.verification import error_estimate
 
 EXACT = 1e-7  # of the scale of a quantity: true errors below it have no ratio
@@ -44,7 +44,7 @@ def rows(case: Case) -> Iterator[dict[str, Any]]:
 
     for i, made in enumerate(case.models):
         name = f"m{i}"
-        options = Options(only=(name,), draw=False, stated=(name,))
+        options = RunOptions(only=(name,), draw=False, stated=(name,))
         run_scene(scene.scene, list(scene.warnings), options)  # whatever is compiled, is
         error_estimate.stated = timed
         try:

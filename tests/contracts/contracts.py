@@ -26,17 +26,17 @@ from along_an_axis import check_swept
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.api.python_api import checked
 from softmark.interpreter.cli.conformance import Breach
-from softmark.interpreter.cli.conformance.metric_contracts import of_metric
+from softmark.interpreter.cli.conformance.metric_contracts import metric_breaches
 from softmark.interpreter.cli.conformance.trial_scenes import CLAMP, LOADED, LOOK
-from softmark.interpreter.cli.conformance.word_contracts import of_text, of_word
+from softmark.interpreter.cli.conformance.word_contracts import repr_breaches, word_breaches
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.models import MODELS
 from softmark.interpreter.models.model_builders import build, load
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.models.shared.prepared_model import Workshop
-from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.problem.body_case import Case, case_for, case_of
-from softmark.interpreter.problem.probe_points import place_of
+from softmark.interpreter.problem.probe_points import find_probe_points
 from softmark.interpreter.results.run_report import ModelKind, ModelResult
 from softmark.interpreter.verification.by_model import voucher_of
 from softmark.interpreter.verification.by_model.verifier import Voucher
@@ -124,12 +124,12 @@ def kept(breaches: Iterable[Breach]) -> None:
 
 def check_word(cls: type[Any], kind: str, name: str) -> None:
     """Documented, frozen, annotated, explained."""
-    kept(of_word(cls, kind, name))
+    kept(word_breaches(cls, kind, name))
 
 
 def check_text(thing: Any) -> None:
     """Its text is that of its values, the same in every process: results are known by it."""
-    kept(of_text(thing))
+    kept(repr_breaches(thing))
 
 
 # ------------------------------------------------------------------ shapes
@@ -255,7 +255,7 @@ def check_probe(cls: type[Any], words: str) -> None:
     probe = scene.declared["p"]
     assert isinstance(probe.thing, cls)
     data = scene.declared["beads"].thing.load()
-    place = place_of(probe, case_of(scene, "bar"), lambda name: data.X)
+    place = find_probe_points(probe, case_of(scene, "bar"), lambda name: data.X)
     low, high = (np.array(b) for b in scene.declared["bar"].thing.shape.bounds)
     assert place.X.ndim == 2
     assert place.X.shape[1] == 3
@@ -272,7 +272,7 @@ def check_probe(cls: type[Any], words: str) -> None:
 
 def check_metric(cls: type[Any], metric: Any, case: Case) -> None:
     """A finite number with a unit or a reason; an error is zero of what agrees, and more of what does not."""
-    kept(of_metric(cls, metric, case))
+    kept(metric_breaches(cls, metric, case))
 
 
 # ------------------------------------------------------------------ models
@@ -383,7 +383,7 @@ def check_result(words: str, before: str = "", analysis: str = "") -> ModelResul
     scene, found = scene_of(f"{body}{CLAMP}{LOOK}{analysis}load push = gravity(1 m/s^2)\n"
                             f"metric sag = displacement(tip, along = -z)\n{before}model m = {words}\n")  # fmt: skip
     assert errors(found) == []
-    report = run_scene(scene, found, Options(draw=False, stated=()))
+    report = run_scene(scene, found, RunOptions(draw=False, stated=()))
     own = report.to_json()["models"]["m"]
     json.dumps(own, allow_nan=False)
     assert {"status", "message", "outline", "size", "solve", "time", "probes", "metrics", "loads"} <= set(own)

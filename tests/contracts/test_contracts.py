@@ -253,9 +253,9 @@ def test_a_load_that_acts_in_a_known_way_is_one_class_and_one_line(wind: str) ->
                   "mass_spring(stiffness = from_material(), size = 10 mm)"):  # fmt: skip
         scene, found = scene_of(f"{BODY}{CLAMP}{LOOK}load w = {wind}(2 m/s^2)\nmodel m = {words}\n")
         assert errors(found) == []
-        from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+        from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 
-        model = run_scene(scene, found, Options(draw=False)).models["m"]
+        model = run_scene(scene, found, RunOptions(draw=False)).models["m"]
         assert model.status == "converged"
         assert model.solve["checks"]["residual"] < 1e-8
         assert model.loads["w"].to_json()["force"][0] == pytest.approx(1000 * 0.04 * 0.02 * 0.02 * 2)
@@ -288,9 +288,9 @@ def test_a_shape_that_says_next_to_nothing_is_meshed_solved_and_drawn() -> None:
         text = f"{body}{CLAMP}{LOOK}load w = gravity(2 m/s^2)\nmetric sag = displacement(tip, along = -z)\n"
         scene, found = scene_of(f"{text}model m = fem(hex8, strain = corotational, size = 10 mm)\n")
         assert errors(found) == []
-        from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+        from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 
-        report = run_scene(scene, found, Options())
+        report = run_scene(scene, found, RunOptions())
         model = report.models["m"]
         assert model.status == "converged", model.message
         assert model.shape is not None

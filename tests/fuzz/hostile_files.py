@@ -278,7 +278,7 @@ def readers() -> dict[str, tuple[tuple[str, ...], Callable[[Path], object], tupl
             unread,
         ),
         "fields": ((".nrrd", ".nii", ".vtu", ".vtk"), field, unread),
-        "tables": ((".csv",), lambda p: csv_tables.columns(p, ["x", "y"]), unread),
+        "tables": ((".csv",), lambda p: csv_tables.read_columns(p, ["x", "y"]), unread),
         "markers": ((".csv",), tracked_points.read_table, unread),
         "results": (tuple(results.READERS), results.read, unread),
         "decks": (tuple(import_formats.READERS), import_formats.read, (Unreadable, imported_deck.NotImportable)),

@@ -27,7 +27,7 @@ with guard.instrumented() if GUIDED else nullcontext():
     from softmark.grammar.diagnostic import Source
     from softmark.interpreter.api.python_api import loads
     from softmark.interpreter.language.compiled_scene import SceneError
-    from softmark.interpreter.study.comparison_study import Additions
+    from softmark.interpreter.study.comparison_study import CommandLineAdditions
     from softmark.interpreter.study.configurations.configuration_expansion import (
         TooManyConfigurations,
         expand,
@@ -98,7 +98,7 @@ def _varied(vary: list[str], base: Source) -> str:
     try:
         read, models = read_vary(vary)
         if sum(len(v.values) for v in read) <= 6:  # each value compiles the scene
-            expand([subject_of(loads(base.text).scene)], Additions(read, models))
+            expand([subject_of(loads(base.text).scene)], CommandLineAdditions(read, models))
     except SceneError as refused:
         said = refused.diagnostics
         scene.promise(said, "an error says what is wrong")

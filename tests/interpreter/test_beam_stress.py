@@ -28,7 +28,7 @@ MIDDLE = 1.0 - 0.017 * (0.3 / 1.3) / 0.2
 
 def run(text: str, **options: Any) -> Any:
     loaded = softmark.loads(HEAD + text)
-    return run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.Options(draw=False, **options))
+    return run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(draw=False, **options))
 
 
 def look(at: tuple[float, float, float], component: str, name: str = "s", body: str = "bar") -> str:

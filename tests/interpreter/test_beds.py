@@ -239,12 +239,12 @@ def _mean_of_chords(cells: int) -> float:
 def test_an_edge_that_a_condition_cuts_is_known() -> None:
     """Of a quarter ring below y = 3.7 mm: the wall, and both arcs up to there. Strips are cut where the border is."""
     from softmark.interpreter.language.coordinate_conditions import Condition, Term
-    from softmark.interpreter.problem.surface_selection.region_outline import edged
+    from softmark.interpreter.problem.surface_selection.region_outline import selected_edge_area
     from softmark.solvers.mesh.plane_regions import QuarterRing, Slice
 
     below = Condition.comparison("<=", Term.coordinate(1), Term.constant(0.0037), 1)
     ring = Slice(QuarterRing(0.01, 0.02), 0.003)
     length = 0.01 + 0.01 * math.asin(0.37) + 0.02 * math.asin(0.185)
-    assert edged(ring, below, 0.0) == pytest.approx(0.003 * length, rel=1e-7)
+    assert selected_edge_area(ring, below, 0.0) == pytest.approx(0.003 * length, rel=1e-7)
     around = 0.5 * (0.02**2 - 0.01**2) + 0.01 * 0.0037 + 0.02 * 0.0037
-    assert edged(ring, below, 0.003) == pytest.approx(2.0 * math.pi * around, rel=1e-7)
+    assert selected_edge_area(ring, below, 0.003) == pytest.approx(2.0 * math.pi * around, rel=1e-7)

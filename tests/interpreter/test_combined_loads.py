@@ -12,8 +12,8 @@ import pytest
 
 import softmark
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE, Condition, Term
-from softmark.interpreter.problem.surface_selection.containment import HERE, within
-from softmark.interpreter.problem.surface_selection.exact_surface import selected, volume
+from softmark.interpreter.problem.surface_selection.containment import HERE, inside_condition
+from softmark.interpreter.problem.surface_selection.exact_surface import select_surface, volume
 from softmark.solvers.mesh.boolean_shapes import Combined, Difference, Intersection, Union
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
@@ -77,7 +77,7 @@ def check(name: str) -> None:
     shape, room, area = BODIES[name]
     off = 1e-8 if name == "two rods that cross" else 1e-10
     assert volume(shape) == pytest.approx(room, rel=off)
-    found = selected(shape, EVERYWHERE)
+    found = select_surface(shape, EVERYWHERE)
     assert found is not None
     assert found[0] == pytest.approx(area, rel=off)
     np.testing.assert_allclose(found[1], 0.0, atol=off * area)
@@ -101,8 +101,8 @@ def above(axis: int, at: float) -> Condition:
 @pytest.mark.slow
 def test_a_part_of_a_hole_has_its_force() -> None:
     """Of half the side of a hole, which looks inward: pi r L, and 2 r L across its middle."""
-    near = Condition.junction("and", above(1, R), within(Cylinder(R, 0.6 * R, UP, (R, R, R / 2)), HERE, True))
-    found = selected(Difference(CUBE, DRILL), near)
+    near = Condition.junction("and", above(1, R), inside_condition(Cylinder(R, 0.6 * R, UP, (R, R, R / 2)), HERE, True))
+    found = select_surface(Difference(CUBE, DRILL), near)
     assert found is not None
     assert found[0] == pytest.approx(PI * R / 2 * R, rel=1e-10)
     np.testing.assert_allclose(found[1], (0.0, -R * R, 0.0), atol=1e-12 * R)
@@ -126,7 +126,7 @@ def test_what_holds_within_is_what_shapes_say_of_points(shape: Shape) -> None:
     assert shape.bounds is not None
     low, high = (np.array(end) for end in shape.bounds)
     X = np.random.default_rng(3).uniform(low - R / 2, high + R / 2, (300, 3))
-    held = within(shape, HERE, True)
+    held = inside_condition(shape, HERE, True)
     assert held is not None
     told = np.broadcast_to(held.holds(*X.T, shape.diagonal), len(X))
     np.testing.assert_array_equal(told, [shape.contains((x, y, z)) for x, y, z in X.tolist()])
@@ -135,8 +135,8 @@ def test_what_holds_within_is_what_shapes_say_of_points(shape: Shape) -> None:
 
 def test_of_files_nothing_is_known() -> None:
     shape = Union(CUBE, MeshFile("a.vtu", 1e-3))
-    assert within(shape, HERE, True) is None
-    assert selected(shape, EVERYWHERE) is None
+    assert inside_condition(shape, HERE, True) is None
+    assert select_surface(shape, EVERYWHERE) is None
     assert volume(shape) is None
 
 

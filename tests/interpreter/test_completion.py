@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from softmark.interpreter.cli.commands.completion import SHELLS
-from softmark.interpreter.cli.completion.candidates import answers
+from softmark.interpreter.cli.completion.candidates import find_candidates
 from softmark.interpreter.cli.main import COMMANDS
 
 MINE = "param L = 2 mm\nmodel fine = fem(tet4, size = L)\nmodel rod = beam6dof()\nstudy s = sweep(L, over = [1] mm)\n"
@@ -74,27 +74,27 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 ])  # fmt: skip
 def test_what_could_stand_next(line: str, found: str) -> None:
     *words, last = line.removesuffix("|").split(" ")
-    assert " ".join(answers([*words, last])) == found
+    assert " ".join(find_candidates([*words, last])) == found
 
 
 @pytest.mark.usefixtures("here")
 def test_scenes_are_those_of_the_library_and_of_the_folder() -> None:
-    assert {"mine.scene", "my parts/", "mandels-slab"} <= set(answers(["run", "m"]))
-    assert list(answers(["run", "mine.scene", "--model", "="])) == ["fine", "rod"]  # as bash splits it
+    assert {"mine.scene", "my parts/", "mandels-slab"} <= set(find_candidates(["run", "m"]))
+    assert list(find_candidates(["run", "mine.scene", "--model", "="])) == ["fine", "rod"]  # as bash splits it
 
 
 def test_every_command_is_completed() -> None:
-    assert set(COMMANDS) < set(answers([""]))
+    assert set(COMMANDS) < set(find_candidates([""]))
     for command in COMMANDS:
-        assert "--help" not in answers([command, ""])
-        answers([command, ""])
-        answers([command, "-"])
+        assert "--help" not in find_candidates([command, ""])
+        find_candidates([command, ""])
+        find_candidates([command, "-"])
 
 
 def test_a_template_and_a_word_say_what_they_are() -> None:
-    assert answers(["new", "pull"])["pull"].startswith("My pull test")
-    assert answers(["explain", "cylinder"]) == {"cylinder": "shape"}
-    assert answers(["run", "silicone-beam", "-p", "L"]) == {"L=": "178 mm"}
+    assert find_candidates(["new", "pull"])["pull"].startswith("My pull test")
+    assert find_candidates(["explain", "cylinder"]) == {"cylinder": "shape"}
+    assert find_candidates(["run", "silicone-beam", "-p", "L"]) == {"L=": "178 mm"}
 
 
 def test_bash_completes_by_asking(here: Path) -> None:

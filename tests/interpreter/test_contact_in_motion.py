@@ -12,7 +12,7 @@ import pytest
 
 import softmark
 from softmark import loads
-from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 
 SCENES = Path(__file__).parents[2] / "stdlib-scenes" / "contact"
 
@@ -134,7 +134,7 @@ metric   area  = contact_area(touch)
 def test_one_point_is_no_area_in_a_motion_either() -> None:
     """Said of its end, as at rest; and a ball on one point turns nothing about what it presses on, whenever it came."""
     scene = loads(HELD)
-    report = run_scene(scene.scene, list(scene.warnings), Options(draw=False))
+    report = run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False))
     found = {name: metric.value for name, metric in report.models["hexes"].metrics.items()}
     assert abs(found["turn"]) < 1e-6 * found["push"] * 5e-3
     assert [warning.code for warning in report.warnings].count("W660") == 1
@@ -194,7 +194,7 @@ def test_a_block_that_has_come_to_rest_presses_with_its_weight(integrator: str, 
 def test_the_error_that_is_stated_of_a_resting_weight_holds_it(integrator: str, most: float) -> None:
     """The weight lies within what is stated, which is no more than a tenth of it."""
     scene = loads(REST.format(step="1 ms", size=5, integrator=integrator))
-    model = run_scene(scene.scene, list(scene.warnings), Options(draw=False, stated=())).models["hexes"]
+    model = run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=())).models["hexes"]
     stated, value = model.stated["push"], model.metrics["push"].value
     assert stated.value is not None
     assert abs(value - WEIGHT) <= stated.value <= most * WEIGHT

@@ -29,7 +29,7 @@ metric   push  = force(touch, along = -z)
 def test_facets_may_be_more_than_what_is_selected(to: float, share: float) -> None:
     """Facets are 5 mm wide: those up to x = 15 mm take part for 12 mm, which is a part of the error."""
     loaded = loads(PRESSED.format(to=to))
-    report = run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.Options(stated=("hexes",)))
+    report = run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(stated=("hexes",)))
     model = report.models["hexes"]
     touched, metric = model.contacts["touch"], model.metrics["push"]
     assert touched.taken == pytest.approx(share)
@@ -68,7 +68,7 @@ def test_a_force_is_no_more_than_area_times_pressure(how: str, told: str) -> Non
     Of cells of 8 mm force over area times pressure is 890, of 4 mm 1.2, of 2 mm 0.64 (Hertz: 2/3).
     """
     loaded = loads(ROUND.format(how=how))
-    report = run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.Options(stated=("quads",)))
+    report = run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(stated=("quads",)))
     model, codes = report.models["quads"], [warning.code for warning in report.warnings]
     assert codes.count("W660") == (1 if told else 0)
     for name, true in TRUE.items():
@@ -100,7 +100,7 @@ metric   push  = force(lid, along = -y)
 def test_a_joint_that_gives_way_is_part_of_the_error(stiff: float, given: float) -> None:
     """Of 250 mN, E d / (2 a) a w: springs in line with a column of 5e6 Pa/m take 5e6 / (5e6 + stiffness)."""
     loaded = loads(GLUED.format(stiff=stiff))
-    report = run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.Options(stated=("quads",)))
+    report = run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(stated=("quads",)))
     model = report.models["quads"]
     found, stated = model.metrics["push"].value, model.stated["push"]
     assert found == pytest.approx(0.25 * (1.0 - given), rel=1e-6)
@@ -126,7 +126,7 @@ def test_what_touches_between_nodes_alone_has_an_area() -> None:
     """Of 15.4 mm^2 with cells of a quarter of a millimetre: here no more is known than the facets, 25 mm^2 each."""
     loaded = loads(NARROW)
     model = run_pipeline.run_scene(
-        loaded.scene, list(loaded.warnings), run_pipeline.Options(draw=False, stated=())
+        loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(draw=False, stated=())
     ).models["quads"]
     found, stated = model.metrics["area"].value, model.stated["area"].value
     assert found is not None

@@ -9,7 +9,7 @@ from told import case, problem, refused
 
 import softmark
 from softmark.interpreter.problem.body_case import case_of
-from softmark.interpreter.problem.theory_problems import at_rest_of, doubt_of_theory, problem_of, solved
+from softmark.interpreter.problem.theory_problems import at_rest_of, doubt_of_theory, problem_of, solve_theory
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.run.report_terminal import table
 from softmark.interpreter.report.run.tables.table_section import pressing
@@ -72,7 +72,7 @@ metric   push  = force(touch, along = +x, against = told)
 
 def answer(text: str):
     """What it says."""
-    return solved(*case(text))
+    return solve_theory(*case(text))
 
 
 def test_a_sphere_above_a_block() -> None:
@@ -89,7 +89,7 @@ def test_a_sphere_above_a_block() -> None:
 def test_what_it_carries() -> None:
     """Hertz's 16.38145 mN of the catalogue goes down on the block, and all of it into the base; 1e-6 of rounding."""
     reference, own = case(BLOCK)
-    found = solved(reference, own)
+    found = solve_theory(reference, own)
     assert isinstance(found, HalfSpace)
     rest = at_rest_of(reference, own, found)
     assert rest is not None
@@ -103,12 +103,12 @@ def test_what_it_carries() -> None:
     assert (touched.pressure, touched.gap) == pytest.approx((1564.31, 0.0), rel=1e-5)
     assert found.off["depth"] == pytest.approx(0.05)
     reference, own = case(BLOCK.replace("-0.6", "-0.5"))
-    assert doubt_of_theory(reference, solved(reference, own)) is None
+    assert doubt_of_theory(reference, solve_theory(reference, own)) is None
 
 
 def test_what_is_left_before_it_touches() -> None:
     reference, own = case(BLOCK.replace("-0.6", "-0.04"))
-    found = solved(reference, own)
+    found = solve_theory(reference, own)
     rest = at_rest_of(reference, own, found)
     assert rest is not None
     assert rest.reactions["touch"].force == (0.0, 0.0, 0.0)
@@ -146,7 +146,7 @@ def test_a_quarter_carries_a_quarter() -> None:
     reference, own = case(text)
     found = problem_of(reference, own)
     assert (found.share, found.around.width) == pytest.approx((0.25, 0.2))
-    rest = at_rest_of(reference, own, solved(reference, own))
+    rest = at_rest_of(reference, own, solve_theory(reference, own))
     assert rest is not None
     assert rest.reactions["touch"].force[2] == pytest.approx(-16.38145e-3 / 4, rel=1e-6)
     assert rest.reactions["base"].force[2] == pytest.approx(16.38145e-3 / 4, rel=1e-6)
@@ -189,7 +189,7 @@ def test_a_layer() -> None:
 def test_a_body_that_ends_soon_is_doubted_and_then_refused() -> None:
     near = TURNED.replace("dimitriadis", "hertz")
     reference, own = case(near)
-    doubt = doubt_of_theory(reference, solved(reference, own))
+    doubt = doubt_of_theory(reference, solve_theory(reference, own))
     assert doubt is not None
     assert "far face is near" in doubt
     assert "of the distance to the far face" in refused(near.replace("20, 0) mm", "4, 0) mm").replace("30, 0", "14, 0"))
@@ -217,7 +217,7 @@ ALONG = "support drag = displaced(ball, by = (0.11233, 0, 0) mm)\n"
 def test_a_sphere_that_is_dragged() -> None:
     """Half of mu P at the catalogue's travel of 0.11233 mm, to its five digits, along +x on the block."""
     reference, own = case(DRAGGED + ALONG)
-    found = solved(reference, own)
+    found = solve_theory(reference, own)
     assert isinstance(found, PartialSlip)
     assert found.drag / (0.5 * found.push) == pytest.approx(0.5, abs=3e-5)
     rest = at_rest_of(reference, own, found)
@@ -233,7 +233,7 @@ def test_a_bar_that_a_wall_stops() -> None:
     It pushes on the middle of the end, at (100, 10, 5) mm, wherever the planes of symmetry are.
     """
     reference, own = case(BAR)
-    found = solved(reference, own)
+    found = solve_theory(reference, own)
     assert (found.longer, found.push) == pytest.approx((1e-3, 0.02), rel=1e-9)
     assert found.root == pytest.approx((0.0, 0.0, 0.0))
     rest = at_rest_of(reference, own, found)

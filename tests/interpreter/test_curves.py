@@ -17,7 +17,7 @@ from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.curve_geometry import Curve, MetricCurve
 from softmark.interpreter.metrics.measurement import Measurement, MetricInput, ReferenceData
 from softmark.interpreter.metrics.undefined_metric import Undefined
-from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.run.report_terminal import table
 from softmark.interpreter.vocabulary.amplitude_words import Table
@@ -210,7 +210,7 @@ expect one.off.at(10 %) > 16 % and one.off.at(50 %) < 17 %
     )
     (folder / "a.scene").write_text(text)
     loaded = softmark.load(str(folder / "a.scene"))
-    return run_scene(loaded.scene, list(loaded.warnings), Options(draw=False, stated=()))
+    return run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False, stated=()))
 
 
 def test_a_pull_agrees_with_its_closed_form(pulled: softmark.Report) -> None:
@@ -252,7 +252,7 @@ def test_what_reading_a_table_found_is_said_in_the_terminal(tmp_path: Path) -> N
     rig = 'reference rig = curve("rig.csv", x = "x", y = "f", x_unit = 1 mm, y_unit = 1 N, uncertainty = 1 %)\n'
     (tmp_path / "a.scene").write_text(PULL + rig + "metric miss = curve_error(force, over = travel, against = rig)\n")
     loaded = softmark.load(str(tmp_path / "a.scene"))
-    shown = table(run_scene(loaded.scene, list(loaded.warnings), Options(draw=False)), terminal=False)
+    shown = table(run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False)), terminal=False)
     assert "\nrig: line 2, `(mm)`, `(N)`, is no row of numbers and is read as units\n" in shown
     assert "\nrig: rig.csv: 1 of 3 rows are not of the loading and are left out\n" in shown
 

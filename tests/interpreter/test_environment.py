@@ -204,12 +204,14 @@ def test_homes_caches_and_folders_that_are_not_there(folder: Path, settings: dic
 
 
 def test_errors_of_the_system_are_named() -> None:
-    assert "raise the limit on open files" in str(exit_signals.spent(OSError(errno.EMFILE, "Too many open files")))
-    assert "out of memory" in str(exit_signals.spent(MemoryError()))
+    assert "raise the limit on open files" in str(
+        exit_signals.exhausted_resource(OSError(errno.EMFILE, "Too many open files"))
+    )
+    assert "out of memory" in str(exit_signals.exhausted_resource(MemoryError()))
     unmapped = ImportError("x.so: failed to map segment from shared object")
-    assert "while loading libraries" in str(exit_signals.spent(unmapped))
-    assert exit_signals.spent(ValueError("ours")) is None
-    assert exit_signals.spent(FileNotFoundError(errno.ENOENT, "No such file")) is None
+    assert "while loading libraries" in str(exit_signals.exhausted_resource(unmapped))
+    assert exit_signals.exhausted_resource(ValueError("ours")) is None
+    assert exit_signals.exhausted_resource(FileNotFoundError(errno.ENOENT, "No such file")) is None
 
 
 # ------------------------------------------------------------------ signals

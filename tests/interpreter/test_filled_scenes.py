@@ -87,7 +87,7 @@ def test_a_public_surface_is_examined_when_it_is_here(folder: Path, monkeypatch:
     data = folder / "data" / "silicone-beam"
     data.mkdir(parents=True)
     box.export(data / "cylinder_Surface.stl")
-    monkeypatch.setattr("softmark.references.data_download.find", lambda name: data / "cylinder_Surface.stl")
+    monkeypatch.setattr("softmark.references.data_download.find_file", lambda name: data / "cylinder_Surface.stl")
     shape = 'filled("data:silicone-beam/cylinder_Surface.obj", unit = 1 mm)'
     found = run(folder, shape, "fem(tet4, strain = small, size = 5 mm)")
     assert [w.code for w in found.warnings if w.code in ("W348", "W350")] == ["W348", "W350"]

@@ -200,7 +200,7 @@ def test_keeping_models_takes_a_tenth_of_what_they_take_and_grows_with_them(
     monkeypatch.setattr(time, "perf_counter", lambda: now[0])
     monkeypatch.setattr(report_files, "write", write)
     parsed = argparse.Namespace(json=None, junit=None, out=str(tmp_path), vtu=False)
-    shelf = shelves.Shelf(parsed)
+    shelf = shelves.ReportWriter(parsed)
     for models in range(1, 301):
         now[0] += 1.0
         shelf.keep(_Report(models))  # type: ignore[arg-type]
@@ -222,7 +222,7 @@ def test_only_trouble_with_files_is_told_as_such(
     def full(report: object, folder: Path) -> None:
         raise OSError(28, "No space left on device")
 
-    shelf = shelves.Shelf(argparse.Namespace(json=None, junit=None, out=str(tmp_path), vtu=True))
+    shelf = shelves.ReportWriter(argparse.Namespace(json=None, junit=None, out=str(tmp_path), vtu=True))
     monkeypatch.setattr(report_files, "write", lambda report, folder, page=True: None)
     monkeypatch.setattr(report_files, "write_vtu", broken)
     with pytest.raises(ValueError, match="cells of no kind"):

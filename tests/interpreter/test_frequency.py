@@ -12,7 +12,7 @@ from scipy import linalg
 
 import softmark
 from softmark.interpreter.models.postprocessing import vibrations
-from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.report.run.report_page import render
 
 E, NU, RHO, L, R = 1e6, 0.3, 1000.0, 0.2, 0.01
@@ -201,7 +201,7 @@ def test_what_is_stated_of_a_frequency_is_near_its_error(kind: str) -> None:
     0.09 % off. A finer space has half to all of the error, of which 2 and 2.5 times are stated."""
     text = BAR.format(law="neo_hookean", nu=NU, mode=1, model="fem(hex20, strain = small, size = 5 mm)")
     loaded = softmark.loads(text + f"model own = fem({kind}, strain = small, size = 10 mm)\n")
-    report = run_scene(loaded.scene, list(loaded.warnings), Options(draw=False, stated=("own",)))
+    report = run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False, stated=("own",)))
     own, said = report.models["own"].metrics["tone"].value, report.models["own"].stated["tone"]
     true = report.models["m"].metrics["tone"].value
     assert own is not None
@@ -215,7 +215,7 @@ def test_what_is_stated_of_a_frequency_holds_its_error() -> None:
     """A bar in a tube stretches alone: 3 c / 4 L is the second tone. Linear cells of h are (k h)^2 / 24 above it, here
     0.06 % for k h = 0.12; what a finer space says is that or more, and the page has all tones up to it."""
     loaded = softmark.loads(STRETCHED)
-    report = run_scene(loaded.scene, list(loaded.warnings), Options(draw=False, stated=()))
+    report = run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False, stated=()))
     model, true = report.models["cells"], 0.75 * math.sqrt(E / RHO) / 0.1
     found, said = model.metrics["tone"].value, model.stated["tone"]
     assert found is not None

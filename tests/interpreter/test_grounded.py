@@ -37,7 +37,7 @@ WEIGHT = 1000.0 * 9.81 * 8e-6  # N
 def stated(text: str, model: str) -> Any:
     """The errors that a model states itself, by metric."""
     known = loads(text)
-    options = run_pipeline.Options(draw=False, stated=(model,))
+    options = run_pipeline.RunOptions(draw=False, stated=(model,))
     return run_pipeline.run_scene(known.scene, list(known.warnings), options).models[model].stated
 
 

@@ -16,7 +16,7 @@ from softmark.interpreter.pipeline.run_options import RunOptions
 from softmark.interpreter.pipeline.run_pipeline import run_scene
 from softmark.interpreter.problem.body_case import case_of
 from softmark.interpreter.problem.group_conditions import split_by_groups
-from softmark.interpreter.problem.probe_points import ProbePoints, place_of
+from softmark.interpreter.problem.probe_points import ProbePoints, find_probe_points
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.mesh import mesh_groups
 from softmark.solvers.mesh.mesh import Mesh
@@ -248,7 +248,7 @@ metric some = strain(ball, component = xx, over = mean)
     own = softmark.loads(text).scene
 
     def seen(name: str) -> ProbePoints:
-        return place_of(own.declared[name], case_of(own, "bar"), lambda name: np.zeros((0, 3)))
+        return find_probe_points(own.declared[name], case_of(own, "bar"), lambda name: np.zeros((0, 3)))
 
     half, ball = seen("half"), seen("ball")
     assert half.weights is not None

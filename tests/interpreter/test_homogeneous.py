@@ -37,7 +37,7 @@ metric energy = strain_energy(block)
 
 def run(text: str, law: str = LAW, **options: Any) -> Any:
     loaded = softmark.loads(f'softmark 1\nscene "point"\nmaterial gel = {law}\n{BLOCK}{text}')
-    return run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.Options(draw=False, **options))
+    return run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(draw=False, **options))
 
 
 STATES = {
@@ -276,7 +276,7 @@ model cells = fem({model}, strain = finite, size = 10 mm)
 probe tip = point(flat, at = (20, 20, 0) mm)
 """
     loaded = softmark.loads(text)
-    report = run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.Options(draw=False))
+    report = run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(draw=False))
     cells = report.models["cells"]
     checks = cells.solve["checks"]
     assert checks["residual"] is not None, checks

@@ -14,7 +14,7 @@ from softmark.interpreter.metrics.curve_geometry import Curve, MetricCurve
 from softmark.interpreter.metrics.hysteresis import Hysteresis
 from softmark.interpreter.metrics.measurement import Measurement, MetricInput, ReferenceData
 from softmark.interpreter.metrics.undefined_metric import Undefined
-from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.run.report_terminal import table
 from softmark.interpreter.report.run.tables.curve_points import _each_at
@@ -177,7 +177,7 @@ def test_what_is_rounding_has_no_digits_and_no_axis() -> None:
     sides = "support side = symmetric(bar, where = y <= 0 mm)\nsupport back = symmetric(bar, where = z <= 0 mm)\n"
     bar = BAR.replace("fixed(bar,", "symmetric(bar,").replace("(2, 0, 0) mm", "(2, 0, 0) mm, components = x")
     loaded = softmark.loads(bar + sides)
-    report = run_scene(loaded.scene, list(loaded.warnings), Options(draw=False))
+    report = run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False))
     assert 0.0 < max(abs(c) for c in report.models["one"].reactions["side"].reaction.force) < 1e-9
     shown, page = table(report, terminal=False), render(report)
     assert "side carries 0 N in one" in shown

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import softmark
-from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.results.run_report import ModelResult
 
 SCENE = """
@@ -105,7 +105,7 @@ def test_what_their_strain_leaves_out_is_stated(strain: str) -> None:
     text = SCENE.replace("(100, 20, 20)", "(40, 20, 20)").replace("(100, 10, 10)", "(40, 10, 10)")
     text += f"model tets = fem(tet10, strain = {strain}, formulation = mixed, size = 20 mm)\n"
     scene = softmark.loads(text)
-    model = run_scene(scene.scene, list(scene.warnings), Options(draw=False, stated=("tets",))).models["tets"]
+    model = run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=("tets",))).models["tets"]
     part = model.stated["drop"].parts["model"]
     finite = softmark.loads(text.replace(f"strain = {strain}", "strain = finite")).run().models["tets"]
     apart = abs(drop(model) - drop(finite))

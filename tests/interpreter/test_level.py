@@ -80,7 +80,7 @@ def test_a_plate_stays_level_at_finite_strain() -> None:
 
 
 def test_the_watchdog_finds_a_plate_whose_springs_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = foundation_setup._levelled
+    right = foundation_setup._plane_keeping_springs
 
     def wrong(*given):
         own = right(*given)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.verification.point_and_line_loads_check import along_line
 from softmark.interpreter.vocabulary.load_words import LineForce
 from softmark.solvers.mesh.element_interpolation import locate_points
@@ -73,7 +73,7 @@ metric   turn  = moment(floor, along = +y, about = (0, 0, 0) mm)
 def test_the_report_has_force_and_moment_of_a_line_and_no_error_where_there_is_no_limit(kind: str) -> None:
     """F = q L at the middle of the line, (28, 10, 20) mm: the moment about y is z Fx - x Fz."""
     loaded = softmark.loads(BLOCK.format(kind=kind))
-    report = run_scene(loaded.scene, list(loaded.warnings), Options(draw=False, stated=()))
+    report = run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False, stated=()))
     found = report.models["cells"]
     assert found.status == "converged"
     length = float(np.hypot(6e-3, 20e-3))
@@ -104,7 +104,7 @@ metric   kept  = strain_energy(block)
 
 def pinned(size: float, long: float, held: str, push: float) -> softmark.Report:
     loaded = softmark.loads(PINNED.format(size=size, long=long, held=held, push=push))
-    return run_scene(loaded.scene, list(loaded.warnings), Options(draw=False, stated=()))
+    return run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False, stated=()))
 
 
 @pytest.mark.slow

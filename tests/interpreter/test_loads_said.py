@@ -14,7 +14,7 @@ from octant import octant
 import softmark
 from softmark.interpreter.models.model_builders import build
 from softmark.interpreter.models.shared.prepared_model import Workshop
-from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.problem.body_case import case_for
 from softmark.interpreter.problem.surface_selection.load_resultants import doubts, resultants
 from softmark.interpreter.report.run.report_page import render
@@ -143,7 +143,7 @@ def test_the_report_says_it(tmp_path: Path) -> None:
     text += "load weight = gravity(9.81 m/s^2)\nmodel m = fem(hex8, strain = small, size = 10 mm)\n"
     (tmp_path / "my.scene").write_text(text)
     loaded = softmark.load(tmp_path / "my.scene")
-    report = run_scene(loaded.scene, list(loaded.warnings), Options(stated=()))
+    report = run_scene(loaded.scene, list(loaded.warnings), RunOptions(stated=()))
     loads = json.loads(report.dumps())["models"]["m"]["loads"]
     keys = {"force", "moment", "area", "exact_force", "share", "remainder", "leaning"}
     assert {n: set(entry) for n, entry in loads.items()} == {"push": keys, "weight": keys}

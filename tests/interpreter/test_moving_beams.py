@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.pipeline.run_pipeline import Options
+from softmark.interpreter.pipeline.run_pipeline import RunOptions
 from softmark.interpreter.pipeline.run_pipeline import run_scene as run_of
 from softmark.scenes import ROOT
 
@@ -145,7 +145,7 @@ def test_it_states_its_error_and_warns_of_long_steps() -> None:
     """Asked for, the parts of the error are those of segments, steps and theory; three steps a period are few."""
     text = BAR + CLAMP + WEIGHT + ROD.format(segments=8)
     scene: Any = softmark.loads(text + motion("40 ms", "2 ms", ", integrator = midpoint"))
-    stated = run_of(scene.scene, list(scene.warnings), Options(draw=False, stated=())).models["rod"].stated["down"]
+    stated = run_of(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=())).models["rod"].stated["down"]
     assert {"discretisation", "model", "time"} <= set(stated.parts)
     report = run(CLAMP + WEIGHT + ROD.format(segments=8) + motion("1 s", "300 ms", ", integrator = implicit_euler"))
     assert "W362" in {w.code for w in report.warnings}

@@ -33,7 +33,7 @@ metric uz = displacement(tip, along = +z)
 def run(text: str, **options: Any) -> dict[str, Any]:
     """The models of a scene, whose forces balance by other formulas."""
     loaded = softmark.loads(HEAD + text)
-    report = run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.Options(draw=False, **options))
+    report = run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(draw=False, **options))
     assert {n: m.message for n, m in report.models.items() if m.status != "converged"} == {}
     for name, model in report.models.items():
         balance = model.solve["checks"]["reactions"]

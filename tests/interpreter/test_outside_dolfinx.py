@@ -116,7 +116,7 @@ def test_its_other_laws_several_materials_and_a_support_that_moves_are_ours() ->
     if dolfinx.version() is None:
         pytest.skip("no Python has DOLFINx")
     loaded = softmark.loads(BAR)
-    report = run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.Options(draw=False))
+    report = run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(draw=False))
     ours, theirs = (report.models[n] for n in ("ours", "theirs"))
     assert theirs.status == "converged", theirs.message
     apart = np.abs(theirs.mesh.displacement - ours.mesh.displacement).max()

@@ -35,7 +35,7 @@ model ours = fem(tet4, strain = finite, size = 15 mm, mass = lumped)
 
 def run(text: str) -> Any:
     loaded = softmark.loads(text)
-    return run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.Options(draw=False))
+    return run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(draw=False))
 
 
 @pytest.mark.slow

@@ -54,7 +54,7 @@ NEEDS = {"felupe": "felupe", "ngsolve": "ngsolve", "scikit_fem": "skfem"}
 
 def run(text: str, **options: Any) -> Any:
     loaded = softmark.loads(text)
-    return run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.Options(draw=False, **options))
+    return run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(draw=False, **options))
 
 
 def installed(program: str) -> bool:

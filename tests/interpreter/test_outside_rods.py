@@ -32,7 +32,7 @@ FLAT = "box(size = (178, 24, 12) mm, origin = (0, -12, -6) mm)"
 
 def run(text: str) -> Any:
     loaded = softmark.loads(text)
-    return run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.Options(draw=False))
+    return run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(draw=False))
 
 
 def rods(*models: tuple[int, str]) -> str:

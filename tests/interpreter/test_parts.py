@@ -19,11 +19,15 @@ from softmark.interpreter.language.condition_syntax import read_condition
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.language.expression_evaluation import Evaluator, Place, Quantity
 from softmark.interpreter.language.units import LENGTH
-from softmark.interpreter.problem.surface_selection.exact_surface import selected
+from softmark.interpreter.problem.surface_selection.exact_surface import select_surface
 from softmark.interpreter.problem.surface_selection.facet_deviation import deviations
 from softmark.interpreter.problem.surface_selection.facet_patches import ConditionOnPatches, Patches
 from softmark.interpreter.problem.surface_selection.gradient_intervals import Bounds
-from softmark.interpreter.problem.surface_selection.loaded_surface_part import by_sides, loaded, settled_of
+from softmark.interpreter.problem.surface_selection.loaded_surface_part import (
+    find_loaded_surface,
+    settled_borders,
+    split_by_sides,
+)
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
 from softmark.interpreter.verification.load_forces_check import FacetSweep
 from softmark.solvers.elements import ELEMENTS, moment_fitted_quadrature
@@ -54,8 +58,8 @@ def condition(text: str) -> Condition:
 def swept(where: Condition, shape: Any, mesh: Mesh) -> float:
     """The area that the watchdog finds."""
     corners, total = mesh.points[mesh.facets], 0.0
-    settled, settling = settled_of(shape, mesh, where)
-    for own, out in by_sides(shape, corners):
+    settled, settling = settled_borders(shape, mesh, where)
+    for own, out in split_by_sides(shape, corners):
         which = np.flatnonzero(own)
         sweep = FacetSweep(where, corners[which], mesh.extent, out, settled[which], settling[which])
         whole, (f, xi, w), _ = sweep.whole_and_parts()
@@ -95,11 +99,11 @@ def test_areas_on_flat_faces(kind: str, text: str, area: float) -> None:
     Lines are good to 3e-9 of the facets that are cut, of which the smallest circle has a sixteenth.
     """
     mesh, where = BAR.mesh(kind, 0.005), condition(text)
-    found = loaded(BAR, mesh, where)
+    found = find_loaded_surface(BAR, mesh, where)
     assert found.area == pytest.approx(area, rel=1e-10)
     assert found.remainder < 1e-9 * area  # what is left where a border meets a side: 1e-11 of the facets that are cut
     assert swept(where, BAR, mesh) == pytest.approx(area, rel=1e-8, abs=3e-9 * 2.5e-5)
-    true = selected(BAR, where)
+    true = select_surface(BAR, where)
     assert true is not None
     assert true[0] == pytest.approx(area, rel=1e-9)
 
@@ -112,15 +116,17 @@ def test_bands_and_segments_on_a_cylinder(kind: str) -> None:
     """
     mesh = ROD.mesh(kind, 0.004)
     band = condition("x >= 20 mm and x <= 29.7 mm")
-    found, true = loaded(ROD, mesh, band), selected(ROD, band)
+    found, true = find_loaded_surface(ROD, mesh, band), select_surface(ROD, band)
     assert true is not None
     assert true[0] == pytest.approx(2 * math.pi * 0.01 * 0.0097, rel=1e-12)
     n = 16
     flat = 2 * n * 0.01 * math.sin(math.pi / n) * 0.0097
     assert found.area == pytest.approx(flat, rel=1e-9) if ELEMENTS[kind].order == 1 else flat < found.area < true[0]
     assert swept(band, ROD, mesh) == pytest.approx(found.area, rel=1e-7)
-    along = loaded(ROD, mesh, condition("sqrt(y^2 + z^2) >= 9.999 mm and x > 0 mm and x < 100 mm"))
-    assert along.area == pytest.approx(loaded(ROD, mesh, condition("x > 0 mm and x < 100 mm")).area, rel=1e-12)
+    along = find_loaded_surface(ROD, mesh, condition("sqrt(y^2 + z^2) >= 9.999 mm and x > 0 mm and x < 100 mm"))
+    assert along.area == pytest.approx(
+        find_loaded_surface(ROD, mesh, condition("x > 0 mm and x < 100 mm")).area, rel=1e-12
+    )
     assert along.remainder < 1e-14  # m^2, of the ends
 
 
@@ -136,7 +142,7 @@ def test_bands_and_segments_on_a_cylinder(kind: str) -> None:
 )
 def test_the_surface_of_a_cylinder_itself(text: str, area: float, normal: tuple[float, ...] | None) -> None:
     """Segments of discs, strips of the side (z is odd around an oblique cut, so that half of it counts)."""
-    true = selected(ROD, condition(text))
+    true = select_surface(ROD, condition(text))
     assert true is not None
     assert true[0] == pytest.approx(area, rel=1e-8)
     if normal is not None:
@@ -168,7 +174,7 @@ def test_random_selections_are_those_of_samples_and_of_the_watchdog(seed: int) -
     mesh, face = BAR.mesh(kind, 0.0067), 0.1 * 0.02
     x, y = np.meshgrid((np.arange(4000) + 0.5) / 4000 * 0.1, (np.arange(1000) + 0.5) / 1000 * 0.02 - 0.01)
     sampled = np.mean(where.holds(x, y, 0.01, mesh.extent)) * face
-    found = loaded(BAR, mesh, where)
+    found = find_loaded_surface(BAR, mesh, where)
     assert found.area == pytest.approx(sampled, abs=3e-4 * face)
     assert swept(where, BAR, mesh) == pytest.approx(found.area, abs=1e-8 * face)
     assert found.remainder < 1e-9 * face
@@ -178,7 +184,7 @@ def test_random_selections_are_those_of_samples_and_of_the_watchdog(seed: int) -
 def test_pressure_on_a_part_of_a_deformed_facet(kind: str) -> None:
     """Weights at fixed points against the part integrated itself, deformed: exact, whatever the deformation."""
     mesh, where = BAR.mesh(kind, 0.009), condition("z >= 10 mm and sqrt((x - 48 mm)^2 + y^2) <= 8.3 mm")
-    found = loaded(BAR, mesh, where)
+    found = find_loaded_surface(BAR, mesh, where)
     u = np.random.default_rng(1).uniform(-1e-3, 1e-3, mesh.points.shape)
     facets, weights = found.weighted
     assert weights is not None
@@ -263,9 +269,9 @@ def test_selections_along_a_sphere_take_all_of_it(kind: str, along: int) -> None
     r = np.linalg.norm(mesh.points[mesh.facets], axis=2)
     for radius, text in ((0.01, "sqrt(x^2 + y^2 + z^2) <= 10.001 mm"), (0.02, "x^2 + y^2 + z^2 >= (19.999 mm)^2")):
         on = {tuple(row) for row in mesh.facets[(np.abs(r - radius) < 1e-9).all(axis=1)].tolist()}
-        found = loaded(Shape(), mesh, condition(text))
+        found = find_loaded_surface(Shape(), mesh, condition(text))
         assert on <= {tuple(row) for row in found.whole.tolist()}
-    none = loaded(Shape(), mesh, condition("sqrt(x^2 + y^2 + z^2) <= 9.999 mm"))
+    none = find_loaded_surface(Shape(), mesh, condition("sqrt(x^2 + y^2 + z^2) <= 9.999 mm"))
     assert not on & {tuple(row) for row in none.nodes.tolist()}
     assert none.leaning == 0.0
 
@@ -279,10 +285,10 @@ def test_borders_across_a_surface_are_not_moved(kind: str) -> None:
     assert deviations(mesh)[~flat].min() > 0.0
     assert deviations(mesh)[flat].max() == 0.0
     for text in ("z >= 7.7 mm", "x + y - 0.3*z <= 5 mm", "(x - 12 mm)^2 + (y - 9 mm)^2 + z^2 <= (5 mm)^2"):
-        mask, _ = settled_of(Shape(), mesh, condition(text))
+        mask, _ = settled_borders(Shape(), mesh, condition(text))
         assert not mask.any(), text
     box = BAR.mesh(kind, 0.009)
-    mask, _ = settled_of(Shape(), box, condition("(x - 45 mm)^2 + (y - 1 mm)^2 >= (1 mm)^2"))
+    mask, _ = settled_borders(Shape(), box, condition("(x - 45 mm)^2 + (y - 1 mm)^2 >= (1 mm)^2"))
     assert not mask.any()
 
 
@@ -290,8 +296,8 @@ def test_borders_across_a_surface_are_not_moved(kind: str) -> None:
 def test_cut_by_a_plane_the_sphere_has_the_area_of_its_facets(kind: str) -> None:
     """Both parts of a cut add up to the whole, and they approach Archimedes' 2 pi R h from inside."""
     mesh, texts = octant(0.01, 0.02, 4, 2, kind), ("sqrt(x^2 + y^2 + z^2) >= 19.999 mm and z {} 7.7 mm",)
-    low, high = (loaded(Shape(), mesh, condition(texts[0].format(sign))).area for sign in ("<", ">="))
-    whole = loaded(Shape(), mesh, condition("sqrt(x^2 + y^2 + z^2) >= 19.999 mm")).area
+    low, high = (find_loaded_surface(Shape(), mesh, condition(texts[0].format(sign))).area for sign in ("<", ">="))
+    whole = find_loaded_surface(Shape(), mesh, condition("sqrt(x^2 + y^2 + z^2) >= 19.999 mm")).area
     assert low + high == pytest.approx(whole, rel=1e-7)  # whole facets that are not flat have a rule of fewer points
     assert low == pytest.approx(2 * math.pi * 0.02 * 0.0077 / 4, rel=4e-3 if ELEMENTS[kind].order == 1 else 3e-4)
 
@@ -308,14 +314,14 @@ def test_given_levels_say_what_points_say() -> None:
 def test_a_border_along_the_surface_says_what_is_open() -> None:
     """1 nm beside the axis: rounding decides where it cuts the side, and the remainder says so."""
     mesh = ROD.mesh("tet4", 0.008)
-    found = loaded(ROD, mesh, condition("sqrt((y - 1 nm)^2 + z^2) >= 10 mm"))
+    found = find_loaded_surface(ROD, mesh, condition("sqrt((y - 1 nm)^2 + z^2) >= 10 mm"))
     assert found.remainder > 0.1 * found.area
 
 
 def test_nothing_extra_is_asked_of_whole_facets() -> None:
     """A load on a whole face has no points but those of its facets' own rule."""
     mesh = BAR.mesh("tet10", 0.005)
-    found = loaded(BAR, mesh, condition("x >= 100 mm"))
+    found = find_loaded_surface(BAR, mesh, condition("x >= 100 mm"))
     assert (len(found.nodes), found.weighted[1]) == (0, None)
     asked = ConditionOnPatches.of(condition("x >= 100 mm"), Patches(mesh.points[mesh.facets], mesh.extent))
     assert not len(asked.crossed_facets())

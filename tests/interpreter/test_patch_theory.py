@@ -10,8 +10,8 @@ import pytest
 from told import case, problem, refused
 
 import softmark
-from softmark.interpreter.problem.theory_problems import at_rest_of, doubt_of_theory, facts_of_theory, solved, stress_of
-from softmark.references.contact_patch_test import PressedStack
+from softmark.interpreter.problem.theory_problems import at_rest_of, doubt_of_theory, facts_of_theory, solve_theory, stress_of
+from softmark.references.contact_patch_test import DeformedStack
 
 PAIR = """
 material gel   = linear_elastic(young = 10 kPa, poisson = 0.25, density = 1000 kg/m^3)
@@ -64,10 +64,10 @@ metric   push  = force(touch, along = +y, against = told)
 """
 
 
-def answer(text: str) -> PressedStack:
+def answer(text: str) -> DeformedStack:
     """What it says."""
-    found = solved(*case(text))
-    assert isinstance(found, PressedStack)
+    found = solve_theory(*case(text))
+    assert isinstance(found, DeformedStack)
     return found
 
 
@@ -77,8 +77,8 @@ def test_two_blocks_of_two_materials() -> None:
     The force on the second piece is along +x, at the middle of the face; planes of symmetry carry nothing.
     """
     reference, own = case(PAIR)
-    found = solved(reference, own)
-    assert isinstance(found, PressedStack)
+    found = solve_theory(reference, own)
+    assert isinstance(found, DeformedStack)
     assert (found.stress, found.push) == pytest.approx((-200.0, 0.04), rel=1e-9)
     rest = at_rest_of(reference, own, found)
     assert rest is not None
@@ -169,7 +169,7 @@ def test_a_model_in_the_plane_and_of_revolution(body: str, inner: str) -> None:
 
 def test_stress_is_known_everywhere() -> None:
     reference, own = case(PAIR)
-    stress = stress_of(reference, solved(reference, own))
+    stress = stress_of(reference, solve_theory(reference, own))
     assert stress is not None
     told = stress()
     tensors = told.at(np.array([[0.001, 0.001, 0.001], [0.03, 0.001, 0.001]]))

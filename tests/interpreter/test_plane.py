@@ -242,11 +242,11 @@ def test_a_motion_stays_in_the_plane(model: str) -> None:
 def test_a_stated_error_holds_the_true_one(model: str, kind: str) -> None:
     """True: away from finite strain on cells of 4 mm; that of `rise` at 10 kPa bends by some degrees."""
     from softmark.interpreter.pipeline.run_options import RunOptions
-    from softmark.interpreter.pipeline.run_pipeline import Sound, run_to_report
+    from softmark.interpreter.pipeline.run_pipeline import CheckedScene, run_to_report
 
     text = f"model own = fem({model}, size = 8 mm)\nmodel fine = fem(quad9, strain = finite, size = 4 mm)"
     scene = softmark.loads(SCENE.replace("KIND", kind) + text)
-    report = run_to_report(Sound(scene.scene, scene.warnings), RunOptions(draw=False, stated=("own",)))
+    report = run_to_report(CheckedScene(scene.scene, scene.warnings), RunOptions(draw=False, stated=("own",)))
     own, fine = (report.models[n].metrics["rise"].value for n in ("own", "fine"))
     said = report.models["own"].stated["rise"]
     assert own is not None

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 import softmark
-from softmark.interpreter.cli.conformance.law_contracts import of_law
-from softmark.interpreter.cli.conformance.plugin_contracts import conformance
-from softmark.interpreter.cli.conformance.trial_scenes import Trial, call_of, of_trial
+from softmark.interpreter.cli.conformance.law_contracts import law_breaches
+from softmark.interpreter.cli.conformance.plugin_contracts import check_plugin
+from softmark.interpreter.cli.conformance.trial_scenes import Trial, example_call, trial_breaches
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.language.plugin_words import FILES, find_faulty_plugin
 from softmark.interpreter.study.configurations.configuration_expansion import subject_of, task_of
@@ -251,7 +251,7 @@ def test_a_changed_shape_or_adapter_of_a_plugin_is_another_result(text: str, sce
 def test_our_laws_keep_the_contract_of_laws_and_a_wrong_slope_is_found() -> None:
     law = law_for(MATERIALS["neo_hookean"](1.0, 0.3, 1.0), "finite")
     mu, lam = 1.0 / 2.6, 0.3 / (1.3 * 0.4)
-    assert list(of_law(law, mu, lam)) == []
+    assert list(law_breaches(law, mu, lam)) == []
 
     class Off:
         """The same with a stress that is 0.1 % too large."""
@@ -261,7 +261,7 @@ def test_our_laws_keep_the_contract_of_laws_and_a_wrong_slope_is_found() -> None
         def P(self, F: object) -> object:
             return 1.001 * law.P(F)  # type: ignore[arg-type]
 
-    assert [b.what.partition(":")[0] for b in of_law(Off(), mu, lam)] == [
+    assert [b.what.partition(":")[0] for b in law_breaches(Off(), mu, lam)] == [
         "P is not the slope of psi", "dPdF is not the slope of P"
     ]  # fmt: skip
 
@@ -303,9 +303,9 @@ class Twist(Load):
 
 def test_a_small_load_is_held_to_its_proportion_as_a_large_one(tmp_path: Path) -> None:
     """Half of it acts a quarter as much."""
-    found = conformance(plugin(tmp_path, TWIST)).diagnostics
+    found = check_plugin(plugin(tmp_path, TWIST)).diagnostics
     assert [d.message.rpartition(": ")[2] for d in found] == ["half of it does not act half as much"]
-    sound = conformance(plugin(tmp_path, TWIST.replace(" * abs(self.by) / 1e-8", "")))
+    sound = check_plugin(plugin(tmp_path, TWIST.replace(" * abs(self.by) / 1e-8", "")))
     assert sound.sound
 
 
@@ -314,15 +314,15 @@ def test_metrics_of_forces_keep_the_contract_as_they_are_called_in_scenes(name: 
     """Those of a support find it; those that may have a reference and have none are no errors."""
     word = CATALOGUE.constructor("metric", name)
     assert word is not None
-    assert list(of_trial(Trial(word, call_of(word, {}), tmp_path))) == []
+    assert list(trial_breaches(Trial(word, example_call(word, {}), tmp_path))) == []
 
 
 def test_a_shape_is_tried_by_itself_and_one_whose_surface_is_anothers_is_found(tmp_path: Path) -> None:
-    found = conformance(plugin(tmp_path, SLAB))
+    found = check_plugin(plugin(tmp_path, SLAB))
     assert found.diagnostics == ()
     assert found.words == ("shape slab",)
     bulky = SLAB.replace("self.long / 4)).surface", "self.long / 2)).surface")
-    (breach,) = conformance(plugin(tmp_path, bulky)).diagnostics
+    (breach,) = check_plugin(plugin(tmp_path, bulky)).diagnostics
     assert "its surface encloses 4e-06 m^3, its cells are 2e-06" in breach.message
 
 

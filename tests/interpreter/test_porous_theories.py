@@ -9,7 +9,7 @@ from told import problem, refused
 
 import softmark
 from softmark.interpreter.problem.body_case import case_of
-from softmark.interpreter.problem.theory_problems import at_rest_of, solved
+from softmark.interpreter.problem.theory_problems import at_rest_of, solve_theory
 
 BOX = """
 material soil  = biphasic(linear_elastic(young = 1 MPa, poisson = 0.2, density = 1000 kg/m^3),
@@ -119,7 +119,7 @@ def test_columns_of_other_bodies() -> None:
 def test_what_a_column_says_of_forces_and_fluid() -> None:
     scene = softmark.loads("softmark 1\n" + BOX.replace("z >= 10 mm)\nload", "z >= 10 mm or z <= 0 mm)\nload")).scene
     declared, case = scene.declared["told"], case_of(scene, "plug")
-    found = solved(declared, case)
+    found = solve_theory(declared, case)
     rest = at_rest_of(declared, case, found)
     assert rest.reactions["below"].force == pytest.approx((0.0, 0.0, 6e-3))
     assert rest.fluid.outflows == {"open": pytest.approx(-found.travel * 6e-6)}
@@ -211,9 +211,9 @@ def test_large_strain_is_a_doubt() -> None:
     from softmark.interpreter.problem.theory_problems import doubt_of_theory
 
     declared, case = scene.declared["told"], case_of(scene, "plug")
-    assert "9.99 %" in doubt_of_theory(declared, solved(declared, case))
+    assert "9.99 %" in doubt_of_theory(declared, solve_theory(declared, case))
     small = softmark.loads("softmark 1\n" + BOX).scene
-    assert doubt_of_theory(small.declared["told"], solved(small.declared["told"], case_of(small, "plug"))) is None
+    assert doubt_of_theory(small.declared["told"], solve_theory(small.declared["told"], case_of(small, "plug"))) is None
 
 
 @pytest.mark.slow

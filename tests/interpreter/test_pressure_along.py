@@ -14,8 +14,8 @@ from softmark.interpreter.language.compiled_scene import SceneError
 from softmark.interpreter.metrics.pressure_along import PressureAlong
 from softmark.interpreter.planning.robustness_plan import find_judging_metrics
 from softmark.interpreter.problem.body_case import case_of
-from softmark.interpreter.problem.rigid_surfaces import sharp, sharp_in_section, surface_in_space
-from softmark.interpreter.problem.theory_problems import solved
+from softmark.interpreter.problem.rigid_surfaces import sharp_points, sharp_points_in_section, surface_in_space
+from softmark.interpreter.problem.theory_problems import solve_theory
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.verification.contact_accuracy_limits import limitless_pressure
 from softmark.solvers.mesh.revolved_bodies import Cone
@@ -120,20 +120,20 @@ def test_no_limit_is_known_of_nothing() -> None:
     [(Sphere(1.0), 0), (Punch(1.0, 0.2, 3.0), 0), (RoundedBox((1.0, 1.0, 1.0), 0.2), 0)],
 )
 def test_what_is_round_has_no_sharp_points(shape: Shape, count: int) -> None:
-    assert len(sharp(*surface_in_space(shape, np.zeros((1, 3))))) == count
+    assert len(sharp_points(*surface_in_space(shape, np.zeros((1, 3))))) == count
 
 
 def test_sharp_points_are_on_rims_edges_and_tips() -> None:
-    rims = sharp(*surface_in_space(Cylinder(radius=1.0, length=2.0, axis=(0.0, 0.0, 1.0)), np.zeros((1, 3))))
+    rims = sharp_points(*surface_in_space(Cylinder(radius=1.0, length=2.0, axis=(0.0, 0.0, 1.0)), np.zeros((1, 3))))
     np.testing.assert_allclose(np.hypot(rims[:, 0], rims[:, 1]), 1.0)
     assert set(rims[:, 2].round(9)) == {0.0, 2.0}
-    edges = sharp(*surface_in_space(Box((1.0, 2.0, 3.0)), np.zeros((1, 3))))
+    edges = sharp_points(*surface_in_space(Box((1.0, 2.0, 3.0)), np.zeros((1, 3))))
     at_end = np.isclose(edges, 0.0) | np.isclose(edges, [1.0, 2.0, 3.0])
     assert (at_end.sum(axis=1) >= 2).all()
-    tip = sharp(*surface_in_space(Cone(radius=1.0, length=1.0), np.zeros((1, 3))))
+    tip = sharp_points(*surface_in_space(Cone(radius=1.0, length=1.0), np.zeros((1, 3))))
     assert np.linalg.norm(tip - [0.0, 0.0, 1.0], axis=1).min() < 1e-9
     square = surface_in_space(Box((1.0, 2.0, 3.0), (0.0, 0.0, -1.0)), np.zeros((1, 3)))
-    assert len(sharp_in_section(*square)) == 4
+    assert len(sharp_points_in_section(*square)) == 4
 
 
 @pytest.mark.slow
@@ -144,7 +144,7 @@ def test_forces_against_a_theory_of_contact_judge_where_models_end() -> None:
     assert list(find_judging_metrics(loaded.scene)) == ["off", "push"]
     metric = loaded.run().models["quads"].metrics["push"]
     case = case_of(loaded.scene, "block")
-    theory = solved(loaded.scene.declared["theory"], case)
+    theory = solve_theory(loaded.scene.declared["theory"], case)
     assert theory.off["depth"] == pytest.approx(0.5 / 30.0)
     assert metric.uncertainty == pytest.approx(sum(map(abs, theory.off.values())))
 

@@ -75,10 +75,10 @@ def test_the_mesh_holds_less_than_the_cylinder(report: softmark.Report) -> None:
     probe = report.models["corot_hex"].probes["points"]
     assert len(probe.points) == 5740  # nodes of cylinder_Hexa.msh (REFERENCES, section 1.1)
     cylinder = np.pi * 0.019**2 * 0.178
-    from softmark.references.data_download import here
+    from softmark.references.data_download import find_local
     from softmark.solvers.mesh.shapes import MeshFile
 
-    mesh = MeshFile(str(here("silicone-beam/cylinder_Hexa.msh")), 1.0).mesh("hex8", 0.0)
+    mesh = MeshFile(str(find_local("silicone-beam/cylinder_Hexa.msh")), 1.0).mesh("hex8", 0.0)
     assert len(mesh.cells) == 4920
     assert 0.216 / mesh.volumes.sum() == pytest.approx(1076.9, abs=0.1)
     assert mesh.volumes.sum() / cylinder == pytest.approx(1 - 0.0064, abs=2e-4)

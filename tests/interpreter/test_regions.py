@@ -23,7 +23,7 @@ from softmark.interpreter.models.shared.region_cells import Owners
 from softmark.interpreter.pipeline.run_options import RunOptions
 from softmark.interpreter.pipeline.run_pipeline import run_scene
 from softmark.interpreter.problem.body_case import case_of
-from softmark.interpreter.problem.probe_points import place_of
+from softmark.interpreter.problem.probe_points import find_probe_points
 from softmark.solvers.stress_recovery.stress_measures import Tensors, TensorsBySide
 
 LIBRARY = Path(softmark.__file__).parents[2] / "stdlib-scenes"
@@ -335,7 +335,7 @@ def test_volumes_of_probes_end_where_materials_meet(where: str, share: float) ->
     scene = softmark.loads(LAMINATE.replace("WHERE", where)).scene
     case = case_of(scene, "bar")
     (part,) = case.parts
-    places = {p: place_of(scene.declared[p], case, lambda name: np.zeros((0, 3))) for p in ("whole", "half")}
+    places = {p: find_probe_points(scene.declared[p], case, lambda name: np.zeros((0, 3))) for p in ("whole", "half")}
     for name, volume in (("whole", 4e-6), ("half", 2e-6)):
         place = places[name]
         assert place.weights is not None

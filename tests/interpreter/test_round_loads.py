@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from softmark.interpreter.language.coordinate_conditions import Condition, Term
-from softmark.interpreter.problem.surface_selection.exact_surface import selected
-from softmark.interpreter.problem.surface_selection.loaded_surface_part import loaded
+from softmark.interpreter.problem.surface_selection.exact_surface import select_surface
+from softmark.interpreter.problem.surface_selection.loaded_surface_part import find_loaded_surface
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.spheres import Ellipsoid, Sphere, SphericalShell
 from softmark.solvers.mesh.tubes import Tube
@@ -31,23 +31,23 @@ def within(radius: float, axes: str) -> Condition:
 @pytest.mark.slow
 def test_areas_of_true_surfaces() -> None:
     """A ball, a zone of it (Archimedes: 2 pi R h), a shell's octant, a tube; a spheroid by its closed form."""
-    assert selected(Sphere(0.01), ALL)[0] == pytest.approx(4e-4 * math.pi, rel=1e-12)
+    assert select_surface(Sphere(0.01), ALL)[0] == pytest.approx(4e-4 * math.pi, rel=1e-12)
     cap = Condition.comparison(">=", Z, Term.constant(0.0063), 1)
-    area, vector = selected(Sphere(0.01), cap)
+    area, vector = select_surface(Sphere(0.01), cap)
     assert area == pytest.approx(2 * math.pi * 0.01 * 0.0037, rel=1e-10)
     assert vector == pytest.approx([0.0, 0.0, math.pi * (0.01**2 - 0.0063**2)], abs=1e-14)
     shell = SphericalShell(0.02, 0.01, part="octant")
-    assert selected(shell, ALL)[0] == pytest.approx(math.pi / 2 * 5e-4 + 0.75 * math.pi * 3e-4, rel=1e-12)
-    area, vector = selected(shell, within(0.01, "xyz"))
+    assert select_surface(shell, ALL)[0] == pytest.approx(math.pi / 2 * 5e-4 + 0.75 * math.pi * 3e-4, rel=1e-12)
+    area, vector = select_surface(shell, within(0.01, "xyz"))
     assert area == pytest.approx(math.pi / 2 * 1e-4, rel=1e-12)
     assert vector == pytest.approx(np.full(3, -math.pi / 4 * 1e-4), rel=1e-12), "outward is towards the centre"
     tube = Tube(0.1, 0.01, 0.006)
-    assert selected(tube, ALL)[0] == pytest.approx(2 * math.pi * (0.1 * 0.016 + 64e-6), rel=1e-12)
-    assert selected(tube, within(0.006, "yz"))[0] == pytest.approx(2 * math.pi * 0.0006, rel=1e-12)
+    assert select_surface(tube, ALL)[0] == pytest.approx(2 * math.pi * (0.1 * 0.016 + 64e-6), rel=1e-12)
+    assert select_surface(tube, within(0.006, "yz"))[0] == pytest.approx(2 * math.pi * 0.0006, rel=1e-12)
     a, c = 0.01, 0.02  # prolate: 2 pi a^2 (1 + c / (a e) asin e)
     e = math.sqrt(1.0 - (a / c) ** 2)
     whole = 2 * math.pi * a * a * (1.0 + c / (a * e) * math.asin(e))
-    assert selected(Ellipsoid((a, a, c)), ALL)[0] == pytest.approx(whole, rel=1e-9)
+    assert select_surface(Ellipsoid((a, a, c)), ALL)[0] == pytest.approx(whole, rel=1e-9)
 
 
 @pytest.mark.slow
@@ -64,10 +64,10 @@ def test_a_hollow_is_selected_without_slivers(shape: Shape, where: Condition, ki
 
     Nothing is left open, and the area comes to the true one from below, with the order of the facets.
     """
-    exact, missing = selected(shape, where), []
+    exact, missing = select_surface(shape, where), []
     assert exact is not None
     for size in (0.004, 0.002):  # which halve the cells around
-        found = loaded(shape, shape.mesh(kind, size), where)
+        found = find_loaded_surface(shape, shape.mesh(kind, size), where)
         assert found.remainder == 0.0
         assert found.leaning == 0.0
         assert len(found.nodes) == 0, "facets are selected whole or not at all"
@@ -100,7 +100,7 @@ metric closer = displacement(skin, along = -z)
 
 def test_a_tube_is_drawn_closed_and_cut_by_its_axis() -> None:
     """The picture's skin is closed and outward, a polygon's share of the volume; half a ring lies below its middle."""
-    from softmark.interpreter.problem.surface_selection.section_selection import share
+    from softmark.interpreter.problem.surface_selection.section_selection import selected_share
     from softmark.solvers.mesh.shape_surfaces import triangulate_swept
 
     tube = Tube(0.1, 0.01, 0.006)
@@ -111,4 +111,6 @@ def test_a_tube_is_drawn_closed_and_cut_by_its_axis() -> None:
     assert volume == pytest.approx(tube.volume * math.sin(turn) / turn, rel=1e-12)
     sides = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
     assert set(np.unique(sides, axis=0, return_counts=True)[1].tolist()) == {2}
-    assert share(Condition.comparison("<=", Z, Term.constant(0.0), 1), tube, 0.05) == pytest.approx(0.5, rel=1e-12)
+    assert selected_share(Condition.comparison("<=", Z, Term.constant(0.0), 1), tube, 0.05) == pytest.approx(
+        0.5, rel=1e-12
+    )

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.planning.run_plan import plan_of
 from softmark.interpreter.results.run_report import ReferenceResult
 from softmark.interpreter.validation.refinement_checks import extrapolation_obstacle
@@ -395,7 +395,7 @@ def test_solving_is_told_of_and_planned_once(text: str) -> None:
     assert [t.name for t in plan.tasks if t.kind == "solve"] == ["t10", "h8s"]
     said: list[str] = []
     coarse = text.replace("[10, 5, 2.5]", "[20, 10, 5]")
-    run_scene(softmark.loads(coarse).scene, [], Options(say=lambda what, detail: said.append(detail), draw=False))
+    run_scene(softmark.loads(coarse).scene, [], RunOptions(say=lambda what, detail: said.append(detail), draw=False))
     told = [s for s in said if s.startswith("truth: ")]
     assert len(told) == 6
     assert told[1] == "truth: t10, size = 10 mm (2 of 6)"

@@ -16,7 +16,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.study.configurations.configuration_task import perform
 from softmark.interpreter.study.configurations.task_outcome import PointTask
 from softmark.interpreter.verification.error_estimate import DOUBTS, is_doubt
@@ -38,7 +38,7 @@ metric eta = energy_norm(axis, against = theory)
 def asked(models: str, poisson: float = 0.3, g: float = 1.0) -> Any:
     """The report of a beam whose models are all asked."""
     scene = softmark.loads(BEAM.format(models=models, poisson=poisson, g=g))
-    return run_scene(scene.scene, list(scene.warnings), Options(draw=False, stated=()))
+    return run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=()))
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +111,7 @@ analysis fall = dynamic(duration = 20 ms, step = 1 ms, integrator = trapezoidal)
 model hex = fem(hex8, strain = corotational, size = 5 mm)
 probe tip = point(b, at = (40, 5, 5) mm)
 """)
-    report = run_scene(scene.scene, list(scene.warnings), Options(draw=False, stated=()))
+    report = run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=()))
     parts = report.models["hex"].stated["tip"].parts
     assert 0.0 < parts["time"] < 0.1
 
@@ -127,7 +127,7 @@ support  wall = fixed(b, where = x <= x0)
 def block(more: str, **values: str) -> Any:
     """The report of a short block whose models are all asked."""
     scene = softmark.loads(BLOCK + more, **values)
-    return run_scene(scene.scene, list(scene.warnings), Options(draw=False, stated=()))
+    return run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=()))
 
 
 @pytest.mark.slow
@@ -234,7 +234,7 @@ def test_what_is_nothing_states_what_rounding_and_the_solver_leave(model: str) -
     """By symmetry, or held: a force of 1e-17 N stated 1e-28 N beside 0.1 N that pull, or 57 % between meshes, and what
     does not move stated that it has no error."""
     scene = softmark.loads(NOTHING.format(model=model))
-    report = run_scene(scene.scene, list(scene.warnings), Options(draw=False, stated=()))
+    report = run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=()))
     found = report.models["m"]
     for name, least, most in (("side", 1e-17, 1e-9), ("turn", 1e-19, 1e-11), ("none", 1e-19, 1e-11)):
         value, said = found.metrics[name].value, found.stated[name]

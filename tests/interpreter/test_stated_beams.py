@@ -13,7 +13,7 @@ from scipy.integrate import solve_bvp
 import softmark
 from softmark.interpreter.models.beam import flat_strips
 from softmark.interpreter.models.beam.beam_declaration import Beam6Dof
-from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.verification.by_model.beam_verifier import left_out
 from softmark.interpreter.verification.probe_errors import Unknown
 from softmark.solvers.mesh.shapes import Box, Cylinder
@@ -88,7 +88,7 @@ def test_a_short_rod_pulled_along_its_axis_states_what_its_clamp_takes(stress: f
     """Of 8 radii: 2 % at a strain of 0.1 %, where 26 % was stated, as of one that bends. Truth: the same as a body of
     revolution, to 0.1 %; beside it at most five times the error."""
     loaded = softmark.loads(ALONG.format(stress=stress))
-    report = run_scene(loaded.scene, list(loaded.warnings), Options(draw=False, stated=("beam",)))
+    report = run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False, stated=("beam",)))
     found, true = report.models["beam"].metrics["by"].value, report.models["flat"].metrics["true"].value
     said = report.models["beam"].stated["by"]
     assert found is not None
@@ -140,7 +140,7 @@ model rod = beam6dof(segments = 40)
 probe tip = point(b, at = (200 mm, {width} mm / 2, 0.125 mm))
 """
     loaded = softmark.loads(text.format(nu=0.49, width=20))
-    report = run_scene(loaded.scene, list(loaded.warnings), Options(draw=False, stated=()))
+    report = run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False, stated=()))
     assert [w.code for w in report.warnings] == ["W382"]
     assert "80 times as wide as thick" in report.warnings[0].message
     assert report.models["rod"].stated["tip"].value > 0.16

@@ -9,7 +9,7 @@ import pytest
 import softmark
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.models.fem.fem_builder import PreparedSolid
-from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 
 # cells of 5 mm, and supports or parts whose borders they do not follow: both have an error of their own
 HELD = """
@@ -76,7 +76,7 @@ probe    tip  = point(b, at = (10, 0, 0) mm)
 metric   way  = displacement(tip, along = +x)
 metric   work = strain_energy(b)
 """)
-    own = run_scene(scene.scene, list(scene.warnings), Options(draw=False, stated=("own",))).models["own"]
+    own = run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=("own",))).models["own"]
     way = own.metrics["way"].value
     assert way == pytest.approx(0.01 * 0.01 / 120e3, rel=1e-9)  # sigma L / E of the model's own law
     assert own.stated["way"].value < 1e-6 * way

@@ -15,7 +15,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.results.run_report import Timing
 from softmark.interpreter.verification import grid_convergence
 from softmark.interpreter.verification.estimation_budget import Budget, Overspent
@@ -40,7 +40,7 @@ def asked(models: str, body: str = BOX, fine: str = "size = 1.67 mm", poisson: f
     """The report of a short beam whose models are asked, without the one that is the truth."""
     scene = softmark.loads(BEAM.format(models=models, poisson=poisson, body=body, fine=fine))
     names = tuple(n for n in scene.models if n != "fine")
-    return run_scene(scene.scene, list(scene.warnings), Options(draw=False, stated=names))
+    return run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=names))
 
 
 def ratio(report: Any, name: str) -> float:
@@ -131,7 +131,7 @@ model    hex  = fem(hex8, strain = corotational, formulation = mean_dilatation, 
 probe    line = line(b, from = (0, 0, 0) mm, to = (40, 0, 0) mm, points = 9)
 metric   eta  = energy_norm(line, against = fine)
 """)
-    report = run_scene(scene.scene, list(scene.warnings), Options(draw=False, stated=("hex",)))
+    report = run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=("hex",)))
     assert 1.0 <= ratio(report, "hex") <= 6.0
 
 
@@ -194,7 +194,7 @@ def test_a_plain_run_says_what_is_free_and_who_was_not_asked(
 def test_the_step_that_would_come_next_is_known_from_the_last_factor() -> None:
     """The same as of a tangent that is made anew, to the digits that Newton's last step left."""
     scene = softmark.loads(SCENE.replace("softmark 1\n", ""))
-    report = run_scene(scene.scene, list(scene.warnings), Options(only=("hex",), draw=False))
+    report = run_scene(scene.scene, list(scene.warnings), RunOptions(only=("hex",), draw=False))
     left = report.models["hex"].mesh.left
     assert left.shape == report.models["hex"].mesh.displacement.shape
     assert np.abs(left).max() < 1e-6 * np.abs(report.models["hex"].mesh.displacement).max()
@@ -259,7 +259,7 @@ def test_plane_cells_that_keep_their_volume_have_one() -> None:
     scene = softmark.loads(FLAT.format(
         corners="(20, 0, 0) mm, (20, 10, 0)", held="y <= 0 mm", begin="(0, 10, 0)", end="(20, 10, 0)", model="tri6",
         load="traction(b, where = y >= 10 mm and x <= 10 mm, vector = (0, -100, 0) Pa)"))  # fmt: skip
-    report = run_scene(scene.scene, list(scene.warnings), Options(draw=False, stated=("m",)))
+    report = run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=("m",)))
     assert 1.0 <= ratio(report, "m") <= 4.0
 
 
@@ -275,7 +275,7 @@ def test_iterations_on_a_finer_space_end_when_its_displacements_do(monkeypatch: 
     said = []
     for most in (finer_space_solve.SMALL, 100):
         monkeypatch.setattr(finer_space_solve, "SMALL", most)
-        report = run_scene(scene.scene, list(scene.warnings), Options(draw=False, stated=("m",)))
+        report = run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=("m",)))
         said.append(report.models["m"].stated["eta"].parts["discretisation"])
     assert said[1] == pytest.approx(said[0], rel=0.2)
 
@@ -301,7 +301,7 @@ metric   eta  = energy_norm(tip, against = fine)
 metric   held = displacement(root, along = -x)
 metric   side = displacement(tip, along = +y)
 """)
-    own = run_scene(scene.scene, list(scene.warnings), Options(draw=False, stated=("own",))).models["own"]
+    own = run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=("own",))).models["own"]
     true, tip = own.metrics["off"].value, own.metrics["way"].value
     assert true is not None
     assert tip is not None

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import softmark
-from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 import closed_forms
@@ -19,7 +19,7 @@ def stated(case: Any) -> list[dict[str, tuple[float, float]]]:
     """By model, of every quantity: the true error and the stated one, which it must not be larger than."""
     scene = softmark.loads(case.scene().replace("softmark 1\n", ""))
     names = tuple(f"m{i}" for i in range(len(case.models)))
-    report, found = run_scene(scene.scene, list(scene.warnings), Options(draw=False, stated=names)), []
+    report, found = run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=names)), []
     for name in names:
         model, own = report.models[name], {}
         for metric, (_, truth, scale) in case.truths.items():

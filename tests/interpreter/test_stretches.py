@@ -15,7 +15,7 @@ from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.language.expression_evaluation import Evaluator, Place, Quantity
 from softmark.interpreter.language.units import LENGTH
 from softmark.interpreter.problem.axial_selection import borders, coverage, inner_stations
-from softmark.interpreter.problem.surface_selection.section_selection import share
+from softmark.interpreter.problem.surface_selection.section_selection import selected_share
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
 from softmark.solvers.mesh.shapes import Box, Cylinder, transverse
 
@@ -51,7 +51,7 @@ def test_shares_of_cross_sections(shape: Box | Cylinder, text: str, exact: float
 
     A disc's core is a polygon of 6 sides, 1/512 as wide: what its sides leave out is 7e-7 of the area.
     """
-    assert share(condition(text), shape, 0.0) == pytest.approx(exact, abs=1e-6)
+    assert selected_share(condition(text), shape, 0.0) == pytest.approx(exact, abs=1e-6)
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -66,7 +66,7 @@ def test_shares_of_oblique_sections_against_points(seed: int) -> None:
     e1, e2 = np.array(transverse(OBLIQUE.axis))
     X = centre + np.outer(r * np.cos(t), e1) + np.outer(r * np.sin(t), e2)
     held = condition(text).holds(*X.T, 1.0)
-    assert share(condition(text), OBLIQUE, at) == pytest.approx(float(np.mean(held)), abs=0.006)
+    assert selected_share(condition(text), OBLIQUE, at) == pytest.approx(float(np.mean(held)), abs=0.006)
 
 
 @pytest.mark.parametrize(

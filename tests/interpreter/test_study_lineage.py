@@ -19,7 +19,7 @@ from softmark.interpreter.study.analysis.refinement_convergence import Refinemen
 from softmark.interpreter.study.analysis.refinement_lines import RefinementLine
 from softmark.interpreter.study.configurations.discretization_size import resolution_of
 from softmark.interpreter.study.configurations.task_outcome import PointError
-from softmark.references.convergence_orders import refined, unlike
+from softmark.references.convergence_orders import estimate_convergence, find_dissimilarity
 
 SIZES = (0.04, 0.02, 0.01)
 
@@ -70,12 +70,12 @@ def test_an_order_far_from_that_of_theory_is_not_asymptotic() -> None:
 ])  # fmt: skip
 def test_the_band(p: float, formal: int | None, good: bool) -> None:
     family = [(h, 1 - h ** (p + (1e-6 if p < 2 else -1e-6))) for h in SIZES]
-    assert refined(family, formal).asymptotic is good
+    assert estimate_convergence(family, formal).asymptotic is good
 
 
 def test_an_order_above_that_of_theory_makes_no_index_smaller() -> None:
     """h^5 for an element of 2: three times what order 2 would leave."""
-    found = refined([(h, 1 - h**5) for h in SIZES], 2)
+    found = estimate_convergence([(h, 1 - h**5) for h in SIZES], 2)
     assert found.gci == pytest.approx(3 * (0.02**5 - 0.01**5) / 3)
 
 
@@ -125,7 +125,7 @@ def test_meshes_that_are_not_similar_put_an_order_in_doubt() -> None:
     assert found is not None
     assert found["asymptotic"] is False
     assert "2 x 2 x 6 and 4 x 4 x 10 cells: they shrink 1.67 times in one direction and 2 times in" in found["doubt"]
-    assert unlike([[2, 2, 6], [4, 4, 12], [8, 8, 24]]) is None
+    assert find_dissimilarity([[2, 2, 6], [4, 4, 12], [8, 8, 24]]) is None
 
 
 def forces(p: float) -> RefinementLine:

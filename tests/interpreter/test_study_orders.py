@@ -10,7 +10,13 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from softmark.references.convergence_orders import ErrorOrder, Refined, observed_order, order_of_errors, refined
+from softmark.references.convergence_orders import (
+    ConvergenceEstimate,
+    ErrorOrder,
+    estimate_convergence,
+    observed_order,
+    order_of_errors,
+)
 
 
 def family(cells: tuple[int, ...], values: tuple[float, ...]) -> list[tuple[float, float]]:
@@ -31,7 +37,7 @@ def test_published_example(
     cells: tuple[int, ...], values: tuple[float, ...], p: float, limit: float, e_a: float, e_ext: float, gci: float
 ) -> None:
     """Half a unit of the last printed digit; e_ext and GCI were printed from rounded numbers, so 1e-4 more."""
-    found = refined(family(cells, values))
+    found = estimate_convergence(family(cells, values))
     assert found.order == pytest.approx(p, abs=5e-3)
     assert found.value == pytest.approx(limit, abs=1e-3)
     assert abs(values[2] - values[1]) / values[2] == pytest.approx(e_a, abs=5e-4)
@@ -40,7 +46,7 @@ def test_published_example(
 
 
 def test_states_of_the_published_examples() -> None:
-    first, second, third = (refined(family(*row[:2]), formal=2.0) for row in TABLE)
+    first, second, third = (estimate_convergence(family(*row[:2]), formal=2.0) for row in TABLE)
     assert (first.state, first.asymptotic) == ("monotone", True)
     assert second.state == "monotone"
     assert second.doubt == "not asymptotic: order 0.75 observed where theory says 2"
@@ -57,7 +63,7 @@ def test_exact_power_laws_are_found(h: list[float], p: float, limit: float, slop
     values = [limit + slope * x**p for x in h]
     gap = min(abs(b - a) for a, b in pairwise(values))
     assume(gap > 1e-6 * max(abs(v) for v in values))
-    found = refined(list(zip(h, values, strict=True)), formal=p)
+    found = estimate_convergence(list(zip(h, values, strict=True)), formal=p)
     away = abs(limit - values[-1])
     assert found.state == "monotone"
     assert found.order == pytest.approx(p, abs=1e-4)
@@ -67,20 +73,20 @@ def test_exact_power_laws_are_found(h: list[float], p: float, limit: float, slop
 
 def test_two_members_need_an_order() -> None:
     """Factor of safety 3 and Richardson's formula: 1 + (1 - 1.3) / (2^2 - 1) = 0.9."""
-    found = refined([(2.0, 1.3), (1.0, 1.0)], formal=2.0)
+    found = estimate_convergence([(2.0, 1.3), (1.0, 1.0)], formal=2.0)
     assert (found.state, found.order) == ("assumed", 2.0)
     assert found.value == pytest.approx(0.9)
     assert found.gci == pytest.approx(0.3)
     assert not found.asymptotic
-    assert refined([(2.0, 1.3), (1.0, 1.0)]).reason == "two members tell no order, and none is known"
-    assert refined([(1.0, 1.0)]).state == "too_few"
+    assert estimate_convergence([(2.0, 1.3), (1.0, 1.0)]).reason == "two members tell no order, and none is known"
+    assert estimate_convergence([(1.0, 1.0)]).state == "too_few"
 
 
 def test_more_than_three_scatter() -> None:
     """h^2 with alternating noise of 0.002: the order within 0.2, and the limit within its index, which is larger."""
     h = [0.4, 0.3, 0.2, 0.15, 0.1]
     values = [1.0 + x**2 + 0.002 * (-1) ** i for i, x in enumerate(h)]
-    found = refined(list(zip(h, values, strict=True)), formal=2.0)
+    found = estimate_convergence(list(zip(h, values, strict=True)), formal=2.0)
     assert found.order == pytest.approx(2.0, abs=0.3)
     assert found.scatter is not None
     assert 0.001 < found.scatter < 0.004
@@ -96,17 +102,17 @@ def test_what_has_no_number_says_why() -> None:
         "unusable": ([(1.0, 1.0), (2.0, 1.1), (4.0, 1.4)], "coarse to fine"),
     }
     for state, (members, words) in rows.items():
-        found = refined(members)
+        found = estimate_convergence(members)
         assert (found.state, found.order, found.value) == (state, None, None)
         assert words in (found.reason or "")
-    assert "not a finite" in (refined([(2.0, math.nan), (1.0, 1.0)]).reason or "")
+    assert "not a finite" in (estimate_convergence([(2.0, math.nan), (1.0, 1.0)]).reason or "")
 
 
 def test_a_solution_that_is_only_so_exact_has_its_own_floor() -> None:
     """What a solver leaves, 1e-8, is no convergence."""
     members = [(4.0, 1.0), (2.0, 1.0 + 2e-9), (1.0, 1.0 + 3e-9)]
-    assert refined(members).order is not None
-    assert refined(members, floor=1e-8).state == "rounding"
+    assert estimate_convergence(members).order is not None
+    assert estimate_convergence(members, floor=1e-8).state == "rounding"
 
 
 @given(
@@ -118,9 +124,13 @@ def test_a_solution_that_is_only_so_exact_has_its_own_floor() -> None:
     st.sampled_from([None, 1.0, 2.0]),
 )  # fmt: skip
 def test_never_a_nan(members: list[tuple[float, float]], formal: float | None) -> None:
-    for found in (refined(members, formal), refined(members, formal, floor=0.0), order_of_errors(members)):
+    for found in (
+        estimate_convergence(members, formal),
+        estimate_convergence(members, formal, floor=0.0),
+        order_of_errors(members),
+    ):
         json.dumps(found.to_json(), allow_nan=False)
-        if isinstance(found, Refined):
+        if isinstance(found, ConvergenceEstimate):
             assert (found.order is None) == (found.reason is not None)
         else:
             assert (found.last is None) == (found.reason is not None)

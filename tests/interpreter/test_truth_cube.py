@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.references.data_download import here
+from softmark.references.data_download import find_local
 
 STATES = {5: 1, 12: 2, 18: 3}
 LAWS = ("linear", "corot", "finite")
@@ -33,7 +33,7 @@ def report(report_of: Callable[[str], softmark.Report]) -> softmark.Report:
 
 def beads(state: int) -> list[Bead]:
     """Layer k, position at rest and displacement, mm in the scene's frame, of every bead."""
-    file = here("truth-cube/truthcube_uniaxial_positions.csv")
+    file = find_local("truth-cube/truthcube_uniaxial_positions.csv")
     assert file is not None
     with file.open(encoding="utf-8") as lines:
         rows = [row for row in csv.reader(lines) if row[0].isdecimal()]

@@ -122,14 +122,14 @@ def test_theories_are_held_against_values_too() -> None:
 
 def test_a_stated_error_is_that_of_the_number() -> None:
     """|a - r| moves by no more than a does: 2 % of a value twice as large is 1 % of it."""
-    from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+    from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 
     loaded = softmark.loads(
         ROD.replace("[50, 100]", "[100]")
         + 'reference paper = values(100 mm, uncertainty = 1 mm, source = "this test")\n'
         "metric miss = value_error(sag, against = paper)\n"
     )
-    rod = run_scene(loaded.scene, list(loaded.warnings), Options(draw=False, stated=())).models["rod"]
+    rod = run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False, stated=())).models["rod"]
     own, held = rod.stated["sag"], rod.stated["miss"]
     assert own.value is not None
     assert held.value is not None

@@ -80,7 +80,7 @@ def test_the_error_of_a_step_is_stated_and_holds_the_true_one(model: str) -> Non
     text += "load p = traction(bar, where = x >= 20 mm, vector = (60, 0, 0) Pa)\n"
     scene = softmark.loads(text)
     found = run_pipeline.run_scene(
-        scene.scene, list(scene.warnings), run_pipeline.Options(draw=False, stated=("rod",))
+        scene.scene, list(scene.warnings), run_pipeline.RunOptions(draw=False, stated=("rod",))
     ).models["rod"]
     off = abs(found.metrics["out"].value - 2e-5 * CREEP[1])
     said = found.stated["out"]

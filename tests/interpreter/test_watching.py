@@ -18,7 +18,7 @@ from pathlib import Path
 import pytest
 
 from softmark.interpreter.cli.commands.serve_report import Server, folder_of
-from softmark.interpreter.cli.commands.watch_mode import Watched
+from softmark.interpreter.cli.commands.watch_mode import WatchedScene
 from softmark.interpreter.cli.main import main
 
 DSL = [sys.executable, "-m", "softmark.interpreter"]
@@ -48,12 +48,12 @@ def test_every_file_that_a_text_names_is_watched(tmp_path: Path) -> None:
     (tmp_path / "gels.scene").write_text(GELS + 'use "deep.scene" as deep # "data.csv"\n', encoding="utf-8")
     (tmp_path / "deep.scene").write_text("", encoding="utf-8")
     (tmp_path / "data.csv").write_text("", encoding="utf-8")
-    known = Watched(file).state()
+    known = WatchedScene(file).state()
     assert {p.name for p, digest in known.items() if digest} == {"my.scene", "gels.scene", "deep.scene", "data.csv"}
     (tmp_path / "data.csv").write_text("1", encoding="utf-8")
-    assert Watched(file).state() != known
+    assert WatchedScene(file).state() != known
     file.write_text("model = = ", encoding="utf-8")
-    assert set(Watched(file).state()) == {file}, "a text in error is watched as any other"
+    assert set(WatchedScene(file).state()) == {file}, "a text in error is watched as any other"
 
 
 def test_a_folder_of_ours_is_not_watched(tmp_path: Path) -> None:
@@ -62,7 +62,7 @@ def test_a_folder_of_ours_is_not_watched(tmp_path: Path) -> None:
     for name in ("my-report", "data"):
         (tmp_path / name).mkdir()
         (tmp_path / name / ("report.json" if name == "my-report" else "1.dcm")).write_text("", encoding="utf-8")
-    assert {p.name for p, digest in Watched(file).state().items() if digest} == {"my.scene", "data"}
+    assert {p.name for p, digest in WatchedScene(file).state().items() if digest} == {"my.scene", "data"}
 
 
 def test_what_comes_once_cannot_be_watched(capsys: pytest.CaptureFixture[str]) -> None:

@@ -23,7 +23,7 @@ from cases import Case
 
 from softmark.interpreter.api.python_api import loads
 from softmark.interpreter.language.compiled_scene import SceneError
-from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 
 
 def judged(case: Case) -> Iterator[dict[str, Any]]:
@@ -33,7 +33,7 @@ def judged(case: Case) -> Iterator[dict[str, Any]]:
         begun = time.process_time()
         try:
             scene = loads(case.text(file))
-            report = run_scene(scene.scene, list(scene.warnings), Options(draw=False, stated=()))
+            report = run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=()))
         except SceneError as refused:
             codes = sorted({d.code for d in refused.diagnostics})
             yield {"seed": case.seed, "model": "all", "word": "refused", "why": codes}

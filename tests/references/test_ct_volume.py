@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.references.ct_volume import CtVolume, isosurface
+from softmark.references.ct_volume import CtVolume, extract_isosurface
 from softmark.references.measured_data import Unreadable
 from softmark.references.surface_geometry import open_edges, signed_volume
 from softmark.references.voxel_files import VoxelVolume, read_volume
@@ -57,7 +57,7 @@ def test_axes_and_origin_place_the_body(tmp_path: Path) -> None:
 
 def test_a_left_handed_grid_has_its_surface_outside_out() -> None:
     mirrored = VoxelVolume(ball(), np.diag([-SPACING[0], SPACING[1], SPACING[2]]), np.zeros(3))
-    points, triangles, notes = isosurface(mirrored, 50, 0, "all", "ball")
+    points, triangles, notes = extract_isosurface(mirrored, 50, 0, "all", "ball")
     check_ball(points, CENTRE * [-1, 1, 1])
     assert signed_volume(points, triangles) > 0
     assert notes == ()
@@ -66,10 +66,12 @@ def test_a_left_handed_grid_has_its_surface_outside_out() -> None:
 def test_specks_are_left_out_and_a_cut_body_is_closed(tmp_path: Path) -> None:
     values = ball()
     values[50:52, 2:4, 2:4] = 100
-    found = isosurface(VoxelVolume(values, np.diag(SPACING), np.zeros(3)), 50, 5, "largest", "ball")
+    found = extract_isosurface(VoxelVolume(values, np.diag(SPACING), np.zeros(3)), 50, 5, "largest", "ball")
     check_ball(found[0])
     assert "smaller parts" in found[2][0]
-    points, triangles, notes = isosurface(VoxelVolume(ball()[24:], np.diag(SPACING), np.zeros(3)), 50, 0, "all", "half")
+    points, triangles, notes = extract_isosurface(
+        VoxelVolume(ball()[24:], np.diag(SPACING), np.zeros(3)), 50, 0, "all", "half"
+    )
     assert open_edges(triangles) == 0
     assert notes == ("the body reaches the edge of the voxels: it is closed there by a flat face",)
     assert points[:, 0].min() > -SPACING[0]

@@ -12,7 +12,7 @@ import pytest
 
 from softmark.interpreter.language import units
 from softmark.interpreter.language.expression_evaluation import Quantity
-from softmark.references.csv_tables import columns
+from softmark.references.csv_tables import read_columns
 from softmark.references.measured_curve import CurveFromFile
 from softmark.references.measured_data import Unreadable
 
@@ -34,14 +34,14 @@ def written(folder: Path, text: str, name: str = "a.csv") -> Path:
 def test_columns_are_found_by_name_below_titles(tmp_path: Path, separator: str, title: str) -> None:
     rows = [["f", "other", "x"], ["1", "a", "0"], ["-2.5e-1", "b", ".5"], ["", "", ""], ["3.", "", "1"]]
     file = written(tmp_path, title + "\n".join(separator.join(row) for row in rows) + "\n")
-    found = columns(file, ["x", "f"])
+    found = read_columns(file, ["x", "f"])
     assert found.numbers == {"x": (0.0, 0.5, 1.0), "f": (1.0, -0.25, 3.0)}
     first = title.count("\n") + 2
     assert found.lines == (first, first + 1, first + 3)  # the empty row keeps its line
 
 
 def test_a_row_of_units_is_read_as_such_and_said(tmp_path: Path) -> None:
-    found = columns(written(tmp_path, "t,f\n(s),(N)\n0,1\n1,2\n"), ["t", "f"])
+    found = read_columns(written(tmp_path, "t,f\n(s),(N)\n0,1\n1,2\n"), ["t", "f"])
     assert found.numbers["f"] == (1.0, 2.0)
     assert found.notes == ("line 2, `(s)`, `(N)`, is no row of numbers and is read as units",)
 
@@ -59,16 +59,16 @@ def test_every_unit_of_the_language_may_stand_there(tmp_path: Path, bracket: str
         "µm",
     ):
         file = written(tmp_path, f"t,f\n{bracket.format('ms')},{bracket.format(unit)}\n0,1\n1,2\n")
-        assert columns(file, ["t", "f"]).lines == (3, 4), unit
+        assert read_columns(file, ["t", "f"]).lines == (3, 4), unit
 
 
 def test_units_of_other_columns_are_a_row_of_units(tmp_path: Path) -> None:
-    assert columns(written(tmp_path, "t,share,f\ns,,N\n0,1,5\n1,2,6\n"), ["share"]).lines == (3, 4)
+    assert read_columns(written(tmp_path, "t,share,f\ns,,N\n0,1,5\n1,2,6\n"), ["share"]).lines == (3, 4)
 
 
 @pytest.mark.parametrize("plain", ["", "-", "[-]", "(1)", "\N{EN DASH}"])
 def test_a_column_of_plain_numbers_has_no_unit_in_it(tmp_path: Path, plain: str) -> None:
-    assert columns(written(tmp_path, f"t,share\ns,{plain}\n0,1\n1,2\n"), ["t", "share"]).lines == (3, 4)
+    assert read_columns(written(tmp_path, f"t,share\ns,{plain}\n0,1\n1,2\n"), ["t", "share"]).lines == (3, 4)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from softmark.references import data_download
-from softmark.references.data_download import DataSet, Unavailable, find, locate
+from softmark.references.data_download import DataSet, Unavailable, find_file, locate_data_set
 
 CONTENT = b"v 0 0 0\n" * 20_000  # more than one block
 NAME = "test/thing.obj"
@@ -87,32 +87,32 @@ def left(cache: Path) -> list[Path]:
 def test_a_data_set_is_fetched_once(entry: DataSet, address: str, cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     serve(monkeypatch, entry, f"{address}/right")
     seen: list[tuple[int, int]] = []
-    file = find(f"data:{NAME}", progress=lambda done, whole: seen.append((done, whole)))
+    file = find_file(f"data:{NAME}", progress=lambda done, whole: seen.append((done, whole)))
     assert file.read_bytes() == CONTENT
     assert file == cache / "softmark" / "data" / entry.sha256 / "thing.obj"
     assert seen[-1] == (len(CONTENT), len(CONTENT))
     assert len(seen) > 1
-    assert locate(NAME) == file
+    assert locate_data_set(NAME) == file
     assert Server.asked == ["/right"]
     assert left(cache) == [file]
 
 
 def test_looking_downloads_nothing(entry: DataSet, address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     serve(monkeypatch, entry, f"{address}/right")
-    assert data_download.here(NAME) is None
+    assert data_download.find_local(NAME) is None
     assert Server.asked == []
-    assert locate(NAME) == data_download.here(NAME)
+    assert locate_data_set(NAME) == data_download.find_local(NAME)
 
 
 def test_the_next_address_is_tried(entry: DataSet, address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     serve(monkeypatch, entry, f"{address}/gone", f"{address}/wrong", f"{address}/right")
-    assert locate(NAME).read_bytes() == CONTENT
+    assert locate_data_set(NAME).read_bytes() == CONTENT
 
 
 def test_a_spoilt_cache_is_filled_anew(entry: DataSet, address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     serve(monkeypatch, entry, f"{address}/right")
-    locate(NAME).write_bytes(b"half a fi")
-    assert locate(NAME).read_bytes() == CONTENT
+    locate_data_set(NAME).write_bytes(b"half a fi")
+    assert locate_data_set(NAME).read_bytes() == CONTENT
 
 
 @pytest.mark.parametrize(
@@ -131,7 +131,7 @@ def test_what_cannot_be_fetched_leaves_nothing_and_says_what_to_do(
     monkeypatch.setattr(data_download, "PATIENCE", 0.3)
     serve(monkeypatch, entry, f"{address}/{page}")
     with pytest.raises(Unavailable, match=re.escape(reason)) as caught:
-        locate(NAME)
+        locate_data_set(NAME)
     assert caught.value.name == f"data:{NAME}"
     assert "It is a thing; CC0" in caught.value.reason
     for part in (f"{address}/{page}", entry.sha256, f"FOLDER/{NAME}", "SOFTMARK_DATA=FOLDER"):
@@ -143,19 +143,19 @@ def test_a_download_that_never_ends_is_given_up(entry: DataSet, address: str, mo
     monkeypatch.setattr(data_download, "LIMIT", -1.0)
     serve(monkeypatch, entry, f"{address}/right")
     with pytest.raises(Unavailable, match="not finished after"):
-        locate(NAME)
+        locate_data_set(NAME)
 
 
 def test_nobody_at_the_address(entry: DataSet) -> None:
     with pytest.raises(Unavailable, match=r"could not be downloaded.*refused"):
-        locate(NAME)
+        locate_data_set(NAME)
 
 
 def test_a_cache_that_cannot_be_written(entry: DataSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "full").write_text("a file where a folder should be: nothing can be made in it")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "full"))
     with pytest.raises(Unavailable, match="the cache cannot be written"):
-        locate(NAME)
+        locate_data_set(NAME)
 
 
 def test_no_home_directory(entry: DataSet, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -166,7 +166,7 @@ def test_no_home_directory(entry: DataSet, monkeypatch: pytest.MonkeyPatch) -> N
 
     monkeypatch.setattr(Path, "home", homeless)
     with pytest.raises(Unavailable, match="no home directory and no \\$XDG_CACHE_HOME"):
-        locate(NAME)
+        locate_data_set(NAME)
 
 
 def test_a_folder_of_ones_own_comes_first_and_needs_no_network(
@@ -176,26 +176,26 @@ def test_a_folder_of_ones_own_comes_first_and_needs_no_network(
     mine.parent.mkdir(parents=True)
     mine.write_bytes(CONTENT)
     monkeypatch.setenv("SOFTMARK_DATA", str(tmp_path / "mine"))
-    assert locate(NAME) == mine
+    assert locate_data_set(NAME) == mine
     assert not cache.exists()
     mine.write_bytes(CONTENT + b" ")
     with pytest.raises(Unavailable, match="is not the file that was published"):
-        locate(NAME)
+        locate_data_set(NAME)
 
 
 def test_a_name_that_is_almost_right(cache: Path) -> None:
     with pytest.raises(Unavailable, match=r"did you mean `data:silicone-beam/truthCylinder-Deformed\.obj`") as caught:
-        locate("silicone-beam/truthCylinder-deformd.obj")
+        locate_data_set("silicone-beam/truthCylinder-deformd.obj")
     assert "no data set of this name" in caught.value.reason
     with pytest.raises(Unavailable, match=r"data sets: `data:silicone-beam"):
-        locate("../../etc/passwd")
+        locate_data_set("../../etc/passwd")
 
 
 def test_a_plain_path_is_a_file_beside_the_scene(tmp_path: Path) -> None:
     (tmp_path / "scan.stl").write_text("solid")
-    assert find("scan.stl", tmp_path) == tmp_path / "scan.stl"
+    assert find_file("scan.stl", tmp_path) == tmp_path / "scan.stl"
     with pytest.raises(Unavailable, match=r"there is no file .*scan\.obj"):
-        find("scan.obj", tmp_path)
+        find_file("scan.obj", tmp_path)
 
 
 @pytest.mark.parametrize("name", data_download.TABLE)
@@ -206,7 +206,7 @@ def test_the_table_says_all_that_it_should(name: str) -> None:
     assert re.search("/[0-9a-f]{40}/", entry.urls[0]), "the first address must not change"
     assert all(url.startswith("https://") for url in entry.urls)
     assert all((entry.what, entry.licence, entry.citation, entry.checked))
-    assert data_download.cited(f"data:{name}") == entry.citation
+    assert data_download.authors_of(f"data:{name}") == entry.citation
 
 
 @pytest.mark.parametrize("name", data_download.TABLE)

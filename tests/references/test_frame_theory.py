@@ -38,7 +38,7 @@ metric beside = tip_error(rim, against = theory)
 
 def run(text: str) -> Any:
     loaded = softmark.loads(HEAD + text)
-    return run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.Options(draw=False))
+    return run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(draw=False))
 
 
 def known(text: str, at: tuple[float, float, float], points: int = 1) -> np.ndarray:

@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from softmark.references.contact_patch_test import Block, Joint, PatchTest, PressedStack, Solid, Stack
+from softmark.references.contact_patch_test import Block, BlockMaterial, DeformedStack, Joint, PatchTest, Stack
 from softmark.references.straight_cantilever import Refused
 from softmark.solvers.materials.neo_hookean import NeoHookean
 
-HOOKE = Solid(1e6, 0.3, False, 2)
-RUBBER = Solid(1e6, 0.3, True, 2)
+HOOKE = BlockMaterial(1e6, 0.3, False, 2)
+RUBBER = BlockMaterial(1e6, 0.3, True, 2)
 
 
-def stack(*solids: Solid, gap: float = 1e-4, ends: tuple[float | None, float | None] = (0.0, -1e-3)) -> Stack:
+def stack(*solids: BlockMaterial, gap: float = 1e-4, ends: tuple[float | None, float | None] = (0.0, -1e-3)) -> Stack:
     """Cubes of 10 mm along z, one of each solid, with a gap between."""
     lows = [i * (0.01 + gap) for i in range(len(solids))]
     blocks = tuple(Block(low, low + 0.01, solid, (0.0, 0.0, 0.0)) for low, solid in zip(lows, solids, strict=True))
@@ -25,7 +25,7 @@ def stack(*solids: Solid, gap: float = 1e-4, ends: tuple[float | None, float | N
     return Stack(blocks, joints, 2, (0, 1), (0.0, 0.0, 0.0), high, 1e-4, False, ends)
 
 
-def solved(of: Stack) -> PressedStack:
+def solved(of: Stack) -> DeformedStack:
     """What becomes of it."""
     return PatchTest("b").solve(of)
 
@@ -35,7 +35,7 @@ def solved(of: Stack) -> PressedStack:
 @pytest.mark.parametrize("e", [-0.8, -1e-6, 0.5])
 def test_the_stress_of_rubber_is_that_of_its_law(nu: float, free: int, e: float) -> None:
     """The law of the solvers, whose formulas are its own, at the stretches found: nothing across, P along; rounding."""
-    solid = Solid(1e6, nu, True, free)
+    solid = BlockMaterial(1e6, nu, True, free)
     l, t = math.exp(e), math.exp(solid.narrow(e)[0])
     F = np.diag([t, t if free == 2 else 1.0, l])[None]
     law = NeoHookean(young=1e6, poisson=nu, density=1.0).finite_law()
@@ -57,10 +57,10 @@ def test_the_stress_of_rubber_is_that_of_its_law(nu: float, free: int, e: float)
 def test_rubber_that_keeps_its_volume_is_the_limit() -> None:
     """P = mu (l - l^-2), in plane strain mu (l - l^-3); small strains are Hooke's, to the strain of 1e-7."""
     for free, power in ((2, -2.0), (1, -3.0)):
-        pull, _ = Solid(3e6, 0.5, True, free).pull(math.log(0.7))
+        pull, _ = BlockMaterial(3e6, 0.5, True, free).pull(math.log(0.7))
         assert pull == pytest.approx(1e6 * (0.7 - 0.7**power), rel=1e-12)
         for nu in (0.0, 0.3, 0.5):
-            large, small = (Solid(1e6, nu, law, free).strains(-0.1)[:2] for law in (True, False))
+            large, small = (BlockMaterial(1e6, nu, law, free).strains(-0.1)[:2] for law in (True, False))
             assert large == pytest.approx(small, rel=1e-6, abs=1e-20)
 
 
@@ -87,7 +87,7 @@ def test_blocks_of_two_moduli_by_hand() -> None:
 
 
 @pytest.mark.parametrize("solids", [(HOOKE, HOOKE), (RUBBER, RUBBER), (RUBBER, replace(RUBBER, young=3e6), RUBBER)])
-def test_ends_go_where_they_are_moved_and_faces_meet(solids: tuple[Solid, ...]) -> None:
+def test_ends_go_where_they_are_moved_and_faces_meet(solids: tuple[BlockMaterial, ...]) -> None:
     """To rounding, by as much as half of its length."""
     own = stack(*solids, ends=(2e-4, -0.005 * len(solids)))
     found = solved(own)

@@ -14,7 +14,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import erfc, iv
 
-from softmark.references.confined_compression import Confined, Permeability, PressedColumn, chebyshev
+from softmark.references.confined_compression import Confined, Permeability, PressedColumn, chebyshev_matrix
 from softmark.references.elastica_collocation import NotSolved
 from softmark.references.mandel import Mandel
 from softmark.references.poroelastic_compression import Squeezed, roots
@@ -401,7 +401,7 @@ def test_a_jump_of_the_end_is_refused() -> None:
 
 def test_points_of_chebyshev() -> None:
     """A polynomial of their degree is exact, to rounding of the derivative."""
-    Y, D = chebyshev(12)
+    Y, D = chebyshev_matrix(12)
     np.testing.assert_allclose(D @ Y**11, 11.0 * Y**10, atol=1e-11)
 
 

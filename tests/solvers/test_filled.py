@@ -343,10 +343,10 @@ def test_no_scale_is_special(kept: Path, size: float) -> None:
 @pytest.mark.slow
 def test_a_raw_surface_of_marching_cubes(kept: Path, needs_data: Any) -> None:
     """The scan of the silicone beam as it was published: 27 046 triangles with holes, flaps and tangles."""
-    from softmark.references.data_download import here
+    from softmark.references.data_download import find_local
 
     needs_data('"data:silicone-beam/truthcylinder1-bent.obj"')
-    file = str(here("silicone-beam/truthcylinder1-bent.obj"))
+    file = str(find_local("silicone-beam/truthcylinder1-bent.obj"))
     surface = Filled(file, 4.85e-3, tolerance=1e-3)  # m a unit, about (its digest)
     known = surface.closed()
     said = "; ".join(known.repairs)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from softmark.interpreter.language.coordinate_conditions import Condition, Term
-from softmark.interpreter.problem.surface_selection.exact_surface import selected
+from softmark.interpreter.problem.surface_selection.exact_surface import select_surface
 from softmark.solvers.elements import UnknownElement, element_of
 from softmark.solvers.mesh import polygons
 from softmark.solvers.mesh.conforming_planes import Cut
@@ -126,12 +126,12 @@ def test_the_whole_surface_is_closed_and_of_its_area(name: str) -> None:
     """The integral of the normal over a closed surface is zero; a plane of symmetry halves the area."""
     shape = {**TURNED, **FLAT_SIDED}[name]
     low = shape.bounds[0][0] - 1.0
-    area, vector = selected(shape, half(0, ">=", low)) or (0.0, np.zeros(3))
+    area, vector = select_surface(shape, half(0, ">=", low)) or (0.0, np.zeros(3))
     assert area == pytest.approx(shape.skin, rel=1e-9)
     assert np.abs(vector).max() < 1e-9 * area
     if name in ("cone", "tip"):
         middle = TURNED[name].origin[0]
-        part, looks = selected(shape, half(0, ">=", middle)) or (0.0, np.zeros(3))
+        part, looks = select_surface(shape, half(0, ">=", middle)) or (0.0, np.zeros(3))
         assert part == pytest.approx(area / 2.0, rel=1e-8)
         section = polygons.signed_area(TURNED[name].outline)  # what closes the half is twice the section
         assert looks[0] == pytest.approx(2.0 * section, rel=1e-8)
@@ -142,7 +142,7 @@ def test_a_band_of_a_cone_is_a_frustum() -> None:
     """Between two sections of a cone along x; and the same on a mesh, to what its facets miss."""
     cone = Cone(0.03, 0.02, 0.01)
     band = Condition.junction("and", half(0, ">=", 0.006), half(0, "<=", 0.021))
-    area, vector = selected(cone, band) or (0.0, np.zeros(3))
+    area, vector = select_surface(cone, band) or (0.0, np.zeros(3))
     r, q = cone.at(0.006), cone.at(0.021)
     assert area == pytest.approx(math.pi * (r + q) * math.hypot(0.015, r - q), rel=1e-9)
     np.testing.assert_allclose(vector, [math.pi * (r**2 - q**2), 0.0, 0.0], atol=1e-9 * area)

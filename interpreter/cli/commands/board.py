@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from softmark.grammar.diagnostic import all_visible, visible
 from softmark.interpreter.cli.commands.common_options import folder as folder_name
 from softmark.interpreter.cli.commands.compare import comparison_request, work_options
-from softmark.interpreter.cli.commands.study_options import carried_out, shelved
+from softmark.interpreter.cli.commands.study_options import run_study, write_results
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
@@ -85,13 +85,13 @@ def _check_programs(programs: list[str]) -> str:
 
 def _read_cases(names: list[str], also: list[str]) -> tuple[str, list[BoardCase]] | None:
     """Return title and cases; show the errors and return None if the suite has errors or a scene is missing."""
-    from softmark.interpreter.cli.commands.other_programs_option import with_others
+    from softmark.interpreter.cli.commands.other_programs_option import load_with_programs
     from softmark.interpreter.cli.commands.scene_arguments import Unread, read_scene, show
     from softmark.interpreter.study.leaderboard.suite_cases import cases_of_scene, cases_of_suite
     from softmark.interpreter.study.leaderboard.suite_file import is_suite, read_suite, standard_suites
 
     def load(name: str) -> tuple[Scene | None, list[Diagnostic]]:
-        return with_others(name, also)
+        return load_with_programs(name, also)
 
     known = standard_suites()
     if len(names) == 1:
@@ -130,7 +130,7 @@ def _make_board(
     subjects, folder = subjects_of(cases), Path(parsed.out or "board")
     request = comparison_request(parsed, folder, progress, not parsed.fresh, plain=True)
     scenes = [s.scene for s in subjects]
-    found = carried_out(lambda: compare(subjects, request), folder, parsed, progress, "board", scenes, "index.html")
+    found = run_study(lambda: compare(subjects, request), folder, parsed, progress, "board", scenes, "index.html")
     return found if isinstance(found, int) else _write_site(title, cases, found, old, folder, parsed)
 
 
@@ -148,7 +148,7 @@ def _write_site(
     changes = None if old is None else comment(old, board)
     if changes is not None:
         files["against.md"] = lambda: changes
-    sound = shelved(files, text, folder, parsed)
+    sound = write_results(files, text, folder, parsed)
     if parsed.json != "-":
         print(all_visible(changes if changes is not None else _case_summaries(board, folder)))
     whole = sound and found.exit_status == 0 and not any(case.reason for case in cases)

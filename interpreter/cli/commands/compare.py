@@ -12,13 +12,13 @@ from softmark.grammar.diagnostic import visible
 from softmark.interpreter.cli.commands.common_options import folder as folder_name
 from softmark.interpreter.cli.commands.common_options import override_option, plugin_option
 from softmark.interpreter.cli.commands.study_options import (
-    again_options,
-    carried_out,
     count,
     positive,
-    shelved,
+    resume_options,
+    run_study,
     warn,
-    written,
+    write_result,
+    write_results,
 )
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def work_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--timeout", type=positive, metavar="S", help="give up a configuration after S seconds")
     repeats = "time each configuration in N processes, alone on the machine (default: 5; 0: no timing)"
     parser.add_argument("--repeats", type=_count_or_none, default=5, metavar="N", help=repeats)
-    again_options(parser)
+    resume_options(parser)
     disturbed = "use timings although other processes disturbed them"
     parser.add_argument("--allow-contaminated", action="store_true", help=disturbed)
 
@@ -89,7 +89,7 @@ def _changes(parsed: argparse.Namespace) -> int:
     """Print the changes between two results."""
     import json
 
-    from softmark.interpreter.cli.commands.output_collisions import collision
+    from softmark.interpreter.cli.commands.output_collisions import find_collision
     from softmark.interpreter.report.comparison.comparison_changes import changes_table
     from softmark.interpreter.report.comparison.comparison_comment import comment
     from softmark.interpreter.study.analysis import result_changes
@@ -97,7 +97,7 @@ def _changes(parsed: argparse.Namespace) -> int:
     asked = {"--json": parsed.json, "--markdown": parsed.markdown}
     given = [("a result that is compared", Path(name)) for name in parsed.files]
     files = [(option, Path(name)) for option, name in asked.items() if name not in (None, "-")]
-    if problem := collision(files, given):
+    if problem := find_collision(files, given):
         print(problem, file=sys.stderr)
         return 2
     try:
@@ -112,7 +112,7 @@ def _changes(parsed: argparse.Namespace) -> int:
     }
     if all(name is None for name in asked.values()):
         print(changes_table(found, sys.stdout.isatty()))
-    sound = [written(name, texts[option](), option) for option, name in asked.items() if name is not None]
+    sound = [write_result(name, texts[option](), option) for option, name in asked.items() if name is not None]
     return 0 if all(sound) else 3
 
 
@@ -125,7 +125,7 @@ def _compare(parsed: argparse.Namespace, progress: Progress) -> int:
         return 2
     folder = Path(parsed.out if parsed.out is not None else _default(subjects))
     work, scenes = lambda: _run_comparison(subjects, folder, parsed, progress), [s.scene for s in subjects]
-    found = carried_out(work, folder, parsed, progress, "compare", scenes)
+    found = run_study(work, folder, parsed, progress, "compare", scenes)
     return found if isinstance(found, int) else _write_result(found, folder, parsed)
 
 
@@ -180,7 +180,7 @@ def comparison_request(
     return ComparisonRequest(
         folder=folder, jobs=parsed.jobs, cluster=parsed.cluster, timeout=parsed.timeout, repeats=parsed.repeats,
         resume=resume, fresh=parsed.fresh, allow_contaminated=parsed.allow_contaminated,
-        command=shlex.join(["dsl", *sys.argv[1:]]), say=progress.say, saying=exit_signals.saying, **asked,
+        command=shlex.join(["dsl", *sys.argv[1:]]), say=progress.say, saying=exit_signals.set_interrupt_message, **asked,
     )  # fmt: skip
 
 
@@ -190,7 +190,7 @@ def _write_result(comparison: Comparison, folder: Path, parsed: argparse.Namespa
     from softmark.interpreter.report.comparison.comparison_terminal import table
 
     found, text = comparison.found, comparison.dumps()
-    sound = shelved({"compare.json": lambda: text, "compare.html": lambda: page(found)}, text, folder, parsed)
+    sound = write_results({"compare.json": lambda: text, "compare.html": lambda: page(found)}, text, folder, parsed)
     if parsed.json != "-":
         print(table(found, sys.stdout.isatty(), str(folder / "compare.html") if sound else None))
     return comparison.exit_status if sound else 3

@@ -16,17 +16,16 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Print the script of a shell, or the candidates for a line whose words are on standard input, separated by NULs.
-    """
+    """Print the script of a shell, or the candidates for a line whose words are on standard input, separated by NULs."""
     from softmark.interpreter.cli import completion
 
     if parsed.shell in SHELLS:
         print((Path(completion.__file__).parent / f"dsl.{parsed.shell}").read_text(encoding="utf-8"), end="")
         return 0
-    from softmark.interpreter.cli.completion.candidates import answers
+    from softmark.interpreter.cli.completion.candidates import find_candidates
 
     words = sys.stdin.buffer.read().decode("utf-8", errors="replace").split("\0")[:-1]
-    for word, meaning in answers(words).items():
+    for word, meaning in find_candidates(words).items():
         if word.isprintable():  # a file may be named by line feeds, which part answers here
             print(f"{word}\t{' '.join(meaning.split())}" if meaning else word)
     return 0

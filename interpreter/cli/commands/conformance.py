@@ -15,9 +15,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> int:
     """Return 0 if a plugin keeps all contracts of its words, 1 if it breaks one, 2 if there is no such plugin."""
-    from softmark.interpreter.cli.conformance.plugin_contracts import conformance
+    from softmark.interpreter.cli.conformance.plugin_contracts import check_plugin
 
-    found = conformance(parsed.file)
+    found = check_plugin(parsed.file)
     show(found.diagnostics)
     if any(d.code == "E731" for d in found.diagnostics):
         return 2

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from softmark.interpreter.cli.commands import run as running
 from softmark.interpreter.cli.commands.common_options import diagnostics_option, folder, override_option, plugin_option
-from softmark.interpreter.cli.commands.report_folder import led_elsewhere
+from softmark.interpreter.cli.commands.report_folder import symlink_error
 from softmark.interpreter.cli.commands.scene_arguments import Unread, read_scene
 
 if TYPE_CHECKING:
@@ -68,10 +68,10 @@ def run(parsed: argparse.Namespace) -> int:
     parsed.vtu, parsed.stated, parsed.repeat = False, False, 1
     if parsed.out is None and parsed.json is None:
         parsed.out = f"{Path(parsed.file).stem or 'scene'}-judged"
-        if problem := led_elsewhere(Path(parsed.out)):
+        if problem := symlink_error(Path(parsed.out)):
             print(problem, file=sys.stderr)
             return 2
-    return running.run(parsed, lambda: _with(scene, parsed, names))
+    return running.run(parsed, lambda: _scene_with_results(scene, parsed, names))
 
 
 def _read_once(file: str) -> tuple[Source, Path, Path | None] | Unread:
@@ -117,7 +117,9 @@ def _name_for_file(path: str, taken: list[str]) -> str:
     return found if found not in taken else _unused_name(found, taken)
 
 
-def _with(scene: tuple[Source, Path, Path | None] | Unread, parsed: argparse.Namespace, names: list[str]) -> SceneText:
+def _scene_with_results(
+    scene: tuple[Source, Path, Path | None] | Unread, parsed: argparse.Namespace, names: list[str]
+) -> SceneText:
     """Return the scene with a model for each result appended. Raises Unread."""
     from softmark.grammar.diagnostic import Source
     from softmark.interpreter.pipeline.run_options import SceneText
@@ -126,7 +128,7 @@ def _with(scene: tuple[Source, Path, Path | None] | Unread, parsed: argparse.Nam
         raise scene
     source, place, file = scene
     given = [(n, getattr(parsed, n)) for n in FIELDS if getattr(parsed, n) is not None]
-    fields = "".join(f", {n} = {_quoted(_found(n, v)) if FIELDS[n][1] else v}" for n, v in given)
+    fields = "".join(f", {n} = {_quoted(_resolve_file(n, v)) if FIELDS[n][1] else v}" for n, v in given)
     lines = [
         f"model {name} = results({_quoted(str(Path(path).resolve()))}{fields})"
         for name, path in zip(names, parsed.results, strict=True)
@@ -135,7 +137,7 @@ def _with(scene: tuple[Source, Path, Path | None] | Unread, parsed: argparse.Nam
     return SceneText(Source(source.name, text), place, file, tuple(parsed.overrides), tuple(parsed.plugins))
 
 
-def _found(field: str, value: str) -> str:
+def _resolve_file(field: str, value: str) -> str:
     """Return a file of the command line as a path relative to the working folder."""
     return str(Path(value).resolve()) if field == "rest" else value
 

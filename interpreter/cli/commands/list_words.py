@@ -76,10 +76,10 @@ def _name(kind: str) -> str:
 
 def _constructors(words: Vocabulary, kind: str) -> Rows:
     found = (words.constructor(kind, name) for name in words[kind])
-    return [(c.name, _kind(c) + c.summary + _whose(words, c)) for c in found if c is not None]
+    return [(c.name, _kind(c) + c.summary + _plugin_of(words, c)) for c in found if c is not None]
 
 
-def _whose(words: Vocabulary, c: Constructor) -> str:
+def _plugin_of(words: Vocabulary, c: Constructor) -> str:
     """Return the name of the plugin that a word comes from, empty for our own words."""
     owner = words.owner(c.kind, c.name)
     return f" [plugin {owner.name}]" if owner else ""

@@ -67,11 +67,11 @@ def run(parsed: argparse.Namespace) -> int:
         print(visible(f"error: there is no template `{parsed.template}`; {hint}"), file=sys.stderr)
         return 2
     if parsed.list:
-        print("\n\n".join(_told(name, known[name]) for name in known if parsed.template in (None, name)))
+        print("\n\n".join(_description(name, known[name]) for name in known if parsed.template in (None, name)))
         return 0
     chosen = known[parsed.template or "beam"]
     if parsed.out is not None:
-        return _written([chosen.scene, *chosen.beside], parsed.out)
+        return _copy_files([chosen.scene, *chosen.beside], parsed.out)
     sys.stdout.write(chosen.scene.read_text(encoding="utf-8"))
     if chosen.beside:
         names = " and ".join(f.name for f in chosen.beside)
@@ -79,13 +79,13 @@ def run(parsed: argparse.Namespace) -> int:
     return 0
 
 
-def _told(name: str, template: Template) -> str:
+def _description(name: str, template: Template) -> str:
     """Return what a template shows, and which files it writes."""
     files = ", ".join(f.name for f in (template.scene, *template.beside))
     return "\n".join([f"{name}: {template.title}", *(f"  {line}" for line in template.about), f"  writes {files}"])
 
 
-def _written(files: list[Path], folder: Path) -> int:
+def _copy_files(files: list[Path], folder: Path) -> int:
     """Copy files to a folder without overwriting any file, and return the exit status."""
     from softmark.interpreter.results.atomic_files import replace
 

@@ -22,7 +22,7 @@ CARRIED = ("size", "body", "mesh")  # of `fem(...)`, as it is written
 OF_OTHERS = ("mass", "linear", "cap", "start", "factorisation", "precision")  # of how ours solves: nothing to others
 
 
-def with_others(name: str, programs: Sequence[str]) -> tuple[Scene | None, list[Diagnostic]]:
+def load_with_programs(name: str, programs: Sequence[str]) -> tuple[Scene | None, list[Diagnostic]]:
     """Return a scene as `load` does, with models of other programs added. Names of programs are not checked here."""
     from softmark.interpreter.cli.commands.scene_arguments import Unread, load, read_scene
     from softmark.interpreter.validation.scene_loader import load_scene
@@ -34,7 +34,7 @@ def with_others(name: str, programs: Sequence[str]) -> tuple[Scene | None, list[
         source, folder, file = read_scene(name)
     except Unread as unread:
         return None, [unread.diagnostic]
-    lines = added(source, scene, programs)
+    lines = added_declarations(source, scene, programs)
     while lines:
         text = source.text.rstrip() + "\n\n# also\n" + "\n".join(lines) + "\n"
         found, said = load_scene(Source(source.name, text), folder, file)
@@ -49,12 +49,12 @@ def with_others(name: str, programs: Sequence[str]) -> tuple[Scene | None, list[
     return scene, diagnostics
 
 
-def added(source: Source, scene: Scene, programs: Sequence[str]) -> list[str]:
+def added_declarations(source: Source, scene: Scene, programs: Sequence[str]) -> list[str]:
     """Return the declarations to add, one for each program and each mesh of finite elements."""
     from softmark.grammar.parser import parse
 
     own = [n for n in parse(source)[0].declarations if isinstance(n, tree.Declare) and n.kind == "model"]
-    words = {node.name: said for node in own if (said := _plain(source, node)) is not None}
+    words = {node.name: said for node in own if (said := _plain_arguments(source, node)) is not None}
     once = {said: name for name, said in reversed(words.items())}  # the first name of each
     return [
         f"model {name}_by_{program} = outside({program}, {said})"
@@ -64,7 +64,7 @@ def added(source: Source, scene: Scene, programs: Sequence[str]) -> list[str]:
     ]
 
 
-def _plain(source: Source, node: tree.Declare) -> str | None:
+def _plain_arguments(source: Source, node: tree.Declare) -> str | None:
     """Return the arguments of the same mesh and strain for other programs; None if our formulation is not plain."""
     call = node.value
     if not isinstance(call, tree.Call) or call.function.text != "fem":

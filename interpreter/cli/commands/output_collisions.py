@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 Place = tuple[str, Path]  # (in words: the option that leads there or what it is, where)
 
 
-def collision(outputs: Sequence[Place], inputs: Iterable[Place] = ()) -> str:
+def find_collision(outputs: Sequence[Place], inputs: Iterable[Place] = ()) -> str:
     """Return an error message if two of the paths are the same file, else an empty text."""
     taken = {key: (what, path) for what, path in inputs if (key := _key(path)) is not None}
     for option, path in outputs:
@@ -48,7 +48,7 @@ def _key(path: Path) -> object:
         return None
 
 
-def read_by(scene: Scene) -> list[Place]:
+def input_files(scene: Scene) -> list[Place]:
     """Return the files that a scene was read from, and those that it names."""
     from softmark.interpreter.study.configurations.source_digests import files_of
 
@@ -59,6 +59,6 @@ def read_by(scene: Scene) -> list[Place]:
     return [*found, *(("a file that the scene reads", path) for path in dict.fromkeys(named))]
 
 
-def folded(option: str, folder: Path | None, names: Sequence[str]) -> list[Place]:
+def output_files(option: str, folder: Path | None, names: Sequence[str]) -> list[Place]:
     """Return the files that are written into a folder."""
     return [] if folder is None else [(option, folder / name) for name in names]

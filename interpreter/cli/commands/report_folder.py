@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import visible
-from softmark.interpreter.cli.commands.output_collisions import collision, folded, read_by
+from softmark.interpreter.cli.commands.output_collisions import find_collision, input_files, output_files
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Scene
@@ -29,7 +29,7 @@ class Unusable(Exception):
     """The report cannot be written to the requested place; the text says why."""
 
 
-class Shelf:
+class ReportWriter:
     """Writer for the folder of `--out` and the files of `--json` and `--junit`; finished results survive a later
     failure.
     """
@@ -52,20 +52,22 @@ class Shelf:
 
         if not self.named:
             self.folder = Path(f"{Path(scene.path).stem if scene.path else 'scene'}-report")
-        exit_signals.saying(self.rescue)
-        if problem := led_elsewhere(None if self.named else self.folder) or self._unusable(scene):
+        exit_signals.set_interrupt_message(self.rescue)
+        if problem := symlink_error(None if self.named else self.folder) or self._unusable(scene):
             raise Unusable(problem)
         self.begun = True
 
     def _unusable(self, scene: Scene) -> str:
         """Return why the report cannot be written to the requested place, or an empty text."""
-        written = folded("--out", self.folder, ("report.json", "report.html"))
-        read, outputs = read_by(scene), [*written, *((o, Path(f)) for o, f in self.files.items())]
+        written = output_files("--out", self.folder, ("report.json", "report.html"))
+        read, outputs = input_files(scene), [*written, *((o, Path(f)) for o, f in self.files.items())]
         if self.vtu and self.folder is not None:
             below = (self.folder / "vtu").resolve()
             outputs += [("--out, with --vtu", p) for _, p in read if p.resolve().is_relative_to(below)]
         places = [("--out", str(self.folder))] if self.folder is not None else []
-        return collision(outputs, read) or unusable((*places, *self.files.items()), [p for _, p in written])
+        return find_collision(outputs, read) or unwritable_error(
+            (*places, *self.files.items()), [p for _, p in written]
+        )
 
     @property
     def kept(self) -> str:
@@ -132,29 +134,29 @@ class Shelf:
             action()
         except OSError as error:
             if not self.failed:
-                print(message(place, error, option), file=sys.stderr)
+                print(write_error_message(place, error, option), file=sys.stderr)
             self.failed = True
 
 
-def led_elsewhere(folder: Path | None) -> str:
+def symlink_error(folder: Path | None) -> str:
     """Return an error message if the output folder is a symbolic link, else an empty text."""
     if folder is None or not folder.is_symlink():
         return ""
-    return message(str(folder), OSError(None, "it is a symbolic link"), "--out")
+    return write_error_message(str(folder), OSError(None, "it is a symbolic link"), "--out")
 
 
-def unusable(places: Iterable[tuple[str, str]], written: Iterable[Path] = ()) -> str:
+def unwritable_error(places: Iterable[tuple[str, str]], written: Iterable[Path] = ()) -> str:
     """Return an error message if a place of an option, or a file `written` into `--out`, cannot be written."""
     for option, place in places:
         if "\0" in place:
-            return message(place, OSError(None, "a name has no NUL in it"), option)
+            return write_error_message(place, OSError(None, "a name has no NUL in it"), option)
         try:
             _try_folder(Path(place) if option == "--out" else _parent(place))
         except OSError as error:
-            return message(place, error, option)
+            return write_error_message(place, error, option)
     for path in written:
         if path.is_dir():
-            return message(str(path), OSError(None, "it is a folder"), "--out")
+            return write_error_message(str(path), OSError(None, "it is a folder"), "--out")
     return ""
 
 
@@ -178,7 +180,7 @@ def _try_folder(folder: Path) -> None:
     tempfile.TemporaryFile(dir=folder).close()
 
 
-def message(place: str, error: OSError, option: str) -> str:
+def write_error_message(place: str, error: OSError, option: str) -> str:
     """Return the error message for a place that cannot be written."""
     reason = error.strerror or str(error)
     return visible(f"error[E404]: cannot write {place or 'the report'}: {reason}; choose another place with {option}")

@@ -12,12 +12,12 @@ from softmark.grammar.diagnostic import visible
 from softmark.interpreter.cli.commands.common_options import folder as folder_name
 from softmark.interpreter.cli.commands.common_options import scene_options
 from softmark.interpreter.cli.commands.study_options import (
-    again_options,
-    carried_out,
     count,
     positive,
-    shelved,
+    resume_options,
+    run_study,
     warn,
+    write_results,
 )
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
                         help="give up a point after S seconds of CPU time (default: 60)")  # fmt: skip
     parser.add_argument("--memory", type=positive, default=4.0, metavar="GIB",
                         help="address space of each process in GiB (default: 4)")  # fmt: skip
-    again_options(parser)
+    resume_options(parser)
 
 
 def run(parsed: argparse.Namespace) -> int:
@@ -75,12 +75,12 @@ def _stress(parsed: argparse.Namespace, progress: Progress) -> int:
             print(visible(f"left out: model `{name}`: {model.thing.unwalked}"), file=sys.stderr)
     subject = subject_of(scene)
     folder = Path(parsed.out if parsed.out is not None else f"{subject.name}-stress")
-    work = lambda: _stressed(subject, _request(parsed, folder, progress))  # noqa: E731
-    found = carried_out(work, folder, parsed, progress, "stress", [scene])
-    return found if isinstance(found, int) else _shelve(found, folder, parsed)
+    work = lambda: _run_study(subject, _request(parsed, folder, progress))  # noqa: E731
+    found = run_study(work, folder, parsed, progress, "stress", [scene])
+    return found if isinstance(found, int) else _write_result(found, folder, parsed)
 
 
-def _stressed(subject: SceneSubject, request: RobustnessRequest) -> RobustnessRecord:
+def _run_study(subject: SceneSubject, request: RobustnessRequest) -> RobustnessRecord:
     from softmark.interpreter.study.robustness.robustness_study import run_robustness_studies
 
     return run_robustness_studies(subject, request)
@@ -96,16 +96,16 @@ def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> Ro
     )  # fmt: skip
 
 
-def _shelve(found: RobustnessRecord, folder: Path, parsed: argparse.Namespace) -> int:
+def _write_result(found: RobustnessRecord, folder: Path, parsed: argparse.Namespace) -> int:
     """Write the result, print it and return the exit status."""
-    from softmark.interpreter.cli.commands.scene_arguments import coloured
+    from softmark.interpreter.cli.commands.scene_arguments import supports_colour
     from softmark.interpreter.report.robustness.robustness_page import page
     from softmark.interpreter.report.robustness.robustness_terminal import table
 
     text = found.dumps()
     files = {"stress.json": lambda: text, "stress.html": lambda: page(found)}
-    sound = shelved(files, text, folder, parsed)
+    sound = write_results(files, text, folder, parsed)
     if parsed.json != "-":
-        colour, shown = sys.stdout.isatty() and coloured(), str(folder / "stress.html")
+        colour, shown = sys.stdout.isatty() and supports_colour(), str(folder / "stress.html")
         print(table(found, parsed.file, parsed.overrides, colour, shown if sound else None))
     return found.exit_status if sound else 3

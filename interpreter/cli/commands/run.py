@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.cli.commands.progress_line import Progress
-    from softmark.interpreter.cli.commands.report_folder import Shelf
+    from softmark.interpreter.cli.commands.report_folder import ReportWriter
     from softmark.interpreter.pipeline.cached_results import RunCache
     from softmark.interpreter.pipeline.run_options import RunOptions, SceneText
     from softmark.interpreter.results.run_report import Report
@@ -61,7 +61,7 @@ def run(parsed: argparse.Namespace, reading: Callable[[], SceneText] | None = No
 
 
 def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], SceneText] | None) -> int:
-    from softmark.interpreter.cli.commands.report_folder import Shelf, Unusable
+    from softmark.interpreter.cli.commands.report_folder import ReportWriter, Unusable
     from softmark.interpreter.cli.commands.scene_arguments import Unread, read_scene, show
     from softmark.interpreter.help.diagnostic_formats import LocatedDiagnostic, format_diagnostics
     from softmark.interpreter.language.compiled_scene import SceneError
@@ -75,7 +75,7 @@ def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], S
         else:
             _annotate(format_diagnostics("github", [LocatedDiagnostic(parsed.file, d) for d in found]), parsed)
 
-    shelf = Shelf(parsed)
+    shelf = ReportWriter(parsed)
     stated = () if parsed.stated else None
     options = RunOptions(tuple(parsed.model), parsed.repeat, progress.say, shelf.begin, shelf.keep, warn, stated=stated,
                       free=True, beside=True)  # fmt: skip
@@ -85,8 +85,8 @@ def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], S
             if reading
             else SceneText(*read_scene(parsed.file), tuple(parsed.overrides), tuple(parsed.plugins))
         )
-        keeper = None if reading else _keeper(parsed, shelf, progress)
-        report = run_to_report(text, options) if keeper is None else _kept(text, options, keeper)
+        keeper = None if reading else _run_cache(parsed, shelf, progress)
+        report = run_to_report(text, options) if keeper is None else _run_with_cache(text, options, keeper)
     except Unread as unread:
         warn([unread.diagnostic])
         return 2
@@ -107,10 +107,10 @@ def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], S
         shelf.rescue()
         raise
     progress.clear()
-    return _shown(report, parsed, shelf)
+    return _write_and_print(report, parsed, shelf)
 
 
-def _kept(text: SceneText, options: RunOptions, keeper: RunCache) -> Report:
+def _run_with_cache(text: SceneText, options: RunOptions, keeper: RunCache) -> Report:
     """Return the report, and store it in the run cache as well."""
     from softmark.interpreter.pipeline.cached_results import OutdatedResults
     from softmark.interpreter.pipeline.run_pipeline import run_to_report
@@ -118,10 +118,10 @@ def _kept(text: SceneText, options: RunOptions, keeper: RunCache) -> Report:
     try:
         return run_to_report(text, options, keeper)
     except OutdatedResults:
-        return run_to_report(text, options, keeper.anew())
+        return run_to_report(text, options, keeper.without_saved_results())
 
 
-def _keeper(parsed: argparse.Namespace, shelf: Shelf, progress: Progress) -> RunCache:
+def _run_cache(parsed: argparse.Namespace, shelf: ReportWriter, progress: Progress) -> RunCache:
     """Return the cache of earlier results; it does not hold the meshes that `--vtu` writes."""
     from softmark.grammar.diagnostic import visible
     from softmark.interpreter.study.run_cache.result_keeper import FolderRunCache
@@ -130,10 +130,10 @@ def _keeper(parsed: argparse.Namespace, shelf: Shelf, progress: Progress) -> Run
         progress.clear()
         print(visible(text), file=sys.stderr)
 
-    return RunCache(lambda: shelf.folder, parsed.fresh or parsed.vtu, remark)
+    return FolderRunCache(lambda: shelf.folder, parsed.fresh or parsed.vtu, remark)
 
 
-def _shown(report: Report, parsed: argparse.Namespace, shelf: Shelf) -> int:
+def _write_and_print(report: Report, parsed: argparse.Namespace, shelf: ReportWriter) -> int:
     """Write and print the finished report, and return the exit status."""
     from softmark.grammar.diagnostic import visible
     from softmark.interpreter.report.run import report_terminal

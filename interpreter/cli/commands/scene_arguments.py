@@ -50,19 +50,19 @@ def load(
     return load_scene(source, folder, file, overrides, only, plugins)
 
 
-def coloured() -> bool:
+def supports_colour() -> bool:
     """Return whether standard error supports colours."""
     return sys.stderr.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
 def show(diagnostics: Sequence[Diagnostic]) -> None:
     """Print diagnostics to standard error, with their count."""
-    if diagnostics := _once(diagnostics):
-        print(render(_grouped(diagnostics), colour=coloured()), file=sys.stderr)
+    if diagnostics := _without_duplicates(diagnostics):
+        print(render(_grouped(diagnostics), colour=supports_colour()), file=sys.stderr)
         print(f"\n{summary(diagnostics)}; more: dsl explain {diagnostics[0].code}", file=sys.stderr)
 
 
-def _once(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
+def _without_duplicates(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
     """Return diagnostics without duplicates from several models about the same place."""
     return list({(d.code, d.message, d.source, d.span): d for d in reversed(diagnostics)}.values())[::-1]
 

@@ -101,7 +101,7 @@ class Server(ThreadingHTTPServer):
 
     def __init__(self, folder: Path, port: int) -> None:
         self.folder = folder
-        super().__init__((HOST, port), Answer)
+        super().__init__((HOST, port), RequestHandler)
 
     def server_bind(self) -> None:
         """Bind without a network query for the host name."""
@@ -129,7 +129,7 @@ class Server(ThreadingHTTPServer):
         return f"{found.st_mtime_ns}-{found.st_size}-{found.st_ino}"
 
 
-class Answer(BaseHTTPRequestHandler):
+class RequestHandler(BaseHTTPRequestHandler):
     """Handler of one request; it knows three names and never writes."""
 
     server: Server
@@ -155,7 +155,7 @@ class Answer(BaseHTTPRequestHandler):
 
     def _found(self) -> tuple[HTTPStatus, str, bytes]:
         plain = "text/plain; charset=utf-8"
-        if not self._asked_here():
+        if not self._is_local_host():
             return HTTPStatus.MISDIRECTED_REQUEST, plain, b"this is served to this machine alone, by its own name\n"
         asked = self.path.partition("?")[0]
         if asked == STATE:
@@ -169,12 +169,12 @@ class Answer(BaseHTTPRequestHandler):
         except OSError:
             file = None
         if name == PAGE:
-            return HTTPStatus.OK, TYPES[PAGE], alive(WAITING.encode() if file is None else data, state)
+            return HTTPStatus.OK, TYPES[PAGE], with_reload_script(WAITING.encode() if file is None else data, state)
         if file is None:
             return HTTPStatus.NOT_FOUND, plain, b"there are no numbers yet\n"
         return HTTPStatus.OK, TYPES[name], data
 
-    def _asked_here(self) -> bool:
+    def _is_local_host(self) -> bool:
         """Return whether the request names this machine itself; a host name of another site may also resolve to it."""
         port = self.server.server_port
         known = {f"{name}{end}" for name in (HOST, "localhost") for end in (f":{port}", *([""] if port == 80 else []))}
@@ -184,7 +184,7 @@ class Answer(BaseHTTPRequestHandler):
         """Log nothing; the terminal is for messages about the report."""
 
 
-def alive(page: bytes, state: str) -> bytes:
+def with_reload_script(page: bytes, state: str) -> bytes:
     """Return the page with a script that polls for a newer version, and may connect nowhere else."""
     from softmark.interpreter.report.page.html_document import POLICY
     from softmark.interpreter.report.page.html_markup import text

@@ -34,7 +34,7 @@ def positive(text: str) -> float:
     return value
 
 
-def again_options(parser: argparse.ArgumentParser) -> None:
+def resume_options(parser: argparse.ArgumentParser) -> None:
     """Add the options `--resume` and `--fresh`."""
     again = parser.add_mutually_exclusive_group()
     again.add_argument("--resume", action="store_true", help="go on with what an earlier run finished there")
@@ -54,7 +54,7 @@ def warn(warnings: Sequence[Diagnostic]) -> None:
         print(visible(f"{code}{where}: {own[0].message}{more}"), file=sys.stderr)
 
 
-def carried_out(
+def run_study(
     work: Callable[[], Found],
     folder: Path,
     parsed: argparse.Namespace,
@@ -67,20 +67,20 @@ def carried_out(
 
     `name` is the base name of its files, `page` that of the page for people if it differs.
     """
-    from softmark.interpreter.cli.commands.output_collisions import collision, folded, read_by
-    from softmark.interpreter.cli.commands.report_folder import led_elsewhere, message, unusable
+    from softmark.interpreter.cli.commands.output_collisions import find_collision, input_files, output_files
+    from softmark.interpreter.cli.commands.report_folder import symlink_error, unwritable_error, write_error_message
     from softmark.interpreter.cli.commands.scene_arguments import show
     from softmark.interpreter.language.compiled_scene import SceneError
     from softmark.interpreter.study.configurations.configuration_expansion import TooManyConfigurations
     from softmark.interpreter.study.workers import task_journal, worker_pool
 
     places = [("--out", str(folder))] + ([("--json", parsed.json)] if parsed.json not in (None, "-") else [])
-    made = folded("--out", folder, (f"{name}.json", page or f"{name}.html", "journal.jsonl"))
+    made = output_files("--out", folder, (f"{name}.json", page or f"{name}.html", "journal.jsonl"))
     outputs = [*made, *(("--json", Path(place)) for option, place in places if option == "--json")]
-    read = [place for scene in scenes for place in read_by(scene)]
-    linked = led_elsewhere(folder if parsed.out is None else None)
-    if problem := linked or collision(outputs, read) or unusable(places, [path for _, path in made]):
-        return _refused(progress, problem)
+    read = [place for scene in scenes for place in input_files(scene)]
+    linked = symlink_error(folder if parsed.out is None else None)
+    if problem := linked or find_collision(outputs, read) or unwritable_error(places, [path for _, path in made]):
+        return _print_refusal(progress, problem)
     try:
         found = work()
     except SceneError as error:
@@ -88,16 +88,16 @@ def carried_out(
         show(error.diagnostics)
         return 2
     except (task_journal.JournalRefused, worker_pool.NoWorkers, TooManyConfigurations) as refused:
-        return _refused(progress, f"error: {refused}")
+        return _print_refusal(progress, f"error: {refused}")
     except OSError as error:
-        return _refused(progress, message(str(folder), error, "--out"), 3)
+        return _print_refusal(progress, write_error_message(str(folder), error, "--out"), 3)
     except task_journal.Interrupted as stop:
-        return _refused(progress, f"interrupted; {stop}", 130)
+        return _print_refusal(progress, f"interrupted; {stop}", 130)
     progress.clear()
     return found
 
 
-def _refused(progress: Progress, words: str, status: int = 2) -> int:
+def _print_refusal(progress: Progress, words: str, status: int = 2) -> int:
     from softmark.grammar.diagnostic import all_visible
 
     progress.clear()
@@ -105,9 +105,9 @@ def _refused(progress: Progress, words: str, status: int = 2) -> int:
     return status
 
 
-def shelved(files: Mapping[str, Callable[[], str]], text: str, folder: Path, parsed: argparse.Namespace) -> bool:
+def write_results(files: Mapping[str, Callable[[], str]], text: str, folder: Path, parsed: argparse.Namespace) -> bool:
     """Write files into the folder, and the JSON result to the place of `--json`; return whether all succeeded."""
-    from softmark.interpreter.cli.commands.report_folder import message
+    from softmark.interpreter.cli.commands.report_folder import write_error_message
     from softmark.interpreter.results.atomic_files import replace
 
     sound = True
@@ -115,14 +115,14 @@ def shelved(files: Mapping[str, Callable[[], str]], text: str, folder: Path, par
         for name, made in files.items():
             replace(folder / name, made())
     except OSError as error:
-        print(message(str(folder), error, "--out"), file=sys.stderr)
+        print(write_error_message(str(folder), error, "--out"), file=sys.stderr)
         sound = False
-    return sound if parsed.json is None else written(parsed.json, text) and sound
+    return sound if parsed.json is None else write_result(parsed.json, text) and sound
 
 
-def written(place: str, text: str, option: str = "--json") -> bool:
+def write_result(place: str, text: str, option: str = "--json") -> bool:
     """Write a result to the place of an option; return whether that succeeded."""
-    from softmark.interpreter.cli.commands.report_folder import message
+    from softmark.interpreter.cli.commands.report_folder import write_error_message
     from softmark.interpreter.results.atomic_files import write_named
 
     if place == "-":
@@ -131,6 +131,6 @@ def written(place: str, text: str, option: str = "--json") -> bool:
     try:
         write_named(Path(place), text)
     except OSError as error:
-        print(message(place, error, option), file=sys.stderr)
+        print(write_error_message(place, error, option), file=sys.stderr)
         return False
     return True

@@ -46,16 +46,16 @@ def watch(parsed: argparse.Namespace) -> int:
     except UnreadableScene as missing:
         print(visible(f"error[E401]: {missing.reason}; {missing.remedy}"), file=sys.stderr)
         return 2
-    watched = Watched(file, tuple(Path(p) for p in parsed.plugins))
+    watched = WatchedScene(file, tuple(Path(p) for p in parsed.plugins))
     child: list[subprocess.Popen[bytes]] = []
-    exit_signals.saying(lambda: _end(child))
+    exit_signals.set_interrupt_message(lambda: _stop_run(child))
     try:
-        _again_and_again(watched, [sys.executable, "-m", "softmark.interpreter", "run", *words(parsed)], child)
+        _watch_loop(watched, [sys.executable, "-m", "softmark.interpreter", "run", *run_arguments(parsed)], child)
     finally:
-        _end(child)
+        _stop_run(child)
 
 
-def _again_and_again(watched: Watched, command: list[str], child: list[subprocess.Popen[bytes]]) -> NoReturn:
+def _watch_loop(watched: WatchedScene, command: list[str], child: list[subprocess.Popen[bytes]]) -> NoReturn:
     before = watched.state()
     while True:
         child[:] = [subprocess.Popen(command, stdin=subprocess.DEVNULL)]
@@ -67,7 +67,7 @@ def _again_and_again(watched: Watched, command: list[str], child: list[subproces
         print(visible(f"\n{time.strftime('%H:%M:%S')}  saved: {saved}"), file=sys.stderr, flush=True)
 
 
-def words(parsed: argparse.Namespace) -> list[str]:
+def run_arguments(parsed: argparse.Namespace) -> list[str]:
     """Return the given arguments of `dsl run` without `--watch`."""
     found = [parsed.file]
     for option, several in (("-p", parsed.overrides), ("--plugin", parsed.plugins), ("--model", parsed.model)):
@@ -79,7 +79,7 @@ def words(parsed: argparse.Namespace) -> list[str]:
     return [*found, "--repeat", str(parsed.repeat)]
 
 
-def _end(child: list[subprocess.Popen[bytes]]) -> str:
+def _stop_run(child: list[subprocess.Popen[bytes]]) -> str:
     """Stop the current run in order; returns an empty text, because the run prints its own message."""
     for process in child:
         deadline = time.monotonic() + ENDING
@@ -93,7 +93,7 @@ def _end(child: list[subprocess.Popen[bytes]]) -> str:
 
 
 @dataclass
-class Watched:
+class WatchedScene:
     """A scene with all files that it names."""
 
     scene: Path
@@ -106,7 +106,7 @@ class Watched:
         pending = [self.scene]
         while pending:
             text = pending.pop()
-            for path in _named(text):
+            for path in _quoted_files(text):
                 if path.suffix == self.scene.suffix and path not in found:
                     pending.append(path)
                 found[path] = ""
@@ -145,8 +145,7 @@ class Watched:
             return ""
 
     def _apart(self, folder: Path) -> bool:
-        """Return whether a folder counts as data; output and working folders do not, because our own files change them.
-        """
+        """Return whether a folder counts as data; output and working folders do not, because our own files change them."""
         here = (self.scene.resolve(), Path.cwd())
         return not any(p.is_relative_to(folder.resolve()) for p in here) and not (folder / "report.json").exists()
 
@@ -156,7 +155,7 @@ def _stamp(path: Path) -> Stamp:
     return found.st_mtime_ns, found.st_size, found.st_ino
 
 
-def _named(text: Path) -> Iterator[Path]:
+def _quoted_files(text: Path) -> Iterator[Path]:
     """Yield the files that a text names in quotes, whether or not they exist."""
     from softmark.interpreter.language.scene_sources import find_quoted_paths
 

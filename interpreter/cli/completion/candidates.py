@@ -18,7 +18,7 @@ Answers = dict[str, str]  # what could stand there, and what it means
 
 
 @dataclass(frozen=True)
-class Asked:
+class PartialCommandLine:
     """A command line up to the word to complete."""
 
     command: str
@@ -27,10 +27,10 @@ class Asked:
     options: dict[str, list[str]] = field(default_factory=dict)  # values given before it, by names in argparse
 
 
-Way = Callable[[Asked], Answers]
+Way = Callable[[PartialCommandLine], Answers]
 
 
-def _scenes(asked: Asked) -> Answers:
+def _scenes(asked: PartialCommandLine) -> Answers:
     return {**scene_candidates.standard(), **file_candidates.files(asked.current, scene_candidates.SUFFIX)}
 
 
@@ -73,22 +73,24 @@ WAYS: dict[str, Way] = {
 }
 
 
-def answers(words: Sequence[str]) -> Answers:
+def find_candidates(words: Sequence[str]) -> Answers:
     """Return candidates for the last word, given the words before it (without `dsl` itself)."""
     from softmark.interpreter.cli.main import COMMANDS
 
-    *before, current = _apart(words) or [""]
+    *before, current = _split_equals_signs(words) or [""]
     if not before:
         found = {name: summary for name, (_, summary) in COMMANDS.items()}
-        return _beginning({**found, "--help": "what there is", "--version": "which this is"}, current)
+        return _with_prefix({**found, "--help": "what there is", "--version": "which this is"}, current)
     if before[0] not in COMMANDS:
         return {}
-    found = _beginning(_of(_parser(COMMANDS[before[0]][0]), before[0], before[1:], current), current)
+    found = _with_prefix(
+        _candidates_of_command(_parser(COMMANDS[before[0]][0]), before[0], before[1:], current), current
+    )
     whole = words[-1].removesuffix(current)  # of `--model=r` in one word, `--model=`
     return {whole + word: meaning for word, meaning in found.items()} if whole.startswith("--") else found
 
 
-def _apart(words: Sequence[str]) -> list[str]:
+def _split_equals_signs(words: Sequence[str]) -> list[str]:
     """Return the words with `--model=rod` split as in bash, which treats `=` as a separate word."""
     found: list[str] = []
     for word in words:
@@ -105,17 +107,17 @@ def _parser(module: str) -> argparse.ArgumentParser:
     return parser
 
 
-def _of(parser: argparse.ArgumentParser, command: str, before: list[str], current: str) -> Answers:
+def _candidates_of_command(parser: argparse.ArgumentParser, command: str, before: list[str], current: str) -> Answers:
     """Return candidates for the arguments of one command."""
     known = {option: action for action in parser._actions for option in action.option_strings}
-    operands, options, pending = _read(before, known)
+    operands, options, pending = _parse_words(before, known)
     if pending is None and current.startswith("-") and current != "-":
         return {option: _meaning(action) for option, action in known.items()}
-    asked = Asked(command, current, operands, options)
+    asked = PartialCommandLine(command, current, operands, options)
     return _values(pending or _operand(parser, len(operands)), asked)
 
 
-def _read(
+def _parse_words(
     before: list[str], known: dict[str, argparse.Action]
 ) -> tuple[list[str], dict[str, list[str]], argparse.Action | None]:
     """Return operands, values of options, and the option that still needs a value."""
@@ -141,7 +143,7 @@ def _operand(parser: argparse.ArgumentParser, place: int) -> argparse.Action | N
     return own[-1] if own and own[-1].nargs in ("+", "*") else None
 
 
-def _values(action: argparse.Action | None, asked: Asked) -> Answers:
+def _values(action: argparse.Action | None, asked: PartialCommandLine) -> Answers:
     if action is None:
         return {}
     if action.choices is not None:
@@ -155,5 +157,5 @@ def _meaning(action: argparse.Action) -> str:
     return "what it takes" if action.dest == "help" else (action.help or "").replace("%%", "%").partition(";")[0]
 
 
-def _beginning(found: Answers, current: str) -> Answers:
+def _with_prefix(found: Answers, current: str) -> Answers:
     return {word: meaning for word, meaning in found.items() if word.startswith(current)}

@@ -15,11 +15,11 @@ EXACT = 1e-9  # of what is nothing, or the same
 ROUNDS = 4  # random states, each near rest
 
 
-def of_law(law: Any, mu: float, lam: float) -> Iterator[Breach]:
+def law_breaches(law: Any, mu: float, lam: float) -> Iterator[Breach]:
     """Yield breaches of a law with psi, P, dPdF at F (n, 3, 3) and constants near 1 Pa; mu, lam: its moduli at rest."""
     with np.errstate(all="ignore"):
         rest = np.eye(3)[None]
-        turn = _turn(0.7)
+        turn = _rotation(0.7)
         F = rest + 0.15 * np.random.default_rng(1).uniform(-1.0, 1.0, (ROUNDS, 3, 3))
         psi, P, A = (np.asarray(f(F)) for f in (law.psi, law.P, law.dPdF))
         if psi.shape != (ROUNDS,) or P.shape != (ROUNDS, 3, 3) or A.shape != (ROUNDS, 3, 3, 3, 3):
@@ -37,14 +37,14 @@ def of_law(law: Any, mu: float, lam: float) -> Iterator[Breach]:
             d[0, i, J] = STEP
             by_psi[:, i, J] = (law.psi(F + d) - law.psi(F - d)) / (2.0 * STEP)
             by_P[:, :, :, i, J] = (law.P(F + d) - law.P(F - d)) / (2.0 * STEP)
-        yield from _compared("P is not the slope of psi", P, by_psi)
-        yield from _compared("dPdF is not the slope of P", A, by_P)
+        yield from _compare_derivative("P is not the slope of psi", P, by_psi)
+        yield from _compare_derivative("dPdF is not the slope of P", A, by_P)
         if np.abs(law.psi(turn @ F) - psi).max() > EXACT * max(1.0, np.abs(psi).max()):
             yield Breach("a turn changes its energy", "psi depends on F by C = F^T F alone")
         yield from _moduli(np.asarray(law.dPdF(rest))[0], mu, lam)
 
 
-def _compared(what: str, own: Any, by_differences: Any) -> Iterator[Breach]:
+def _compare_derivative(what: str, own: Any, by_differences: Any) -> Iterator[Breach]:
     off = float(np.abs(own - by_differences).max() / max(1.0, np.abs(own).max()))
     if off > NEAR:
         yield Breach(f"{what}: off by {off:.1e}", "differentiate it again; watch constants that are no whole numbers")
@@ -60,7 +60,7 @@ def _moduli(A: Any, mu: float, lam: float) -> Iterator[Breach]:
                      "its second derivative at F = 1 has the moduli mu and lam")  # fmt: skip
 
 
-def _turn(angle: float) -> Any:
+def _rotation(angle: float) -> Any:
     """Return a rotation about (1, 1, 1)."""
     k = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]]) / 3.0**0.5
     return np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * (k @ k)

@@ -30,7 +30,7 @@ def at_rest(share: float) -> EquilibriumForces:
     )
 
 
-def of_metric(cls: type[Any], metric: Any, case: Case) -> Iterator[Breach]:
+def metric_breaches(cls: type[Any], metric: Any, case: Case) -> Iterator[Breach]:
     """Yield breaches of a metric: a finite number with unit or a reason; zero error only for equal results; JSON types.
 
     `metric` is an instance of the class, `case` any case of a body.
@@ -41,11 +41,11 @@ def of_metric(cls: type[Any], metric: Any, case: Case) -> Iterator[Breach]:
         yield Breach(f"its unit is {metric.unit!r}: {error}", 'units are as in scenes: "m", "1", "N*m"')
     names = {f.name for f in dataclasses.fields(cls)}
     told: list[float] = []
-    for seen in _seen(case, getattr(metric, "against", None) is not None):
-        found = _measured(metric, seen)
-        yield from _of_measurement(found)
-        again = _measured(metric, seen)
-        if isinstance(found, Measurement) and isinstance(again, Measurement) and not _same(found, again):
+    for seen in _test_solutions(case, getattr(metric, "against", None) is not None):
+        found = _evaluate(metric, seen)
+        yield from _measurement_breaches(found)
+        again = _evaluate(metric, seen)
+        if isinstance(found, Measurement) and isinstance(again, Measurement) and not _is_equal(found, again):
             yield Breach(
                 f"it is {found.value!r} and then {again.value!r} of the same", "it keeps nothing between calls"
             )
@@ -56,17 +56,17 @@ def of_metric(cls: type[Any], metric: Any, case: Case) -> Iterator[Breach]:
                      "an error is nothing where both are alike, and more elsewhere")  # fmt: skip
 
 
-def _seen(case: Case, against: bool) -> Iterator[MetricInput]:
+def _test_solutions(case: Case, against: bool) -> Iterator[MetricInput]:
     """Yield a bending line without reference, compared with itself, and with one that bends 1.5 times as much."""
     X = np.array([[x, 0.0, 0.0] for x in np.linspace(0.0, 0.04, 6)])
     u = np.outer(np.linspace(0.0, 1e-3, 6), [0.0, 0.0, -1.0])
-    truths = [_truth(X, u, share) for share in (1.0, 1.5)] if against else [None]
+    truths = [_reference(X, u, share) for share in (1.0, 1.5)] if against else [None]
     course, own = MetricCurve(X[:, 0], u[:, 2], ("m", "m")), MetricNumber(float(u[-1, 2]), "m")
     for truth in truths:
         yield MetricInput("m", case, X.copy(), u.copy(), known=truth, at_rest=at_rest(1.0), curve=course, number=own)
 
 
-def _truth(X: Any, u: Any, share: float) -> ReferenceData:
+def _reference(X: Any, u: Any, share: float) -> ReferenceData:
     """Return the reference of a line, scaled by `share`."""
     v = share * u
 
@@ -77,7 +77,7 @@ def _truth(X: Any, u: Any, share: float) -> ReferenceData:
     return ReferenceData("truth", v, displacement, at_rest=at_rest(share), curve=curve, value=value)
 
 
-def _measured(metric: Any, seen: MetricInput) -> Any:
+def _evaluate(metric: Any, seen: MetricInput) -> Any:
     """Return the metric's value; an exception it raises is returned as a value too."""
     try:
         return measure_metric(metric, seen)
@@ -87,11 +87,11 @@ def _measured(metric: Any, seen: MetricInput) -> Any:
         return error
 
 
-def _same(one: Measurement, other: Measurement) -> bool:
+def _is_equal(one: Measurement, other: Measurement) -> bool:
     return bool(one.value == other.value or (np.isnan(one.value) and np.isnan(other.value)))
 
 
-def _of_measurement(found: Any) -> Iterator[Breach]:
+def _measurement_breaches(found: Any) -> Iterator[Breach]:
     if isinstance(found, Undefined):
         if len(str(found)) <= 10:
             yield Breach("it has no value and gives no reason", '`raise Undefined("why")` in some words')

@@ -20,8 +20,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Conformance:
-    """Result of a conformance test: `diagnostics` for broken contracts, each with its place, `words` that were tested.
-    """
+    """Result of a conformance test: `diagnostics` for broken contracts, each with its place, `words` that were tested."""
 
     diagnostics: tuple[Diagnostic, ...]
     words: tuple[str, ...]
@@ -32,7 +31,7 @@ class Conformance:
         return not any(d.code != "W732" for d in self.diagnostics)
 
 
-def conformance(file: str) -> Conformance:
+def check_plugin(file: str) -> Conformance:
     """Test a plugin, given by file or name, against the contracts of its words; its exceptions become breaches."""
     vocabulary, found = vocabulary_with((file,))
     if not vocabulary.plugins:
@@ -40,13 +39,13 @@ def conformance(file: str) -> Conformance:
     plugin, tried = vocabulary.plugins[0], []
     found = [*plugin.doubts]
     source = _source(plugin)
-    for one, breaches in _tried(plugin, vocabulary):
+    for one, breaches in _breaches_by_word(plugin, vocabulary):
         tried.append(one)
-        found += dict.fromkeys(_said(source, plugin, one, b) for b in breaches)
+        found += dict.fromkeys(_diagnostic(source, plugin, one, b) for b in breaches)
     return Conformance(tuple(found), tuple(tried))
 
 
-def _tried(plugin: Plugin, vocabulary: Vocabulary) -> Iterator[tuple[str, list[Breach]]]:
+def _breaches_by_word(plugin: Plugin, vocabulary: Vocabulary) -> Iterator[tuple[str, list[Breach]]]:
     """Yield every word, such as `metric sway`, with its breaches."""
     from softmark.interpreter.cli.conformance import trial_scenes
     from softmark.interpreter.models.external.adapters import PLUGGED
@@ -56,22 +55,22 @@ def _tried(plugin: Plugin, vocabulary: Vocabulary) -> Iterator[tuple[str, list[B
         for name in table:
             word = vocabulary.constructor(kind, name)
             assert word is not None
-            yield f"{kind} {name}", _of(word, plugin, folder)
+            yield f"{kind} {name}", _word_breaches(word, plugin, folder)
     for name in (n for all_ in plugin.choices.values() for n in all_):
-        made = lambda name=name: trial_scenes.of_adapter(name, *PLUGGED[name], folder, (plugin.asked,))  # noqa: E731
-        yield f"adapter {name}", _kept(made)
+        made = lambda name=name: trial_scenes.adapter_breaches(name, *PLUGGED[name], folder, (plugin.asked,))  # noqa: E731
+        yield f"adapter {name}", _collect_breaches(made)
 
 
-def _of(word: Constructor, plugin: Plugin, folder: Path) -> list[Breach]:
+def _word_breaches(word: Constructor, plugin: Plugin, folder: Path) -> list[Breach]:
     from softmark.interpreter.cli.conformance import trial_scenes
-    from softmark.interpreter.cli.conformance.word_contracts import of_word
+    from softmark.interpreter.cli.conformance.word_contracts import word_breaches
 
-    found = _kept(lambda: of_word(word.cls, word.kind, word.name))
-    trial = trial_scenes.Trial(word, trial_scenes.call_of(word, plugin.examples), folder, (plugin.asked,))
-    return [*found, *_kept(lambda: trial_scenes.of_trial(trial))]
+    found = _collect_breaches(lambda: word_breaches(word.cls, word.kind, word.name))
+    trial = trial_scenes.Trial(word, trial_scenes.example_call(word, plugin.examples), folder, (plugin.asked,))
+    return [*found, *_collect_breaches(lambda: trial_scenes.trial_breaches(trial))]
 
 
-def _kept(made: Any) -> list[Breach]:
+def _collect_breaches(made: Any) -> list[Breach]:
     """Return the breaches; an exception is a breach too, and printed text goes to standard error."""
     try:
         with redirect_stdout(stderr):
@@ -84,7 +83,7 @@ def _source(plugin: Plugin) -> Source:
     return Source(plugin.name, Path(plugin.file).read_text(encoding="utf-8", errors="replace"))
 
 
-def _said(source: Source, plugin: Plugin, one: str, breach: Breach) -> Diagnostic:
+def _diagnostic(source: Source, plugin: Plugin, one: str, breach: Breach) -> Diagnostic:
     """Return the diagnostic of a breach at the class, or else at the top of the file."""
     from softmark.interpreter.validation.plugin_loader import PluginSource
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.cli.conformance import Breach
-from softmark.interpreter.cli.conformance.law_contracts import of_law
-from softmark.interpreter.cli.conformance.metric_contracts import of_metric
-from softmark.interpreter.cli.conformance.word_contracts import of_text
+from softmark.interpreter.cli.conformance.law_contracts import law_breaches
+from softmark.interpreter.cli.conformance.metric_contracts import metric_breaches
+from softmark.interpreter.cli.conformance.word_contracts import repr_breaches
 from softmark.interpreter.help.constructor_examples import example
 from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.language.field_schema import Constructor
@@ -78,13 +78,13 @@ class Trial:
         return scene, [d for d in found if d.severity == "error"]
 
 
-def call_of(word: Constructor, given: Mapping[str, str]) -> str:
+def example_call(word: Constructor, given: Mapping[str, str]) -> str:
     """Return a call of a word for the contract's scene: the plugin's example, or samples of its fields."""
     call = given.get(word.name) or example(word)
     return re.sub("|".join(sorted(NAMES, key=len, reverse=True)), lambda m: NAMES[m[0]], call)
 
 
-def of_trial(trial: Trial) -> Iterator[Breach]:
+def trial_breaches(trial: Trial) -> Iterator[Breach]:
     """Yield breaches found in scenes with a word of its kind."""
     found: list[Breach] = []
     try:
@@ -95,16 +95,16 @@ def of_trial(trial: Trial) -> Iterator[Breach]:
     yield from found
 
 
-def _refused(errors: Sequence[Diagnostic], trial: Trial) -> Breach:
+def _refusal_breach(errors: Sequence[Diagnostic], trial: Trial) -> Breach:
     first = errors[0]
     return Breach(f"`{trial.call}` is refused ({first.code}): {first.message}", GIVE, untried=True)
 
 
-def _computed(trial: Trial, scene: Scene) -> Iterator[Breach]:
+def _run_breaches(trial: Trial, scene: Scene) -> Iterator[Breach]:
     """Run a scene twice and yield breaches: results must be a number or a reason, finite, and equal."""
-    from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+    from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 
-    first, again = (run_scene(scene, (), Options(draw=False, only=("cells",))) for _ in range(2))
+    first, again = (run_scene(scene, (), RunOptions(draw=False, only=("cells",))) for _ in range(2))
     model, other = first.models["cells"], again.models["cells"]
     if model.status not in ANSWERED:
         untried = model.status in LEFT_OUT
@@ -130,27 +130,27 @@ def _material(trial: Trial) -> Iterator[Breach]:
         if scene is not None:
             break
     if scene is None:
-        yield _refused(errors, trial)
+        yield _refusal_breach(errors, trial)
         return
     thing = scene.declared["gel"].thing
-    yield from of_text(thing)
+    yield from repr_breaches(thing)
     names = {f.name for f in trial.word.fields}
     unit = replace(thing, young=1.0) if "young" in names else thing
     try:
         law = law_for(unit, "finite")
     except NoFiniteLaw:
-        yield from _computed(trial, scene)
+        yield from _run_breaches(trial, scene)
         return
     mu, lam = unit.shear_modulus, unit.lame_lambda
     if np.isfinite(lam):
-        yield from of_law(
-            law if mu < 10.0 else _Scaled(law, mu), mu if mu < 10.0 else 1.0, lam if mu < 10.0 else lam / mu
+        yield from law_breaches(
+            law if mu < 10.0 else _ScaledLaw(law, mu), mu if mu < 10.0 else 1.0, lam if mu < 10.0 else lam / mu
         )
-    yield from _computed(trial, scene)
+    yield from _run_breaches(trial, scene)
 
 
 @dataclass(frozen=True)
-class _Scaled:
+class _ScaledLaw:
     """Constitutive law in units of its shear modulus."""
 
     law: Any
@@ -169,20 +169,20 @@ class _Scaled:
         return self.law.dPdF(F) / self.mu
 
 
-def _read(trial: Trial, name: str, **lines: str) -> Generator[Breach, None, Scene | None]:
+def _load_scene(trial: Trial, name: str, **lines: str) -> Generator[Breach, None, Scene | None]:
     """Yield breaches and return the scene with these lines, if it accepts the word; its text is tested as well."""
     scene, errors = trial.scene(**lines)
     if scene is None:
-        yield _refused(errors, trial)
+        yield _refusal_breach(errors, trial)
         return None
-    yield from of_text(scene.declared[name].thing)
+    yield from repr_breaches(scene.declared[name].thing)
     return scene
 
 
 def _load(trial: Trial) -> Iterator[Breach]:
     from softmark.interpreter.models.shared.model_declaration import Model
 
-    scene = yield from _read(trial, "push", push=trial.call)
+    scene = yield from _load_scene(trial, "push", push=trial.call)
     if scene is None:
         return
     push = scene.declared["push"].thing
@@ -196,32 +196,32 @@ def _load(trial: Trial) -> Iterator[Breach]:
     changed = [n for n in whole if whole[n] != half[n]]
     if not changed or not all(np.allclose(half[n], 0.5 * np.array(whole[n]), 1e-12, atol=0.0) for n in changed):
         yield Breach("half of it does not act half as much", "`action` is proportional to its `strength`")
-    yield from _computed(trial, scene)
+    yield from _run_breaches(trial, scene)
 
 
 def _probe(trial: Trial) -> Iterator[Breach]:
     lines = f"probe one = {trial.call}\nmetric own = displacement(one, along = -z)\n"
-    scene = yield from _read(trial, "one", more=lines)
+    scene = yield from _load_scene(trial, "one", more=lines)
     if scene is None:
         return
     X = np.array(scene.declared["one"].thing.stations, dtype=np.float64)
     if X.ndim != 2 or X.shape[1] != 3 or not len(X) or not np.isfinite(X).all():
         yield Breach(f"its stations are {X.shape}", "points as (x, y, z) in m, at least one")
         return
-    yield from _computed(trial, scene)
+    yield from _run_breaches(trial, scene)
 
 
 def _metric(trial: Trial) -> Iterator[Breach]:
     lines = f"reference truth = small_deflection(bar)\nmetric one = {trial.call}\n"
-    scene = yield from _read(trial, "one", more=lines)
+    scene = yield from _load_scene(trial, "one", more=lines)
     if scene is None:
         return
-    broken = list(of_metric(trial.word.cls, scene.declared["one"].thing, case_of(scene, "bar")))
-    yield from broken or _computed(trial, scene)
+    broken = list(metric_breaches(trial.word.cls, scene.declared["one"].thing, case_of(scene, "bar")))
+    yield from broken or _run_breaches(trial, scene)
 
 
 def _reference(trial: Trial) -> Iterator[Breach]:
-    from softmark.interpreter.problem.theory_problems import solved
+    from softmark.interpreter.problem.theory_problems import solve_theory
 
     why = ""
     for gel, push in BEAMS:
@@ -230,13 +230,13 @@ def _reference(trial: Trial) -> Iterator[Breach]:
             why = errors[0].message
             continue
         declared = scene.declared["one"]
-        yield from of_text(declared.thing)
+        yield from repr_breaches(declared.thing)
         if declared.thing.how == "measured":
             yield from _measured(declared.thing)
             return
         case, X = case_for(scene, declared), np.array([[0.0, 0.0, 0.0], [0.02, 0.005, 0.0], [0.04, 0.0, -0.01]])
         try:
-            first, again = (solved(declared, case) for _ in range(2))
+            first, again = (solve_theory(declared, case) for _ in range(2))
         except Fault as fault:
             why = fault.diagnostic.message
             continue
@@ -281,9 +281,9 @@ def _model(trial: Trial) -> Iterator[Breach]:
             outline = scene.declared["cells"].thing.outline(case_for(scene, scene.declared["cells"]))
             if len(outline) <= 5 or "\n" in outline:
                 yield Breach(f"its outline is {outline!r}", "what will be built, on one line")
-            yield from _computed(trial, scene)
+            yield from _run_breaches(trial, scene)
     if not taken:
-        yield _refused(errors, trial)
+        yield _refusal_breach(errors, trial)
 
 
 def _shape(trial: Trial) -> Iterator[Breach]:
@@ -291,10 +291,10 @@ def _shape(trial: Trial) -> Iterator[Breach]:
 
     scene, errors = trial.body()
     if scene is None:
-        yield _refused(errors, trial)
+        yield _refusal_breach(errors, trial)
         return
     shape = scene.declared["bar"].thing.shape
-    yield from of_text(shape)
+    yield from repr_breaches(shape)
     size = max(0.005, (shape.diagonal or float(np.linalg.norm(np.ptp(shape.surface(0.005)[0], axis=0)))) / 10.0)
     mesh = shape.mesh("tet4", size)
     inside, volume = signed_volume(*shape.surface(size)), float(mesh.volumes.sum())
@@ -313,7 +313,7 @@ _KINDS: Mapping[str, Callable[[Trial], Iterator[Breach]]] = {
 }
 
 
-def of_adapter(word: str, program: Any, module: Any, folder: Path, plugins: tuple[str, ...]) -> Iterator[Breach]:
+def adapter_breaches(word: str, program: Any, module: Any, folder: Path, plugins: tuple[str, ...]) -> Iterator[Breach]:
     """Yield breaches of an external program: it is installed or says how to, and its result is our equilibrium."""
     from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
@@ -329,4 +329,4 @@ def of_adapter(word: str, program: Any, module: Any, folder: Path, plugins: tupl
     call = f"outside({word}, element = {program.elements[0]}, strain = {strain}, size = 10 mm)"
     trial = Trial(outside, call, folder, plugins)
     scene, errors = trial.scene(gel=example(law), model=call)
-    yield from [_refused(errors, trial)] if scene is None else _computed(trial, scene)
+    yield from [_refusal_breach(errors, trial)] if scene is None else _run_breaches(trial, scene)

@@ -15,7 +15,7 @@ from softmark.interpreter.language.field_schema import Constructor, Field, _fiel
 LONGEST = 120  # characters of the first line of a docstring, which `dsl list` shows
 
 
-def of_word(cls: type[Any], kind: str, name: str) -> Iterator[Breach]:
+def word_breaches(cls: type[Any], kind: str, name: str) -> Iterator[Breach]:
     """Yield breaches of a word: it must be documented, frozen, annotated and explained."""
     first = (cls.__doc__ or "").strip().split("\n")[0]
     if not 10 <= len(first) <= LONGEST or not first[0].isupper() or not first.endswith("."):
@@ -32,13 +32,13 @@ def of_word(cls: type[Any], kind: str, name: str) -> Iterator[Breach]:
                          'annotate it: `Annotated[float, "m in (0, inf)", "what it means"]`')  # fmt: skip
     word = Constructor(name, kind, cls, _fields(cls))
     for field in word.fields:
-        yield from _of_field(field)
+        yield from _field_breaches(field)
     page = constructor_page(word)
     if first not in page or not all(field.doc in page for field in word.fields):
         yield Breach("`dsl explain` does not show all of it", "its docstring and its fields are its page")
 
 
-def _of_field(field: Field) -> Iterator[Breach]:
+def _field_breaches(field: Field) -> Iterator[Breach]:
     if len(field.doc) <= 3 or field.doc.endswith("."):
         yield Breach(
             f"the meaning of `{field.name}` is {field.doc!r}", "some words that say what it means, no sentence"
@@ -51,7 +51,7 @@ def _of_field(field: Field) -> Iterator[Breach]:
         yield Breach(f"the default of `{field.name}`, {field.default!r}, is none of its options", "name one of them")
 
 
-def of_text(thing: Any) -> Iterator[Breach]:
+def repr_breaches(thing: Any) -> Iterator[Breach]:
     """Yield breaches of a word's repr, which must depend only on its values, because results are cached by it."""
     if " at 0x" in repr(thing):
         yield Breach(f"its text has an address in memory: {repr(thing)[:80]}", "fields hold values that print as such")

@@ -24,7 +24,7 @@ from softmark.interpreter.models.external.problem_transfer import Untold, told
 from softmark.interpreter.models.fem import fem_builder as fem
 from softmark.interpreter.models.fem.fem_builder import PreparedSolid
 from softmark.interpreter.models.postprocessing import vibrations
-from softmark.interpreter.models.shared.deformed_mesh import in_motion
+from softmark.interpreter.models.shared.deformed_mesh import fields_of_motion
 from softmark.interpreter.models.shared.prepared_model import Moved, Prepared, Solution, Spent, Status, Workshop
 from softmark.interpreter.models.shared.unavailable_model import Unbuilt
 from softmark.interpreter.problem.body_case import Case
@@ -246,7 +246,7 @@ class PreparedMoving(PreparedOutside):
 
     def seen(self, answer: Answer, u: Floats) -> dict[str, Any]:
         """How points move, `course`, where they end, and the mesh, from displacements of nodes u (t, n, 3), m."""
-        return in_motion(self.mesh, times_of(self.motion), u)
+        return fields_of_motion(self.mesh, times_of(self.motion), u)
 
 
 def states(answer: Answer, problem: Problem, count: int) -> Floats:

@@ -133,7 +133,7 @@ class PreparedSolid(OnMesh):
     def after(self, before: Moved) -> PreparedSolid:
         """Return the model with the state before as its start, unless a perturbed start is declared."""
         begun = self if self.disturbance else replace(self, first=None, before=np.ravel(before.displacement))
-        return interaction_setup.resumed(begun, before)
+        return interaction_setup.resume_interactions(begun, before)
 
     def solve(self, watch: Watch) -> Solution:
         """Find the static equilibrium from rest, from the state before, or from another model's solution."""
@@ -168,7 +168,7 @@ class PreparedSolid(OnMesh):
     def _found(self, problem: Statics) -> Equilibrium:
         """Find the equilibrium from rest, or from a perturbed state. Raises NotConverged."""
         if self.contacts or self.loose is not None:
-            return interaction_setup.found(self, problem)
+            return interaction_setup.find_equilibrium(self, problem)
         if self.disturbance is None:
             return equilibrium(problem)
         return of_solid(self.disturbance, problem, self.mesh.points, self.elastic)
@@ -182,18 +182,18 @@ class PreparedSolid(OnMesh):
         u = (x := self.unknowns.moved(found.x)).reshape(-1, 3)
         solution = static_result.found(found, displacement_of(self.mesh, u))
         facts = solution.facts | mesh_notes.mesh_facts(self.mesh) | self_intersections.crossings(self.beds, x)
-        facts |= interaction_setup.told(self, facts.pop("pressed", None))
-        beside = interaction_setup.settled(self, found)
-        kept, adrift = interaction_setup.kept(self, beside, x)
+        facts |= interaction_setup.rigid_body_report(self, facts.pop("pressed", None))
+        beside = interaction_setup.contacts_at_equilibrium(self, found)
+        kept, adrift = interaction_setup.describe_free_motions(self, beside, x)
         pressures = self.unknowns.pressed(self.solid, self.pieces, found.x)
         doubts = (*static_result.doubts(self.declared, found), *self_intersections.passing(self.declared, facts), *kept)
         soft = softness_note(self.declared, self.pieces, u, pressures)
         notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *soft, *doubts)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
-        met = interaction_setup.met(self, u, beside, facts)
+        met = interaction_setup.contact_state(self, u, beside, facts)
         moved = Deformed(self.mesh, u, pressures=pressures, left=left, **met)
-        modes = about(interaction_setup.bare(self, beside), found.x, self.mass, self.problem.linear)
+        modes = about(interaction_setup.assembly_without_stabilization(self, beside), found.x, self.mass, self.problem.linear)
         if not found.solved:
             modes = vibrations.none("it was stopped before it came to an equilibrium")
         elif adrift:
@@ -219,10 +219,10 @@ class PreparedSolid(OnMesh):
         """Return the nodal forces in a state, with its contacts and friction history."""
         small, whole = self.model.strain == "small", self.model.rotation != "element"
         pulling = [energy for _, energy in self.muscles]
-        assembly = interaction_setup.bare(self, beside)
+        assembly = interaction_setup.assembly_without_stabilization(self, beside)
         found = nodal_forces.on_mesh(self.mesh, state, u, assembly, self.applied, small, whole, self.axial, pulling)
         found = nodal_forces.bedded(found, self.beds) if self.beds else found
-        return interaction_setup.touched(found, beside, self, rubbed)
+        return interaction_setup.add_contact_forces(found, beside, self, rubbed)
 
     def _other_linear(self, found: Equilibrium) -> str:
         """Return a message if Pardiso was requested but another solver was used."""
@@ -296,11 +296,11 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
     static, parts = at_rest(model, declared, case, workshop)
     if not isinstance(case.analysis, Dynamic):
         return levered(static, workshop, disturbance_of(case))
-    from softmark.interpreter.models.shared.free_rigid_body_motion import afloat
+    from softmark.interpreter.models.shared.free_rigid_body_motion import include_free_rigid_bodies
     from softmark.interpreter.models.shared.solid_dynamics import in_motion
 
     known = (static.mesh, mass_of(model, case, static.mesh, parts), static.problem.assembly.internal, static.driven)
-    return afloat(in_motion(static, declared, case, *known, static.problem, len(static.muscles)), case)
+    return include_free_rigid_bodies(in_motion(static, declared, case, *known, static.problem, len(static.muscles)), case)
 
 
 def at_rest(
@@ -319,9 +319,9 @@ def at_rest(
     applied = single_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
     unknowns = Unknowns.of(internal, mesh)
     dofs, points = unknowns.all, None if unknowns.pressures else mesh.points
-    beds = interaction_setup.beds(case, mesh)
-    contacts = interaction_setup.contacts(case, mesh)
-    loose = interaction_setup.loose(case, mesh, parts, workshop.measured, dofs, beds)
+    beds = interaction_setup.create_surface_interactions(case, mesh)
+    contacts = interaction_setup.create_rigid_contacts(case, mesh)
+    loose = interaction_setup.find_unsupported_body(case, mesh, parts, workshop.measured, dofs, beds)
     beyond = [*beds.values(), *([] if loose is None else [loose.spring])]
     loads = unknowns.loads([*together(applied, mesh.points.size), *(energy for _, energy in tensions)])
     assembly = Assembly(dofs, fixed, [*internal, *beyond], [*loads, *contacts.values()], points)

@@ -22,7 +22,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.imported_results.point_matching import Floats, Matched
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.probe_points import ProbePoints, surface_points
-from softmark.interpreter.problem.surface_selection.selected_pieces import selects
+from softmark.interpreter.problem.surface_selection.selected_pieces import selected_points
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.support_words import Holding
 from softmark.records import dataclass
@@ -89,7 +89,7 @@ def _certain(found: Matched, where: Condition, X: Floats) -> NDArray[np.bool_]:
         held = cKDTree(X).query(found.X)[0] <= ROUND * found.extent
     else:
         ways = ROUND * found.extent * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
-        held = np.any([selects(where, found.X + way, found.extent) for way in ways], axis=0)
+        held = np.any([selected_points(where, found.X + way, found.extent) for way in ways], axis=0)
     certain: NDArray[np.bool_] = np.abs(np.where(held[which], 0.0, share)).sum(axis=1) <= BESIDE
     return certain
 

@@ -16,7 +16,7 @@ from softmark.solvers.contact.deformable_friction import DeformableFriction
 from softmark.solvers.contact.surface_separation import least_facing_distance
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.shared.friction_history import Rubbed
+    from softmark.interpreter.models.shared.friction_history import FrictionHistory
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.contact.contact_surface import ContactSurface
     from softmark.solvers.contact.deformable_contact import IpcContact
@@ -35,7 +35,7 @@ def meeting_of(
     mesh: Mesh,
     x: Floats,
     u: Floats,
-    own: Rubbed | None,
+    own: FrictionHistory | None,
     force: Floats | None = None,
 ) -> ContactNumbers:
     """Return the result of a contact with nodes at x (n, 3), m, and displacements u (3 n,), m.
@@ -117,7 +117,7 @@ def _across(skin: ContactSurface, mesh: Mesh, u: Floats) -> float | None:
 
 
 def _rubbing(
-    contact: DeformableFriction, hold: TangentialCoupling, skin: ContactSurface, u: Floats, own: Rubbed, n: int
+    contact: DeformableFriction, hold: TangentialCoupling, skin: ContactSurface, u: Floats, own: FrictionHistory, n: int
 ) -> tuple[Friction, dict[str, Floats]]:
     """Return the friction result, and nodal slip and sticking (n,); areas are half of both surfaces."""
     slides = hold.slip(u, contact.friction).slides

@@ -26,7 +26,7 @@ from softmark.interpreter.models.reduced.training_states import (
     trained,
 )
 from softmark.interpreter.models.shared import static_result
-from softmark.interpreter.models.shared.deformed_mesh import Meshed, displacement_of
+from softmark.interpreter.models.shared.deformed_mesh import MeshData, displacement_of
 from softmark.interpreter.models.shared.prepared_model import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.models.shared.solid_dynamics import PreparedMotion, kept_of
 from softmark.interpreter.problem.body_case import Case, case_for, fault
@@ -195,7 +195,7 @@ class _Scaled(Energy):
 
 
 @dataclass(frozen=True)
-class Recovered(Meshed):
+class Recovered(MeshData):
     """Mesh of the full model with the displacements of its points, computed on first use."""
 
     fields: Floats

@@ -22,7 +22,7 @@ FRAMES = 40  # of the mesh that are kept for other programs
 
 
 @dataclass(frozen=True)
-class Nodal:
+class NodalDisplacementField:
     """Displacement field that is interpolated from the displacements `nodes` (nodes, 3), m, of the nodes of a mesh."""
 
     mesh: Mesh
@@ -33,13 +33,13 @@ class Nodal:
         return locate_points(self.mesh, X).interpolate(self.nodes)
 
 
-def displacement_of(mesh: Mesh, u: Floats) -> Nodal:
+def displacement_of(mesh: Mesh, u: Floats) -> NodalDisplacementField:
     """Return the displacement field that is interpolated from nodal displacements u (n, 3), m."""
-    return Nodal(mesh, u)
+    return NodalDisplacementField(mesh, u)
 
 
 @dataclass(frozen=True)
-class Meshed:
+class MeshData:
     """Points, cells and element of a mesh in the form that file writers need."""
 
     mesh: Mesh
@@ -61,7 +61,7 @@ class Meshed:
 
 
 @dataclass(frozen=True)
-class Deformed(Meshed):
+class Deformed(MeshData):
     """A mesh and the displacements of its points."""
 
     displacement: Floats  # (n, 3) m
@@ -77,7 +77,7 @@ class Deformed(Meshed):
     )  # points that are kept clear besides, by contact
 
 
-def in_motion(mesh: Mesh, times: Floats, u: Floats) -> dict[str, Any]:
+def fields_of_motion(mesh: Mesh, times: Floats, u: Floats) -> dict[str, Any]:
     """Return the fields `course`, `displacement` and `mesh` of a dynamic `Solution`.
 
     The displacements u (t, n, 3), m, are those at times (t,), s.

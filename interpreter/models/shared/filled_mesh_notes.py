@@ -40,7 +40,7 @@ def facts(shape: Shape, mesh: Mesh | None) -> dict[str, Any]:
 def _facts(shape: Shape, mesh: FilledMesh) -> dict[str, Any]:
     how, quality = mesh.filling, cell_qualities(mesh)
     assert how is not None
-    beyond, short, place = _apart(mesh, how.surface.points, how.surface.triangles)
+    beyond, short, place = _surface_distances(mesh, how.surface.points, how.surface.triangles)
     return {
         "mesher": how.mesher, "digest": how.digest, "cpu_s": how.seconds, "repairs": list(how.repairs),
         "facets_m3": shape.missed(how.size) if isinstance(shape, SurfaceBody) else 0.0,
@@ -50,7 +50,7 @@ def _facts(shape: Shape, mesh: FilledMesh) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _apart(mesh: Mesh, points: Floats, triangles: Any) -> tuple[float, float, list[float]]:
+def _surface_distances(mesh: Mesh, points: Floats, triangles: Any) -> tuple[float, float, list[float]]:
     """Return the largest distance from the mesh to a surface, and from the surface to the mesh, m, and the place, m.
 
     These are the two one-sided Hausdorff distances, sampled at corners, edges and centres of facets.
@@ -70,7 +70,7 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
         return
     found, how = facts(case.shape, mesh)["filled"], mesh.filling
     if case.shape.file.startswith("data:"):
-        said = repaired(case, how.surface), too_thin(declared, case, how.surface)
+        said = repair_warning(case, how.surface), thickness_warning(declared, case, how.surface)
         yield from (d for d in said if d is not None)
     if abs(found["facets_m3"]) > COARSE * found["surface_m3"]:
         share = units.format_value(float(f"{100 * found['facets_m3'] / found['surface_m3']:.2g}"), units.NONE)
@@ -86,7 +86,7 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
                          "take a smaller `size`, or a smaller `tolerance` of `filled`")  # fmt: skip
 
 
-def repaired(case: Case, surface: ClosedSurface) -> Diagnostic | None:
+def repair_warning(case: Case, surface: ClosedSurface) -> Diagnostic | None:
     """Return a warning about a surface that was repaired: what was repaired, how much, and the possible volume error."""
     if not surface.repairs:
         return None
@@ -99,7 +99,7 @@ def repaired(case: Case, surface: ClosedSurface) -> Diagnostic | None:
                       surface.repairs)  # fmt: skip
 
 
-def too_thin(declared: Declared, case: Case, surface: ClosedSurface) -> Diagnostic | None:
+def thickness_warning(declared: Declared, case: Case, surface: ClosedSurface) -> Diagnostic | None:
     """Return a warning if cells are large for the thickness of the body.
 
     The thickness is estimated as twice its volume over its area, which is exact for a plate.

@@ -31,7 +31,7 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
                          " of a material full of fluid", "not in plane stress", "use `plane_strain`, a `solid` as thick"
                          " as the plate, or the drained law by itself")  # fmt: skip
         return
-    if problem := next(filter(None, map(_unsound, case.typical)), None):
+    if problem := next(filter(None, map(_invalid_material, case.typical)), None):
         yield diagnostic("E370", case.body.at("material"), f"the material of `{case.body.name}` holds no fluid:"
                          f" {problem[0]}", problem[1], problem[2])  # fmt: skip
     elif not getattr(model, "soaks", False):
@@ -46,10 +46,10 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
         yield diagnostic("E375", case.body.at("material"), f"`{case.body.name}` is full of fluid, and not the same"
                          " everywhere", "of one material", "leave out its parts and fields")  # fmt: skip
     else:
-        yield from _of_solid(model, declared, case)
+        yield from _refuse_solid_options(model, declared, case)
 
 
-def idle(case: Case) -> Iterator[Diagnostic]:
+def refuse_unused_drains(case: Case) -> Iterator[Diagnostic]:
     """Yield errors for fluid supports on a body without fluid."""
     for drain in case.drains:
         yield diagnostic("E371", drain.at(), f"`{drain.name}` lets fluid through `{case.body.name}`, and there is none"
@@ -57,7 +57,7 @@ def idle(case: Case) -> Iterator[Diagnostic]:
                          " the support out")  # fmt: skip
 
 
-def _unsound(material: Any) -> tuple[str, str, str] | None:
+def _invalid_material(material: Any) -> tuple[str, str, str] | None:
     """Return the problem, label and help of an error about a material; None if the material is valid."""
     if not porous(material):
         return None
@@ -74,7 +74,7 @@ def _unsound(material: Any) -> tuple[str, str, str] | None:
     return None
 
 
-def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def _refuse_solid_options(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors for options of a finite element model that do not support fluid."""
     if find_element(model.element).pressures != "corners":
         flat = case.planar != ""
@@ -83,9 +83,9 @@ def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic
                          " those of fluid are", "no Taylor-Hood element", help)  # fmt: skip
     for lever, plain in PLAIN.items():
         if (given := getattr(model, lever)) != plain:
-            yield _lever(declared, lever, given, case)
+            yield _refuse_option(declared, lever, given, case)
     if model.linear in LINEAR:
-        yield _lever(declared, "linear", model.linear, case)
+        yield _refuse_option(declared, "linear", model.linear, case)
     if model.strain == "corotational":
         yield diagnostic("E374", declared.at("strain"), f"`{declared.name}` turns with its cells, and fluid in them is"
                          " not followed", "not with fluid", "use `strain = finite` or `small`")  # fmt: skip
@@ -105,7 +105,7 @@ def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic
                          "not in plane stress", "use a solid that is thin, or `plane_strain`")  # fmt: skip
 
 
-def _lever(declared: Declared, lever: str, given: Any, case: Case) -> Diagnostic:
+def _refuse_option(declared: Declared, lever: str, given: Any, case: Case) -> Diagnostic:
     """Return the error for an option of the model that does not support fluid."""
     return diagnostic("E374", declared.at(lever), f"`{lever} = {given}` does not go with the fluid in"
                       f" `{case.body.name}`", "not with fluid", "leave it out")  # fmt: skip

@@ -20,7 +20,7 @@ from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion
 from softmark.solvers.statics.force_controlled_rigid_body import Press
 
 
-def press_of(case: Case, contacts: Mapping[str, Any]) -> Press | None:
+def force_driven_problem(case: Case, contacts: Mapping[str, Any]) -> Press | None:
     """Return the problem of the force-driven rigid body of a case; None if there is no such body."""
     touches = [touch for touch in case.contacts if touch.along is not None]
     if not touches:
@@ -30,10 +30,10 @@ def press_of(case: Case, contacts: Mapping[str, Any]) -> Press | None:
     first = [*contacts].index
     numbers = tuple(first(touch.name) - len(contacts) for touch in touches)  # they are the last of the loads
     begun = _shift(contacts[touches[0].name].earlier)[along]
-    return Press(along, force_on(touches[0]), float(begun), numbers, _placed)
+    return Press(along, force_on(touches[0]), float(begun), numbers, _at_travel)
 
 
-def _placed(contact: Any, d: float) -> Any:
+def _at_travel(contact: Any, d: float) -> Any:
     """Return a contact whose rigid body has moved by d, m, along its free direction."""
     moving: Moving = contact.posed
     posed = replace(moving, touch=replace(moving.touch, gone=d))
@@ -48,7 +48,7 @@ def _shift(body: Any) -> tuple[float, float, float]:
     return body.pose.shift if isinstance(body, MovedGap) else RigidMotion().shift
 
 
-def settled(case: Case, beside: Mapping[str, Any]) -> Case:
+def move_rigid_bodies(case: Case, beside: Mapping[str, Any]) -> Case:
     """Return a case whose force-driven rigid bodies are at the positions `beside`, by contact, of a state."""
 
     def each(touch: Touch) -> Touch:
@@ -60,7 +60,7 @@ def settled(case: Case, beside: Mapping[str, Any]) -> Case:
     return replace(case, contacts=tuple(map(each, case.contacts)))
 
 
-def told(case: Case, known: Mapping[str, Any]) -> dict[str, Any]:
+def rigid_body_report(case: Case, known: Mapping[str, Any]) -> dict[str, Any]:
     """Return the `rigid` part of a report, by name of the force-driven rigid body.
 
     `known` has the results of the solver, such as `travel_m`.

@@ -20,7 +20,7 @@ from softmark.solvers.energies.energy import Floats, Ints
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
     from softmark.interpreter.problem.body_case import Case
-    from softmark.interpreter.problem.surface_selection.loaded_surface_part import Loaded
+    from softmark.interpreter.problem.surface_selection.loaded_surface_part import LoadedSurface
     from softmark.solvers.mesh.mesh import Mesh
 
 SOME = 1000  # points at a time
@@ -30,13 +30,13 @@ MOST = 2000  # nodes that one plate holds level: a full matrix of 32 MB
 EXACT, FINE = 4, 10  # squared: Gauss points on flat facets, where products of shape functions are of fourth order
 
 
-def beds_on(case: Case, mesh: Mesh) -> dict[str, ElasticFoundation]:
+def create_foundations(case: Case, mesh: Mesh) -> dict[str, ElasticFoundation]:
     """Return the springs and dashpots of every foundation, by name. Raises Fault where a foundation has no area."""
-    each = ((bed, _levelled if isinstance(bed.thing, Level) else _spread) for bed in case.beds)
+    each = ((bed, _plane_keeping_springs if isinstance(bed.thing, Level) else _distributed_springs) for bed in case.beds)
     return {bed.name: made(case, bed, mesh) for bed, made in each}
 
 
-def rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[tuple[Ints, Floats]]:
+def constraint_rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[tuple[Ints, Floats]]:
     """Yield constraint rows (r, 6) of foundations for rigid motions about a centre, scaled by lengths only.
 
     Each comes with a node (r,) of the piece of the body that its row belongs to.
@@ -44,7 +44,7 @@ def rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[tuple[Ints, Floats]
     from softmark.interpreter.models.beam.rigid_motions import point_rows
 
     for bed in case.beds:
-        facets, N, _, normal = _points(surface_of(case, bed, bed.thing.where, mesh))
+        facets, N, _, normal = _quadrature_points(surface_of(case, bed, bed.thing.where, mesh))
         X = np.einsum("pa,pai->pi", N, mesh.points[facets]) - centre
         if isinstance(bed.thing, Level):
             seen = np.hstack([normal, np.cross(X, normal)])
@@ -55,13 +55,13 @@ def rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[tuple[Ints, Floats]
             yield facets[:, 0], np.hstack([normal, np.cross(X, normal)])
 
 
-def _spread(case: Case, bed: Declared, mesh: Mesh) -> ElasticFoundation:
+def _distributed_springs(case: Case, bed: Declared, mesh: Mesh) -> ElasticFoundation:
     """Return the foundation integrated over each facet, or its selected part. Raises Fault on a plane of symmetry."""
     surface = surface_of(case, bed, bed.thing.where, mesh)
     X = mesh.points[surface.touched]
     must_not_act_on_plane(case, bed, X, mesh.points)
     must_not_act_on_axis(case, bed, X, mesh.points)
-    facets, N, dA, normal = _points(surface, case.depth)
+    facets, N, dA, normal = _quadrature_points(surface, case.depth)
     each, which = np.unique(facets, axis=0, return_inverse=True)
     k = 3 * facets.shape[1]
     K = np.zeros((len(each), k, k))
@@ -75,12 +75,12 @@ def _spread(case: Case, bed: Declared, mesh: Mesh) -> ElasticFoundation:
     return ElasticFoundation(each, K, damping / bed.thing.stiffness)
 
 
-def _levelled(case: Case, plate: Declared, mesh: Mesh) -> ElasticFoundation:
+def _plane_keeping_springs(case: Case, plate: Declared, mesh: Mesh) -> ElasticFoundation:
     """Return springs between every point of a plane face and the mean of all points, which keep the face plane.
 
     They couple all nodes of the face in one block. Raises Fault.
     """
-    facets, N, dA, normal = _points(surface_of(case, plate, plate.thing.where, mesh), case.depth)
+    facets, N, dA, normal = _quadrature_points(surface_of(case, plate, plate.thing.where, mesh), case.depth)
     along = int(np.abs(normal.sum(axis=0)).argmax())
     if float(np.abs(normal[:, along].mean() - normal[:, along]).max()) > PLANE or abs(normal[0, along]) < 1.0 - PLANE:
         raise fault("E411", plate.at("where"), f"`{plate.name}` lies on no face of `{case.body.name}` that is normal to"
@@ -111,7 +111,7 @@ def plate_stiffness(case: Case, mesh: Mesh, area: float) -> float:
     return RIGID * modulus * area / volume
 
 
-def _points(part: Loaded, depth: float = 0.0) -> tuple[Ints, Floats, Floats, Floats]:
+def _quadrature_points(part: LoadedSurface, depth: float = 0.0) -> tuple[Ints, Floats, Floats, Floats]:
     """Return quadrature points: facets (p, k), shape functions (p, k), areas (p,), m^2, and unit normals (p, 3).
 
     With a `depth`, m, of a slice through a body of revolution, areas are those of whole rings.

@@ -42,7 +42,7 @@ FINER = 1e-2  # of the tolerance: moments are smaller than forces, in N m and N,
 
 
 @dataclass(frozen=True)
-class MotionBeside(PreparedMotion):
+class MotionWithRigidBodies(PreparedMotion):
     """Dynamic analysis of a deformable body with `dofs` unknowns and of free rigid bodies.
 
     `names` are the rigid bodies in the order of the `chart`, which maps unknowns to positions and rotations.
@@ -78,7 +78,7 @@ class MotionBeside(PreparedMotion):
         found, kept = super()._finish(track, every), kept_of(track, every)
         kept = [kept[i] for i in pick_evenly(len(kept), MOMENTS)]
         states = np.array([track.observed[i].x[self.dofs :] for i in kept]).reshape(len(kept), -1, 18)
-        each = {name: _told(track.times[kept], states[:, i]) for i, name in enumerate(self.names)}
+        each = {name: _report_motion(track.times[kept], states[:, i]) for i, name in enumerate(self.names)}
         notes = (*found.notes, *self._passing(track.times[kept], states))
         return replace(found, facts=found.facts | {"rigid": each}, notes=notes)
 
@@ -94,7 +94,7 @@ class MotionBeside(PreparedMotion):
         return passing(touches, self.names, times[some], states[some])
 
 
-def _told(times: Floats, states: Floats) -> dict[str, Any]:
+def _report_motion(times: Floats, states: Floats) -> dict[str, Any]:
     """Return the motion of a free rigid body for a report, from states (t, 18); rotations are relative to the start."""
     from scipy.spatial.transform import Rotation
 
@@ -105,11 +105,11 @@ def _told(times: Floats, states: Floats) -> dict[str, Any]:
     return {name: values.tolist() for name, values in columns.items()}
 
 
-def beside(motion: PreparedMotion, case: Case) -> MotionBeside:
+def add_free_rigid_bodies(motion: PreparedMotion, case: Case) -> MotionWithRigidBodies:
     """Add the free rigid bodies of a case to a dynamic analysis."""
     problem, dofs = motion.problem, motion.problem.assembly.dofs
     bodies = {touch.rigid.name: touch for touch in case.contacts if touch.rigid.thing.free}
-    made = [_free(touch, dofs + 6 * i) for i, touch in enumerate(bodies.values())]
+    made = [_create_free_body(touch, dofs + 6 * i) for i, touch in enumerate(bodies.values())]
     chart, names, own = FreeBodyChart(made), tuple(bodies), [t.rigid.name for t in case.contacts]
     plain = problem.assembly.loads[: len(problem.assembly.loads) - len(case.contacts)]
     contacts: list[Any] = list(problem.assembly.loads[len(plain) :])
@@ -117,7 +117,7 @@ def beside(motion: PreparedMotion, case: Case) -> MotionBeside:
         make_contact_with_free_body(c, chart, names.index(n)) if n in bodies else c
         for c, n in zip(contacts, own, strict=True)
     ]
-    pulls, courses = _pulled(chart, bodies)
+    pulls, courses = _rigid_body_loads(chart, bodies)
     assembly = Assembly(
         dofs + 6 * len(made),
         problem.fixed,
@@ -130,7 +130,7 @@ def beside(motion: PreparedMotion, case: Case) -> MotionBeside:
         assembly=assembly,
         mass=_mass(problem.mass, made),
         rest=np.zeros(assembly.dofs),
-        velocity=np.concatenate([problem.velocity, *(_begun(b, bodies[n]) for b, n in zip(made, names, strict=True))]),
+        velocity=np.concatenate([problem.velocity, *(_initial_velocity(b, bodies[n]) for b, n in zip(made, names, strict=True))]),
         courses=(*courses, *problem.courses),
         tolerance=FINER * problem.tolerance,
         sound=lambda x: sound(x[:dofs]),
@@ -141,10 +141,10 @@ def beside(motion: PreparedMotion, case: Case) -> MotionBeside:
         ),
     )
     static, declared, analysis, mesh = motion.static, motion.declared, motion.analysis, motion.mesh
-    return MotionBeside(static, declared, analysis, fitted, mesh, case=motion.case, chart=chart, names=names, dofs=dofs)
+    return MotionWithRigidBodies(static, declared, analysis, fitted, mesh, case=motion.case, chart=chart, names=names, dofs=dofs)
 
 
-def _free(touch: Touch, first: int) -> FreeRigidBody:
+def _create_free_body(touch: Touch, first: int) -> FreeRigidBody:
     """Return a free rigid body with its mass and inertia; `first` is its first unknown."""
     thing: Any = touch.rigid.thing
     gap = gap_of(thing.shape)
@@ -155,23 +155,23 @@ def _free(touch: Touch, first: int) -> FreeRigidBody:
     return FreeRigidBody(first, mass, mass * J, axes, volume.middle)
 
 
-def _begun(body: FreeRigidBody, touch: Touch) -> Floats:
+def _initial_velocity(body: FreeRigidBody, touch: Touch) -> Floats:
     """Return initial velocities (6,): that of the centre of mass, m/s, and the spin about the body's own axes, rad/s."""
     thing: Any = touch.rigid.thing
     return np.concatenate([thing.velocity, np.array(thing.spin) @ body.axes])
 
 
-def _pulled(chart: FreeBodyChart, touches: Mapping[str, Touch]) -> tuple[list[Energy], list[Amplitude]]:
+def _rigid_body_loads(chart: FreeBodyChart, touches: Mapping[str, Touch]) -> tuple[list[Energy], list[Amplitude]]:
     """Return the loads on rigid bodies, and the amplitude of each."""
     pulls, courses = list[Energy](), list[Amplitude]()
     for which, touch in enumerate(touches.values()):
         for load in touch.loads:
-            pulls.append(_pull(chart, which, load))
+            pulls.append(_rigid_body_load(chart, which, load))
             courses.append(course_of(load))
     return pulls, courses
 
 
-def _pull(chart: FreeBodyChart, which: int, load: Declared) -> RigidBodyLoad:
+def _rigid_body_load(chart: FreeBodyChart, which: int, load: Declared) -> RigidBodyLoad:
     """Return one load on a rigid body: its weight at the centre of mass, a point force, or a moment."""
     body, none = chart.bodies[which], np.zeros(3)
     match load.thing.action:

@@ -9,10 +9,10 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
 
 
-def afloat(motion: PreparedMotion, case: Case) -> PreparedMotion:
+def include_free_rigid_bodies(motion: PreparedMotion, case: Case) -> PreparedMotion:
     """Return the dynamic analysis, extended by the free rigid bodies of the case if there are any."""
     if not any(touch.rigid.thing.free for touch in case.contacts):
         return motion
-    from softmark.interpreter.models.shared.free_rigid_body_dynamics import beside
+    from softmark.interpreter.models.shared.free_rigid_body_dynamics import add_free_rigid_bodies
 
-    return beside(motion, case)
+    return add_free_rigid_bodies(motion, case)

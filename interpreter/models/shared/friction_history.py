@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Rubbed:
+class FrictionHistory:
     """Friction history of one contact after a state.
 
     `anchors` (m, 3), m, are the points of the rigid body, as declared, at which the `points` of the surface last stuck;
@@ -39,10 +39,10 @@ class Rubbed:
     points: SurfacePoints | None = None
 
 
-Past = Mapping[str, Rubbed]
+Past = Mapping[str, FrictionHistory]
 
 
-def past_of(contacts: Mapping[str, Energy], u: Floats, before: Past) -> dict[str, Rubbed]:
+def histories_after(contacts: Mapping[str, Energy], u: Floats, before: Past) -> dict[str, FrictionHistory]:
     """Return the history of every contact with friction after displacements u (dofs,), m."""
     found = {}
     for name, contact in contacts.items():
@@ -58,11 +58,11 @@ def past_of(contacts: Mapping[str, Energy], u: Floats, before: Past) -> dict[str
         work = before[name].work if name in before else 0.0
         if name in before and isinstance(contact, DeformableFriction):
             slid = before[name].slid + slid
-        found[name] = Rubbed(anchors, slid, work + lost, lost, points)
+        found[name] = FrictionHistory(anchors, slid, work + lost, lost, points)
     return found
 
 
-def slipped(touch: ContactNumbers, contact: RigidContact, u: Floats, own: Rubbed | None) -> ContactNumbers:
+def add_friction_result(touch: ContactNumbers, contact: RigidContact, u: Floats, own: FrictionHistory | None) -> ContactNumbers:
     """Return a contact result extended by slip, sticking share and dissipation; unchanged without friction."""
     if own is None or not isinstance(contact, RigidFriction):
         return touch
@@ -70,11 +70,11 @@ def slipped(touch: ContactNumbers, contact: RigidContact, u: Floats, own: Rubbed
     push = contact.A * contact.pressures(u)
     slip, held = float(own.slid[pressed].max(initial=0.0)), float(push[sticks].sum() / max(push.sum(), LEAST))
     field: Any = touch.field
-    seen = None if field is None else replace(field, rubbed=_at_nodes(contact, push, sticks, own.slid, len(field.X)))
+    seen = None if field is None else replace(field, rubbed=_nodal_friction(contact, push, sticks, own.slid, len(field.X)))
     return replace(touch, rubbing=Friction(slip, held, share * touch.area, own.now), field=seen)
 
 
-def _at_nodes(contact: RigidContact, push: Floats, sticks: Bools, slid: Floats, nodes: int) -> dict[str, Floats]:
+def _nodal_friction(contact: RigidContact, push: Floats, sticks: Bools, slid: Floats, nodes: int) -> dict[str, Floats]:
     """Return the slip and the sticking state at nodes."""
     from softmark.interpreter.models.postprocessing.contact_results import spread
 
@@ -87,12 +87,12 @@ def _at_nodes(contact: RigidContact, push: Floats, sticks: Bools, slid: Floats, 
     return spread(to_nodes, contact.A, slid, push, np.where(sticks, push, 0.0))
 
 
-def resumed(contacts: Mapping[str, Energy], past: Past) -> dict[str, Energy]:
+def resume_contacts(contacts: Mapping[str, Energy], past: Past) -> dict[str, Energy]:
     """Return contacts that continue from the anchors that a state has recorded."""
-    return {name: _resumed(contact, past[name]) if contact.rubs else contact for name, contact in contacts.items()}
+    return {name: _resume_contact(contact, past[name]) if contact.rubs else contact for name, contact in contacts.items()}
 
 
-def _resumed(contact: Any, own: Rubbed) -> Energy:
+def _resume_contact(contact: Any, own: FrictionHistory) -> Energy:
     found: Energy = (
         replace(contact, since=own.anchors)
         if isinstance(contact, DeformableFriction)

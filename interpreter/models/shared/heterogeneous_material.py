@@ -60,11 +60,11 @@ def values(profile: Profile, X: Floats) -> Floats:
     try:
         found: Floats = profile.values(X.reshape(-1, 3), read_field).reshape(X.shape[:-1])
     except Unreadable as error:
-        raise unusable(profile, error) from error
+        raise unreadable_constant(profile, error) from error
     return found
 
 
-def unusable(profile: Profile, error: Unreadable) -> Fault:
+def unreadable_constant(profile: Profile, error: Unreadable) -> Fault:
     """Return the Fault for a file that a constant cannot be read from."""
     problem = f"the field of `{profile.name}` cannot be used: {error.name}: {error.reason}"
     return Fault(diagnostic("E410", profile.at, problem, "cannot be used", error.remedy))
@@ -106,10 +106,10 @@ def at_points(own: Part, pressures: bool = False) -> tuple[Case, Integration | N
     turning = getattr(own.case.material, "turning", False)
     if turning:
         rule = mesh.element.quadrature()  # directions are not averaged, as constants of `tet4` are
-    X = places(mesh, rule) if known is None else known.places(mesh)
+    X = rule_positions(mesh, rule) if known is None else known.places(mesh)
     if turning:
-        return replace(own.case, other_material=turned(own.case, mesh, X)), _parts(mesh, known)
-    sampled = _sampled(own.case, X)
+        return replace(own.case, other_material=with_fiber_directions(own.case, mesh, X)), _parts(mesh, known)
+    sampled = _sample_constants(own.case, X)
     if mesh.element.constant and sampled.sampled:
         w = np.broadcast_to(rule[1], X.shape[:2]) if known is None else known.w
         return replace(own.case, other_material=average_moduli(sampled, w)), None
@@ -164,11 +164,11 @@ def _rule(mesh: Mesh) -> Rule:
 def must_be_in_range(case: Case, mesh: Mesh) -> None:
     """Raise Fault if a constant is out of range at integration points, nodes or points of a finer rule."""
     for profile in profiles(case.material).values():
-        for X in (places(mesh, _rule(mesh)), mesh.points[mesh.cells], places(mesh, _fine(mesh.kind))):
+        for X in (rule_positions(mesh, _rule(mesh)), mesh.points[mesh.cells], rule_positions(mesh, _finer_rule(mesh.kind))):
             _must_be_allowed(case, profile, values(profile, X), X)
 
 
-def _sampled(case: Case, X: Floats) -> Any:
+def _sample_constants(case: Case, X: Floats) -> Any:
     """Return the material with arrays (m, q) of its varying constants at points X (m, q, 3). Raises Fault out of range."""
     new = {}
     for name, profile in profiles(case.material).items():
@@ -178,7 +178,7 @@ def _sampled(case: Case, X: Floats) -> Any:
     return with_constants(case.material, new)
 
 
-def turned(case: Case, mesh: Mesh, X: Floats) -> Any:
+def with_fiber_directions(case: Case, mesh: Mesh, X: Floats) -> Any:
     """Return the material with its fibre directions at points X (m, q, 3), m, of its mesh. Raises Fault."""
     from softmark.interpreter.models.shared.undefined_fiber_directions import must_have_directions
     from softmark.solvers.materials.material_axes import InvalidDirection
@@ -208,10 +208,10 @@ def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
     """
     if getattr(material, "turning", False):
         own = mesh.element.quadrature() if mesh.element.constant else rule
-        found = material.placed(places(mesh, own), read_field)
+        found = material.placed(rule_positions(mesh, own), read_field)
         return map_arrays(found, lambda a: np.repeat(a, len(rule[1]), axis=1)) if mesh.element.constant else found
     own = _rule(mesh) if mesh.element.constant else rule
-    X = places(mesh, own)
+    X = rule_positions(mesh, own)
     found = with_constants(material, {n: values(p, X) for n, p in profiles(material).items() if n in OF_LAWS})
     if not (mesh.element.constant and found.sampled):
         return found
@@ -219,7 +219,7 @@ def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
     return map_arrays(mean, lambda a: np.repeat(a, len(rule[1]), axis=1))
 
 
-def places(mesh: Mesh, rule: Rule) -> Floats:
+def rule_positions(mesh: Mesh, rule: Rule) -> Floats:
     """Return the points of a rule in every cell (m, q, 3), m."""
     found: Floats = np.einsum("qa,mai->mqi", mesh.element.shape(rule[0]), mesh.points[mesh.cells])
     return found
@@ -285,7 +285,7 @@ def density_of(case: Case) -> Any:
 
 
 @dataclass(frozen=True)
-class Spread:
+class ConstantStatistics:
     """Statistics of a varying constant on a mesh: least, largest and mean value, SI, and what cells do not resolve.
 
     `steep` is the volume share of cells in which it changes by more than a factor STEEP, and `contrast` the largest
@@ -299,7 +299,7 @@ class Spread:
     mean: float
     steep: float
     contrast: float
-    lost: float
+    largest_quadrature_error: float
     outside: float = 0.0
     there: tuple[float, float] = (0.0, 0.0)
     read: bool = False
@@ -314,7 +314,7 @@ class Spread:
 
 
 @cache
-def _fine(kind: str) -> Rule:
+def _finer_rule(kind: str) -> Rule:
     """Return a rule that is finer than that of the element."""
     element = CELLS[kind]
     if element.family != "hexahedra":
@@ -324,16 +324,16 @@ def _fine(kind: str) -> Rule:
     return grid, np.einsum("i,j,k->ijk", w, w, w).ravel()
 
 
-def spread_of(case: Case, mesh: Mesh, profile: Profile) -> Spread:
+def constant_statistics(case: Case, mesh: Mesh, profile: Profile) -> ConstantStatistics:
     """Return the statistics on a mesh of a constant of the material of a case."""
-    own, fine = _rule(mesh), _fine(mesh.kind)
-    X, w = places(mesh, fine), integrate_cells(mesh, rule=fine).w
+    own, fine = _rule(mesh), _finer_rule(mesh.kind)
+    X, w = rule_positions(mesh, fine), integrate_cells(mesh, rule=fine).w
     c = values(profile, X)
-    coarse = values(profile, places(mesh, own)) * integrate_cells(mesh, rule=own).w
+    coarse = values(profile, rule_positions(mesh, own)) * integrate_cells(mesh, rule=own).w
     each, total = (c * w).sum(axis=1), float(w.sum())
     seen = np.concatenate([c, values(profile, mesh.points[mesh.cells])], axis=1)
     low, high = seen.min(axis=1), seen.max(axis=1)
-    most, least = (_told(profile, v) for v in (high, low))
+    most, least = (_stiffness_measure(profile, v) for v in (high, low))
     with np.errstate(all="ignore"):
         change = np.where(most * least > 0.0, np.maximum(np.abs(most / least), np.abs(least / most)), 1.0)
     size = each + w.sum(axis=1) if profile.name == "poisson" else each  # the shear modulus goes by 1 + nu
@@ -353,8 +353,8 @@ def spread_of(case: Case, mesh: Mesh, profile: Profile) -> Spread:
             seen = np.concatenate([seen.ravel(), [least_seen, most_seen]])
             each = known.means[0] * w.sum(axis=1)
     steep = float(w.sum(axis=1)[change > STEEP].sum()) / total
-    found = Spread(float(seen.min()), float(seen.max()), float(each.sum()) / total, steep, float(change.max()), lost)
-    out = _outside(profile, X)
+    found = ConstantStatistics(float(seen.min()), float(seen.max()), float(each.sum()) / total, steep, float(change.max()), lost)
+    out = _outside_fields(profile, X)
     if out is None:
         return found
     share = float(w[out].sum()) / total
@@ -372,7 +372,7 @@ def _known_stiffness(case: Case, mesh: Mesh) -> Resolved | None:
     return stiffness_of(case, mesh, False)
 
 
-def _told(profile: Profile, found: Floats) -> Floats:
+def _stiffness_measure(profile: Profile, found: Floats) -> Floats:
     """Return the quantity whose change within a cell counts: the constant, or, for Poisson's ratio, 2 (1 - nu) / (1 - 2
     nu).
 
@@ -384,45 +384,45 @@ def _told(profile: Profile, found: Floats) -> Floats:
     return told
 
 
-def _outside(profile: Profile, X: Floats) -> Any:
+def _outside_fields(profile: Profile, X: Floats) -> Any:
     """Return which points X (m, q, 3) lie outside a field that the constant is read from (m, q); None without a field."""
     found = [load_field(field).outside(X.reshape(-1, 3)).reshape(X.shape[:-1]) for field in profile.fields]
     return np.any(found, axis=0) if found else None
 
 
-def _each(case: Case, mesh: Mesh, parts: Parts) -> Iterator[tuple[str, Profile, Spread]]:
+def _varying_constants(case: Case, mesh: Mesh, parts: Parts) -> Iterator[tuple[str, Profile, ConstantStatistics]]:
     """Yield every varying constant of the body and its parts, with the name of its owner; cached in the mesh."""
-    key = spread_of, case.materials, case.leaning
+    key = constant_statistics, case.materials, case.leaning
     if key not in mesh.selections:
         names, found = (case.body.name, *(part.name for part in case.parts)), []
         for own in parts():
             for profile in profiles(own.case.material).values():
                 of = names[own.number]
-                found.append((of, profile, spread_of(own.case, own.mesh, profile)))
+                found.append((of, profile, constant_statistics(own.case, own.mesh, profile)))
         mesh.selections[key] = found
     yield from mesh.selections[key]
 
 
-def of_cells(mesh: Mesh, each: Sequence[Part]) -> dict[str, Floats]:
+def cell_means(mesh: Mesh, each: Sequence[Part]) -> dict[str, Floats]:
     """Return means over cells (m,), SI, of every constant that varies in the body; `each` has the cells of one
     material.
     """
     names = dict.fromkeys(name for own in each for name in profiles(own.case.material))
     found = {name: np.empty(len(mesh.cells)) for name in names}
-    rule = _fine(mesh.kind)
+    rule = _finer_rule(mesh.kind)
     for own in each:
         w = integrate_cells(own.mesh, rule=rule).w
         for name, known in found.items():
             constant = getattr(own.case.material, name)
             if isinstance(constant, Profile):
-                constant = (values(constant, places(own.mesh, rule)) * w).sum(axis=1) / w.sum(axis=1)
+                constant = (values(constant, rule_positions(own.mesh, rule)) * w).sum(axis=1) / w.sum(axis=1)
             known[own.which] = constant
     return found
 
 
 def facts(case: Case, mesh: Mesh, parts: Parts) -> dict[str, Any]:
     """Return the `graded` part of a report."""
-    return {"graded": {f"{of}.{profile.name}": spread.facts() for of, profile, spread in _each(case, mesh, parts)}}
+    return {"graded": {f"{of}.{profile.name}": spread.facts() for of, profile, spread in _varying_constants(case, mesh, parts)}}
 
 
 def _locks(declared: Declared, case: Case, poisson: float) -> Iterator[Diagnostic]:
@@ -437,21 +437,21 @@ def _locks(declared: Declared, case: Case, poisson: float) -> Iterator[Diagnosti
         yield known
 
 
-def typical(case: Case, mesh: Mesh, parts: Parts) -> tuple[Any, ...]:
+def representative_materials(case: Case, mesh: Mesh, parts: Parts) -> tuple[Any, ...]:
     """Return the materials of a case with means over cells for varying constants; for Poisson's ratio, the largest
     value.
     """
     names, found = [case.body.name, *(part.name for part in case.parts)], list(case.materials)
-    for of, profile, spread in _each(case, mesh, parts):
+    for of, profile, spread in _varying_constants(case, mesh, parts):
         number = names.index(of)
         value = spread.most if profile.name == "poisson" else spread.mean
         found[number] = with_constants(found[number], {profile.name: value})
     return tuple(m if getattr(m, "uniform", True) else known for m, known in zip(found, case.typical, strict=True))
 
 
-def lost(case: Case, mesh: Mesh, parts: Parts) -> float:
+def largest_quadrature_error(case: Case, mesh: Mesh, parts: Parts) -> float:
     """Return the largest relative quadrature error of a constant's integral; 0 if it is only rounding."""
-    found = max((spread.lost for _, _, spread in _each(case, mesh, parts)), default=0.0)
+    found = max((spread.lost for _, _, spread in _varying_constants(case, mesh, parts)), default=0.0)
     return found if found > LOST else 0.0
 
 
@@ -462,7 +462,7 @@ def notes(declared: Declared, case: Case, mesh: Mesh, parts: Parts) -> Iterator[
 
         for own in parts():
             yield from undefined_fiber_directions.notes(own.case, own.mesh)
-    for of, profile, spread in _each(case, mesh, parts):
+    for of, profile, spread in _varying_constants(case, mesh, parts):
         if spread.outside > BEYOND:
             low, high = (units.format_value(float(f"{v:.4g}"), profile.dimension) for v in spread.there)
             got = low if low == high else f"{low} to {high}"

@@ -27,13 +27,13 @@ if TYPE_CHECKING:
 Solid = TypeVar("Solid")
 
 
-def beds(case: Case, mesh: Mesh) -> dict[str, Any]:
+def create_surface_interactions(case: Case, mesh: Mesh) -> dict[str, Any]:
     """Return the elastic foundations, ties and self-contacts of a body, by name. Raises Fault."""
     found: dict[str, Any] = {}
     if case.beds:
-        from softmark.interpreter.models.shared.foundation_setup import beds_on
+        from softmark.interpreter.models.shared.foundation_setup import create_foundations
 
-        found |= beds_on(case, mesh)
+        found |= create_foundations(case, mesh)
     if case.pairs:
         from softmark.interpreter.models.shared.self_contact_setup import pairs_on
 
@@ -41,7 +41,7 @@ def beds(case: Case, mesh: Mesh) -> dict[str, Any]:
     return found
 
 
-def contacts(case: Case, mesh: Mesh) -> dict[str, RigidContact]:
+def create_rigid_contacts(case: Case, mesh: Mesh) -> dict[str, RigidContact]:
     """Return the energies of the contacts with rigid bodies, by name. Raises Fault."""
     if not case.contacts:
         return {}
@@ -50,7 +50,7 @@ def contacts(case: Case, mesh: Mesh) -> dict[str, RigidContact]:
     return contacts_on(case, mesh)
 
 
-def loose(
+def find_unsupported_body(
     case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int, beds: Mapping[str, Any]
 ) -> Loose | None:
     """Return the stabilization of a body that supports leave free until it touches; None if not needed. Raises Fault."""
@@ -61,7 +61,7 @@ def loose(
     return unsupported_bodies.loose(case, mesh, parts, measured, dofs, beds)
 
 
-def found(solid: Any, problem: Statics) -> Equilibrium:
+def find_equilibrium(solid: Any, problem: Statics) -> Equilibrium:
     """Find the equilibrium of a solid in contact, and the position of a force-driven rigid body. Raises NotConverged."""
     from softmark.solvers.statics.barrier_continuation import PassedThrough, clear
     from softmark.solvers.statics.rigid_substeps import in_substeps, presses_on_nodes, substeps_of
@@ -91,10 +91,10 @@ def found(solid: Any, problem: Statics) -> Equilibrium:
     case: Case = solid.pieces[0].case
     if not case.pressed:
         return find(problem)
-    from softmark.interpreter.models.shared.force_driven_rigid_bodies import press_of
+    from softmark.interpreter.models.shared.force_driven_rigid_bodies import force_driven_problem
     from softmark.solvers.statics.force_controlled_rigid_body import pressed
 
-    press = press_of(case, solid.contacts)
+    press = force_driven_problem(case, solid.contacts)
     assert press is not None
     return pressed(problem, press, find)
 
@@ -118,31 +118,31 @@ def _are_wide(solid: Any) -> bool:
     return True
 
 
-def told(solid: Any, known: Mapping[str, Any] | None) -> dict[str, Any]:
+def rigid_body_report(solid: Any, known: Mapping[str, Any] | None) -> dict[str, Any]:
     """Return the report of a force-driven rigid body from the solver's results `known`; empty if there is none."""
     if known is None:
         return {}
     from softmark.interpreter.models.shared import force_driven_rigid_bodies
 
-    return {"rigid": force_driven_rigid_bodies.told(solid.pieces[0].case, known)}
+    return {"rigid": force_driven_rigid_bodies.rigid_body_report(solid.pieces[0].case, known)}
 
 
-def gone(case: Case, mesh: Moved | None) -> Case:
+def with_moved_rigid_bodies(case: Case, mesh: Moved | None) -> Case:
     """Return a case with its force-driven rigid bodies at their positions in a state; unchanged without such bodies."""
     if mesh is None or not case.pressed:
         return case
     from softmark.interpreter.models.shared import force_driven_rigid_bodies
 
-    return force_driven_rigid_bodies.settled(case, mesh.beside)
+    return force_driven_rigid_bodies.move_rigid_bodies(case, mesh.beside)
 
 
-def settled(solid: Any, found: Equilibrium) -> dict[str, RigidContact]:
+def contacts_at_equilibrium(solid: Any, found: Equilibrium) -> dict[str, RigidContact]:
     """Return the contacts of a solid at equilibrium: barriers may be stiffer, and contact points may have been added."""
     contacts: dict[str, RigidContact] = solid.contacts
     return dict(zip(contacts, found.beside, strict=True)) if found.beside else contacts
 
 
-def kept(solid: Any, contacts: Mapping[str, RigidContact], x: Floats) -> tuple[tuple[Diagnostic, ...], str]:
+def describe_free_motions(solid: Any, contacts: Mapping[str, RigidContact], x: Floats) -> tuple[tuple[Diagnostic, ...], str]:
     """Return warnings about a solid that supports leave free, in a state x (3 n,), m, and its remaining free motions."""
     if solid.loose is None:
         return (), ""
@@ -153,15 +153,15 @@ def kept(solid: Any, contacts: Mapping[str, RigidContact], x: Floats) -> tuple[t
     return notes, adrift
 
 
-def bare(solid: Any, contacts: Mapping[str, RigidContact]) -> Assembly:
+def assembly_without_stabilization(solid: Any, contacts: Mapping[str, RigidContact]) -> Assembly:
     """Return the assembly of a solid with these contacts and without the stabilization spring."""
     known: Assembly = solid.assembly
     if any(contact is not solid.contacts[name] for name, contact in contacts.items()):
-        known = _acting(known, contacts)
+        known = _replace_contacts(known, contacts)
     return known if solid.loose is None else known.acting([*known.internal[:-1], solid.loose.spring.gone], known.loads)
 
 
-def keeping(solid: Solid, x: Floats) -> Solid:
+def recenter_stabilization(solid: Solid, x: Floats) -> Solid:
     """Return the same solid with its stabilization spring, if it has one, unstressed in a state x (dofs,), m."""
     known: Any = solid
     if known.loose is None:
@@ -172,13 +172,13 @@ def keeping(solid: Solid, x: Floats) -> Solid:
     return found
 
 
-def _acting(assembly: Assembly, contacts: Mapping[str, RigidContact]) -> Assembly:
+def _replace_contacts(assembly: Assembly, contacts: Mapping[str, RigidContact]) -> Assembly:
     """Return the assembly with its own contacts, which are its last loads, replaced by these."""
     plain = assembly.loads[: len(assembly.loads) - len(contacts)]
     return assembly.joined([*plain, *contacts.values()])
 
 
-def resumed(made: Solid, before: Moved) -> Solid:
+def resume_interactions(made: Solid, before: Moved) -> Solid:
     """Return a solid whose contacts continue from the rigid body positions and the friction history of the state
     before.
     """
@@ -192,13 +192,13 @@ def resumed(made: Solid, before: Moved) -> Solid:
         from softmark.interpreter.models.shared import friction_history
 
         known = replace(known, rubbed=before.rubbed)
-        beds, contacts = (friction_history.resumed(own, before.rubbed) for own in (beds, contacts))
+        beds, contacts = (friction_history.resume_contacts(own, before.rubbed) for own in (beds, contacts))
 
     def going_on(assembly: Assembly) -> Assembly:
         """Return an assembly with the updated foundations and contacts."""
         internal = list(assembly.internal)
         internal[len(known.solid) : len(known.solid) + len(beds)] = beds.values()
-        return _acting(assembly.with_internal(internal), contacts)
+        return _replace_contacts(assembly.with_internal(internal), contacts)
 
     exact = None if known.problem.exact is None else going_on(known.problem.exact)
     problem = replace(known.problem, assembly=going_on(known.problem.assembly), exact=exact)
@@ -206,27 +206,27 @@ def resumed(made: Solid, before: Moved) -> Solid:
     return found
 
 
-def met(solid: Any, u: Floats, contacts: Mapping[str, RigidContact], facts: Mapping[str, Any]) -> dict[str, Any]:
+def contact_state(solid: Any, u: Floats, contacts: Mapping[str, RigidContact], facts: Mapping[str, Any]) -> dict[str, Any]:
     """Return the contact state of a solid after displacements u (n, 3), m.
 
     It has the rigid body positions, the friction history, the barrier stiffening and the added contact points.
     """
-    remembered = past({**solid.beds, **contacts}, u.ravel(), solid.rubbed)
+    remembered = friction_histories({**solid.beds, **contacts}, u.ravel(), solid.rubbed)
     joined = {name: contact.extra for name, contact in contacts.items() if contact.extra is not None}
-    own = {"beside": beside(contacts), "stiffer": facts.get("stiffened", 1.0), "rubbed": remembered}
+    own = {"beside": rigid_bodies_by_contact(contacts), "stiffer": facts.get("stiffened", 1.0), "rubbed": remembered}
     return own | {"joined": joined}
 
 
-def past(contacts: Mapping[str, Energy], u: Floats, before: Past) -> Past:
+def friction_histories(contacts: Mapping[str, Energy], u: Floats, before: Past) -> Past:
     """Return the friction history after displacements u (3 n,), m; empty without friction."""
     if not any(contact.rubs for contact in contacts.values()):
         return {}
-    from softmark.interpreter.models.shared.friction_history import past_of
+    from softmark.interpreter.models.shared.friction_history import histories_after
 
-    return past_of(contacts, u, before)
+    return histories_after(contacts, u, before)
 
 
-def touched(found: Carried, contacts: Mapping[str, RigidContact], solid: Any, rubbed: Past) -> Carried:
+def add_contact_forces(found: Carried, contacts: Mapping[str, RigidContact], solid: Any, rubbed: Past) -> Carried:
     """Add contact forces of rigid bodies, self-contact and friction to the nodal forces of a solid."""
     case, u = solid.pieces[0].case, found.u.ravel()
     if contacts:
@@ -239,12 +239,12 @@ def touched(found: Carried, contacts: Mapping[str, RigidContact], solid: Any, ru
 
         touches |= {n: meeting_of(case, solid.beds[n], solid.mesh, found.x, u, rubbed.get(n)) for n in own}
     if rubbed:
-        from softmark.interpreter.models.shared.friction_history import slipped
+        from softmark.interpreter.models.shared.friction_history import add_friction_result
 
-        touches |= {n: slipped(touches[n], contact, u, rubbed.get(n)) for n, contact in contacts.items()}
+        touches |= {n: add_friction_result(touches[n], contact, u, rubbed.get(n)) for n, contact in contacts.items()}
     return replace(found, touches=touches, dissipated=found.dissipated + sum(own.work for own in rubbed.values()))
 
 
-def beside(contacts: Mapping[str, RigidContact]) -> dict[str, Gap]:
+def rigid_bodies_by_contact(contacts: Mapping[str, RigidContact]) -> dict[str, Gap]:
     """Return the rigid bodies at their present positions, by contact."""
     return {name: contact.body for name, contact in contacts.items()}

@@ -13,7 +13,7 @@ from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.models.shared.loaded_surface import surface_of
 from softmark.interpreter.models.shared.material_regions import pieces
 from softmark.interpreter.problem.body_case import Case, fault
-from softmark.interpreter.problem.surface_selection.loaded_surface_part import Loaded
+from softmark.interpreter.problem.surface_selection.loaded_surface_part import LoadedSurface
 from softmark.interpreter.problem.symmetry_planes import must_not_act_on_axis, must_not_act_on_plane, must_not_turn_half
 from softmark.interpreter.vocabulary.load_words import (
     BodyForce,
@@ -192,7 +192,7 @@ def _along_line(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> None:
     np.add.at(dead, place.nodes, (w[:, None] * place.N)[:, :, None] * np.array(line.force))
 
 
-def _surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> Loaded:
+def _surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> LoadedSurface:
     """Return the loaded surface of a load. Raises Fault, also if the load is incompatible with planes of symmetry."""
     found = surface_of(case, load, where, mesh)
     must_not_act_on_axis(case, load, mesh.points[found.touched], mesh.points)

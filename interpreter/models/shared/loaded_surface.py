@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.interpreter.problem.body_case import fault
-from softmark.interpreter.problem.surface_selection.loaded_surface_part import Loaded, loaded
+from softmark.interpreter.problem.surface_selection.loaded_surface_part import LoadedSurface, find_loaded_surface
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
 
 
-def surface_of(case: Case, acting: Declared, where: Condition, mesh: Mesh) -> Loaded:
+def surface_of(case: Case, acting: Declared, where: Condition, mesh: Mesh) -> LoadedSurface:
     """Return the surface that a load or a foundation acts on. Raises Fault if it has no area, or is not an edge."""
-    found = loaded(case.shape, mesh, where)
+    found = find_loaded_surface(case.shape, mesh, where)
     if found.empty:
         raise fault(
             "E302",

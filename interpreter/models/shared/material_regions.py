@@ -102,10 +102,10 @@ def must_be_mirrored(each: tuple[Piece, ...]) -> None:
     for own in each:
         case = own.graded or own.case
         if getattr(case.material, "directed", False):
-            from softmark.interpreter.models.shared.heterogeneous_material import places
+            from softmark.interpreter.models.shared.heterogeneous_material import rule_positions
             from softmark.interpreter.problem import anisotropy_limits
 
-            anisotropy_limits.must_be_mirrored(case, places(own.mesh, own.mesh.element.quadrature()))
+            anisotropy_limits.must_be_mirrored(case, rule_positions(own.mesh, own.mesh.element.quadrature()))
 
 
 def pieces(case: Case, mesh: Mesh, parts: Integration) -> tuple[Piece, ...]:
@@ -128,7 +128,7 @@ def lost(case: Case, mesh: Mesh) -> float:
     """Return the largest relative quadrature error of an integral of a varying constant."""
     from softmark.interpreter.models.shared import heterogeneous_material
 
-    return heterogeneous_material.lost(case, mesh, partial(_whole, case, mesh))
+    return heterogeneous_material.largest_quadrature_error(case, mesh, partial(_whole, case, mesh))
 
 
 def typical(case: Case, mesh: Mesh | None) -> tuple[Any, ...]:
@@ -140,7 +140,7 @@ def typical(case: Case, mesh: Mesh | None) -> tuple[Any, ...]:
         return case.typical
     from softmark.interpreter.models.shared import heterogeneous_material
 
-    return heterogeneous_material.typical(case, mesh, partial(_whole, case, mesh))
+    return heterogeneous_material.representative_materials(case, mesh, partial(_whole, case, mesh))
 
 
 def facts(case: Case, mesh: Mesh | None) -> dict[str, Any]:
@@ -216,4 +216,4 @@ def of_cells(case: Case, mesh: Any) -> Any:
         return None
     from softmark.interpreter.models.shared import heterogeneous_material
 
-    return lambda: heterogeneous_material.of_cells(mesh.mesh, _whole(case, mesh.mesh))
+    return lambda: heterogeneous_material.cell_means(mesh.mesh, _whole(case, mesh.mesh))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.problem.body_case import Case, Fault, Touch, fault
-from softmark.interpreter.problem.surface_selection.loaded_surface_part import loaded
+from softmark.interpreter.problem.surface_selection.loaded_surface_part import find_loaded_surface
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import (
     BodyForce,
@@ -56,7 +56,7 @@ def _must_be_once(case: Case, mesh: Mesh) -> None:
     """
     for i, later in enumerate(case.contacts):
         for first in (c for c in case.contacts[:i] if c.rigid.name == later.rigid.name):
-            own, others = (loaded(case.shape, mesh, t.thing.where).whole for t in (later, first))
+            own, others = (find_loaded_surface(case.shape, mesh, t.thing.where).whole for t in (later, first))
             if not set(map(tuple, np.sort(own).tolist())) & set(map(tuple, np.sort(others).tolist())):
                 continue
             raise fault(
@@ -147,9 +147,9 @@ def _force_of(action: object, case: Case, mesh: Mesh, volume: float) -> float:
         case LineForce() as line:
             return line.length * math.hypot(*line.force)
         case SurfaceTraction(where, traction):
-            return math.hypot(*traction) * loaded(case.shape, mesh, where).area_of(case.depth)
+            return math.hypot(*traction) * find_loaded_surface(case.shape, mesh, where).area_of(case.depth)
         case RemoteStress(where, stress, _) | PressureLoad(where, stress):
-            return abs(stress) * loaded(case.shape, mesh, where).area_of(case.depth)
+            return abs(stress) * find_loaded_surface(case.shape, mesh, where).area_of(case.depth)
     return 0.0
 
 
@@ -267,7 +267,7 @@ def plane_modulus(case: Case) -> float:
 
 def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
     """Return the facets that may come into contact (k, a). Raises Fault if there are none."""
-    facets = loaded(case.shape, mesh, touch.thing.where).touched
+    facets = find_loaded_surface(case.shape, mesh, touch.thing.where).touched
     facets = np.unique(facets, axis=0)
     if case.planar:
         facets = facets[is_on_border(mesh.points, facets, case.depth > 0.0)]

@@ -147,9 +147,9 @@ def _tied(case: Case, pair: Declared, mesh: Mesh) -> TieConstraint:
 
 def _facets(case: Case, pair: Declared, mesh: Mesh) -> Ints:
     """Return the indices of the mesh facets that a condition selects; for a slice, those of its edge. Raises Fault."""
-    from softmark.interpreter.problem.surface_selection.loaded_surface_part import loaded
+    from softmark.interpreter.problem.surface_selection.loaded_surface_part import find_loaded_surface
 
-    rows = loaded(case.shape, mesh, pair.thing.where).touched
+    rows = find_loaded_surface(case.shape, mesh, pair.thing.where).touched
     known = {tuple(row): i for i, row in enumerate(np.sort(mesh.facets, axis=1).tolist())}
     found = np.array(sorted({known[tuple(row)] for row in np.sort(rows, axis=1).tolist()}), dtype=np.int64)
     if case.planar:

@@ -219,10 +219,10 @@ class PreparedMotion:
 
     def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
         """Return fields of the solution from stored states (t, ...): `course`, `displacement` and, if any, `mesh`."""
-        from softmark.interpreter.models.shared.deformed_mesh import in_motion
+        from softmark.interpreter.models.shared.deformed_mesh import fields_of_motion
 
         assert self.mesh is not None
-        return in_motion(self.mesh, times, states.reshape(len(states), -1, 3))
+        return fields_of_motion(self.mesh, times, states.reshape(len(states), -1, 3))
 
     def _crossings(self, mesh: Any) -> dict[str, Any]:
         """Return the largest number of intersecting pairs of faces over some states of the `mesh`, by contact."""

@@ -165,7 +165,7 @@ def _solid_held(case: Case, mesh: Mesh, measured: Mapping[str, Any], share: floa
     if case.beds:
         from softmark.interpreter.models.shared import foundation_setup
 
-        for own, seen in foundation_setup.rows(case, mesh, held.centre):
+        for own, seen in foundation_setup.constraint_rows(case, mesh, held.centre):
             held.see(own, seen)
     for support in case.supports:
         nodes = np.nonzero(selected(case, support, mesh))[0]

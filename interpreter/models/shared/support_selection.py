@@ -17,14 +17,19 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.coordinate_conditions import Border, Condition
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.group_conditions import split_by_groups, cell_membership, facet_membership, node_membership
+from softmark.interpreter.problem.group_conditions import (
+    cell_membership,
+    facet_membership,
+    node_membership,
+    split_by_groups,
+)
 from softmark.interpreter.problem.surface_selection.selected_pieces import (
     Bools,
-    cut,
-    near,
-    selects,
+    crossed_simplices,
+    cut_pieces,
+    selected_points,
     slack_of,
-    undecided,
+    undecided_simplices,
 )
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
@@ -129,7 +134,7 @@ class _Kind:
 def _found(condition: Condition, mesh: Mesh) -> Grip:
     nodes = np.zeros(len(mesh.points), dtype=np.bool_)
     for own, which in split_by_groups(condition, node_membership(mesh)):
-        nodes[which] = selects(own, mesh.points[which], mesh.extent)
+        nodes[which] = selected_points(own, mesh.points[which], mesh.extent)
     wide = nodes.copy()
     volumes, areas = cells_of(mesh), _facets(mesh)
     looked = [(kind, fractions(condition, kind, mesh)) for kind in (volumes, areas)]
@@ -236,17 +241,17 @@ def fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
     followed = _followed(condition, kind, mesh)
     beside = np.arange(len(corners))
     if not all(border.plane for border in condition.borders):
-        beside = np.flatnonzero(undecided(condition, mesh.points[corners], mesh.extent))
+        beside = np.flatnonzero(undecided_simplices(condition, mesh.points[corners], mesh.extent))
     for border in condition.borders:
-        crossed[number[beside[near(border, mesh.points[corners[beside]], mesh.extent)]]] = True
+        crossed[number[beside[crossed_simplices(border, mesh.points[corners[beside]], mesh.extent)]]] = True
     whole = Pieces(mesh.points[kind.simplices[:, 0]], np.arange(len(kind.nodes)))
-    f = selects(condition, whole.middles, mesh.extent).astype(float)
+    f = selected_points(condition, whole.middles, mesh.extent).astype(float)
     crossed &= np.isnan(followed)
     some = crossed[number]
     pieces = Pieces(mesh.points[corners[some]], number[some])
     for border in condition.borders:
-        pieces = cut(pieces, border, mesh.extent)
-    chosen = selects(condition, pieces.middles, mesh.extent)
+        pieces = cut_pieces(pieces, border, mesh.extent)
+    chosen = selected_points(condition, pieces.middles, mesh.extent)
     size, count = kind.sizes_of(pieces), len(kind.nodes)
     total = np.bincount(pieces.of, size, minlength=count)
     own = np.bincount(pieces.of[chosen], size[chosen], minlength=count)
@@ -269,7 +274,7 @@ def _followed(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
     on = (np.abs(level) <= slack)[:, sides].all(axis=2)  # (m, s)
     cells = np.flatnonzero(on.any(axis=1) & ((level.min(axis=1) >= -slack) | (level.max(axis=1) <= slack)))
     if len(cells):
-        inside = selects(condition, mesh.points[kind.nodes[cells]].mean(axis=1), mesh.extent)
+        inside = selected_points(condition, mesh.points[kind.nodes[cells]].mean(axis=1), mesh.extent)
         at, side = np.nonzero(on[cells])
         faces = kind.nodes[cells[at][:, None], sides[side]]
         share = np.bincount(at, _beyond(border, mesh.points[faces], mesh), minlength=len(cells)) / kind.sizes[cells]

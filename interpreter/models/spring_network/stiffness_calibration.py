@@ -144,12 +144,12 @@ def _scaled(declared: Declared, part: float) -> Declared:
 def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, Any]) -> FitTarget:
     """Return the objective of a calibrated model's fit; `measured` is the data read, by reference. Raises Fault."""
     from softmark.interpreter.metrics.metric_evaluation import measure_metric
-    from softmark.interpreter.problem.probe_points import place_of
+    from softmark.interpreter.problem.probe_points import find_probe_points
 
     metric, probe, reference = _checked(scene, model, case)
     part = scaled(case, model.thing.stiffness.load)
     data = _data(reference, measured, model)
-    place = place_of(probe, case, lambda name: _data(scene.declared[name], measured, model).X)
+    place = find_probe_points(probe, case, lambda name: _data(scene.declared[name], measured, model).X)
     known = _known(reference, data, part, place.X)
 
     def measure(displacement: Field) -> float:
@@ -175,11 +175,11 @@ def _data(reference: Declared, measured: Mapping[str, Any], model: Declared) -> 
 def _known(reference: Declared, data: Measured | None, part: Case, X: Floats) -> Any:
     """Return the reference at the points of the probe, in the form that a metric needs."""
     from softmark.interpreter.metrics.measurement import ReferenceData
-    from softmark.interpreter.problem.theory_problems import solved
+    from softmark.interpreter.problem.theory_problems import solve_theory
     from softmark.references.measured_data import MeasuredSurface
 
     if data is None:
-        line = solved(reference, part)
+        line = solve_theory(reference, part)
         return ReferenceData(reference.name, line.displacement(X), line.displacement)
     if isinstance(data, MeasuredSurface):
         return ReferenceData(reference.name, surface=data, uncertainty=data.resolution)

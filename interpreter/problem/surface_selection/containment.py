@@ -25,7 +25,7 @@ HERE: Point = (Term.coordinate(0), Term.coordinate(1), Term.coordinate(2))
 FAR = 1e3  # of a polygon's extent: where chains of its sides end that go on for ever
 
 
-def within(shape: Shape, at: Point, closed: bool) -> Condition | None:
+def inside_condition(shape: Shape, at: Point, closed: bool) -> Condition | None:
     """Return the condition that a shape contains a point, border included or not; None for files and curved axes."""
     below = "<=" if closed else "<"
     if isinstance(shape, Combined):
@@ -35,7 +35,7 @@ def within(shape: Shape, at: Point, closed: bool) -> Condition | None:
     if isinstance(shape, RoundBody):
         return _round(shape, at, below)
     if isinstance(shape, Cylinder | Tube):
-        s, square = _around(at, shape.origin, shape.axis)
+        s, square = _axial_coordinates(at, shape.origin, shape.axis)
         hollow = shape.section.hollow
         along = [
             _between(s, 0.0, shape.length, below),
@@ -45,8 +45,8 @@ def within(shape: Shape, at: Point, closed: bool) -> Condition | None:
             [*along, _is_below_zero(_distance_from_circle(square, hollow).negated(), below)] if hollow else along
         )
     if isinstance(shape, Revolution):
-        s, square = _around(at, shape.origin, shape.axis)
-        return _polygon(shape.outline, _turned(s, square, ON_AXIS * shape.widest, below))
+        s, square = _axial_coordinates(at, shape.origin, shape.axis)
+        return _polygon(shape.outline, _left_of_revolved_side(s, square, ON_AXIS * shape.widest, below))
     if isinstance(shape, Extruded):
         return _extruded(shape, at, below)
     return None
@@ -54,7 +54,7 @@ def within(shape: Shape, at: Point, closed: bool) -> Condition | None:
 
 def _combined(shape: Combined, at: Point, closed: bool) -> Condition | None:
     taken = shape.operation == "difference"
-    one, other = within(shape.one, at, closed), within(shape.other, at, closed != taken)
+    one, other = inside_condition(shape.one, at, closed), inside_condition(shape.other, at, closed != taken)
     if one is None or other is None:
         return None
     if taken:
@@ -84,7 +84,7 @@ def _extruded(shape: Extruded, at: Point, below: str) -> Condition:
     return _all([_polygon(shape.section, beside), _between(up, shape.base, shape.base + shape.height, below)])
 
 
-def _turned(s: Term, square: Term, least: float, below: str) -> Callable[[Place, Place], Condition]:
+def _left_of_revolved_side(s: Term, square: Term, least: float, below: str) -> Callable[[Place, Place], Condition]:
     """Return the condition for the left of a side, by axial place and distance from the axis, whose square is given."""
 
     def beside(a: Place, b: Place) -> Condition:
@@ -139,7 +139,7 @@ def _far_point(a: Place, b: Place, far: float) -> Place:
     return b[0] + far * (b[0] - a[0]) / length, b[1] + far * (b[1] - a[1]) / length
 
 
-def _around(at: Point, origin: Vector3, axis: Vector3) -> tuple[Term, Term]:
+def _axial_coordinates(at: Point, origin: Vector3, axis: Vector3) -> tuple[Term, Term]:
     """Return the place along an axis, m, and the square of the distance from it, m^2."""
     off = [_less(c, o) for c, o in zip(at, origin, strict=True)]
     s, u, v = (_sum(_scaled(c, e) for c, e in zip(off, way, strict=True) if e) for way in (axis, *transverse(axis)))

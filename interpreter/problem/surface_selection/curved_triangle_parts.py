@@ -14,8 +14,14 @@ from functools import cache
 
 import numpy as np
 
-from softmark.interpreter.problem.surface_selection.facet_patches import ConditionOnPatches, Floats, Ints, Looked, Mask
-from softmark.interpreter.problem.surface_selection.plane_clipping import areas, first, odd
+from softmark.interpreter.problem.surface_selection.facet_patches import (
+    BorderBounds,
+    ConditionOnPatches,
+    Floats,
+    Ints,
+    Mask,
+)
+from softmark.interpreter.problem.surface_selection.plane_clipping import areas, odd_corner, rotate_to_first
 
 DEPTH = 18  # halvings of a facet
 MOST = 60_000  # triangles at once: a border that needs more is followed no further
@@ -76,7 +82,9 @@ def follow(asked: ConditionOnPatches, f: Ints, tri: Floats, points: Points) -> N
                 simple[touched] = True
                 some = np.setdiff1d(some, touched)
                 corner, fit = _cut_off_corner(looked, b, some, asked.slack[b])
-                done = _integrate_rays(asked, b, f[some[fit]], first(tri[some[fit]], corner[fit]), points, depth)
+                done = _integrate_rays(
+                    asked, b, f[some[fit]], rotate_to_first(tri[some[fit]], corner[fit]), points, depth
+                )
                 simple[some[fit]] = done
         rest = ~(plain | simple)
         f, tri = f[rest], tri[rest]
@@ -101,17 +109,17 @@ def _quarter(tri: Floats) -> Floats:
     return np.stack([np.stack(t, axis=1) for t in four], axis=1).reshape(-1, 3, 2)
 
 
-def _cut_off_corner(looked: Looked, b: int, some: Ints, slack: float) -> tuple[Ints, Mask]:
+def _cut_off_corner(looked: BorderBounds, b: int, some: Ints, slack: float) -> tuple[Ints, Mask]:
     """Return the corner that a border cuts off each of some triangles, and whether it does only that."""
     v = looked.values[b][some]
     v = np.where(np.abs(v) <= slack, 0.0, v)
     low, high = (side[:, some] for side in looked.slopes[b])
-    corner = odd(v)
+    corner = odd_corner(v)
     sign = np.sign(v[np.arange(len(v)), corner])
     turned = [np.stack([side[(corner + i) % 3, np.arange(len(v))] for i in range(3)]) for side in (low, high)]
     least = np.where(sign > 0, turned[0], -turned[1])  # of sign times level
     most = np.where(sign > 0, turned[1], -turned[0])
-    v = sign[:, None] * first(v, corner)
+    v = sign[:, None] * rotate_to_first(v, corner)
     both = (v[:, 0] > 0.0) & (v[:, 1] <= 0.0) & (v[:, 2] <= 0.0) & (v[:, 1] + v[:, 2] < 0.0)
     falling = (most[0] < 0.0) & (least[2] > 0.0)  # from the corner along 01, and along 20 towards it
     one_way = (least[1] > 0.0) | (most[1] < 0.0)
@@ -119,7 +127,7 @@ def _cut_off_corner(looked: Looked, b: int, some: Ints, slack: float) -> tuple[I
     return corner, both & falling & (one_way | (beyond <= slack))
 
 
-def _meets_side_only(asked: ConditionOnPatches, looked: Looked, b: int, some: Ints, f: Ints, tri: Floats) -> Mask:
+def _meets_side_only(asked: ConditionOnPatches, looked: BorderBounds, b: int, some: Ints, f: Ints, tri: Floats) -> Mask:
     """Return which of some triangles a border meets only along a side."""
     v = looked.values[b][some]
     v = np.where(np.abs(v) <= asked.slack[b], 0.0, v)
@@ -132,7 +140,7 @@ def _meets_side_only(asked: ConditionOnPatches, looked: Looked, b: int, some: In
     out, back = (off % 3, row), ((off + 2) % 3, row)
     away = np.where(sign > 0, most[out], -least[out]) < 0.0
     home = np.where(sign > 0, least[back], -most[back]) > 0.0
-    start, end = (first(tri[some], off)[:, i, None] for i in (1, 2))
+    start, end = (rotate_to_first(tri[some], off)[:, i, None] for i in (1, 2))
     side = start + np.linspace(0.1, 0.9, 5)[:, None] * (end - start)
     on = np.abs(asked.level(b, asked.patches.at(f[some], side))).max(axis=1) <= asked.slack[b]
     found &= away & home & on

@@ -10,10 +10,10 @@ from itertools import pairwise
 import numpy as np
 
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE, Condition, Term
-from softmark.interpreter.problem.surface_selection.containment import HERE, Point, within
+from softmark.interpreter.problem.surface_selection.containment import HERE, Point, inside_condition
 from softmark.interpreter.problem.surface_selection.facet_patches import ConditionOnPatches, Floats, Patches
-from softmark.interpreter.problem.surface_selection.selected_facets import Part, part
-from softmark.interpreter.problem.surface_selection.sphere_selection import curved, planes
+from softmark.interpreter.problem.surface_selection.selected_facets import Part, select_patches
+from softmark.interpreter.problem.surface_selection.sphere_selection import symmetry_cuts, select_curved_side
 from softmark.records import dataclass
 from softmark.solvers.mesh.boolean_shapes import Combined
 from softmark.solvers.mesh.curved_boundary import ConeSide, CylinderSide, EllipsoidSide
@@ -58,7 +58,7 @@ class Piece:
         return Piece(measure, lambda out: self.moved(-out))
 
 
-def selected(shape: Shape, condition: Condition) -> tuple[float, Floats] | None:
+def select_surface(shape: Shape, condition: Condition) -> tuple[float, Floats] | None:
     """Return selected area, m^2, and the integral of the outward normal (3,), m^2; None for shapes from files.
 
     Computed once for all models of a body. For combined bodies the exact surface of each part is used where it lies on
@@ -85,7 +85,7 @@ def _measure_surface(shape: Shape, condition: Condition) -> Measured | None:
     return _add_up([piece.measure(condition, shape.diagonal) for piece in found])
 
 
-def tended(shape: Combined, condition: Condition, size: float) -> float | None:
+def limit_of_facet_area(shape: Combined, condition: Condition, size: float) -> float | None:
     """Return the limit of facet areas, m^2, for cells of a size (m) as they are halved; None with groups.
 
     Each halving reduces the error to a fourth. Used for parts without exact surfaces. Raises UnreadableMesh.
@@ -103,11 +103,11 @@ def pieces(shape: Shape) -> list[Piece] | None:
     if isinstance(shape, Box):
         return [_plate(corners[None]) for corners in _faces(shape)]
     if isinstance(shape, RoundBody):
-        flat, inner = planes(shape)
+        flat, inner = symmetry_cuts(shape)
         balls = [_ball(shape, side) for side in shape.sides]
         return [*_reverse_inner(balls), *(_plate(corners[None], inner) for corners in flat)]
     if isinstance(shape, Cylinder | Tube):
-        inner = _around(shape.origin, shape.axis, shape.radius, shape.section.hollow)
+        inner = _radius_condition(shape.origin, shape.axis, shape.radius, shape.section.hollow)
         sides = [_side_piece([side]) for side in shape.sides]
         return [*_reverse_inner(sides), *(_plate(corners[None], inner) for corners in _ends(shape))]
     if isinstance(shape, Revolution):
@@ -141,12 +141,12 @@ def _restrict_piece(piece: Piece, other: Shape, outside: bool, beside: tuple[flo
 
     `beside` are the distances, m out of the body, at which coincident parts are tested; none if they do not count.
     """
-    open_, closed = (within(other, HERE, held) for held in (False, True))
+    open_, closed = (inside_condition(other, HERE, held) for held in (False, True))
     if open_ is None or closed is None:
         return None
     on = piece.within(closed, Condition.negation(open_))
     sure = piece.within(Condition.negation(closed) if outside else open_)
-    there = [held for out in beside if (held := within(other, piece.moved(out), True)) is not None]
+    there = [held for out in beside if (held := inside_condition(other, piece.moved(out), True)) is not None]
     doubtful = on.within(*(map(Condition.negation, there) if outside else there))
 
     def measure(condition: Condition, extent: float) -> Measured:
@@ -196,7 +196,7 @@ def _ball(shape: RoundBody, side: EllipsoidSide) -> Piece:
         stretch = np.diag([1.0 + out / a for a in side.semiaxes])
         return _linear(stretch, centre - stretch @ centre)
 
-    return Piece(lambda condition, extent: curved(shape, side, condition, extent), moved)
+    return Piece(lambda condition, extent: select_curved_side(shape, side, condition, extent), moved)
 
 
 def _linear(matrix: Floats, rest: Floats) -> Point:
@@ -225,7 +225,7 @@ def _side_piece(bands: Sequence[CylinderSide | ConeSide]) -> Piece:
 def _flat(corners: Floats, condition: Condition, extent: float) -> tuple[float, Floats]:
     """Return the selected part of flat parallelograms (f, 4, 3) or triangles (f, 3, 3)."""
     patches = Patches(corners, extent)
-    found = part(ConditionOnPatches.of(condition, patches))
+    found = select_patches(ConditionOnPatches.of(condition, patches))
     vectors = np.concatenate([
         (4.0 if patches.nodes == 4 else 0.5) * patches.area(found.whole, np.zeros((len(found.whole), 2))),
         found.w[:, None] * patches.area(found.f, found.xi),
@@ -251,7 +251,7 @@ def _ends(prism: Cylinder | Tube) -> Floats:
     return np.array([[root + c for c in reversed(turning)], [top + c for c in turning]])
 
 
-def _around(origin: Vector3, axis: Vector3, radius: float, hollow: float | None) -> Condition:
+def _radius_condition(origin: Vector3, axis: Vector3, radius: float, hollow: float | None) -> Condition:
     """Return the condition that a point is within the radius of an axis and outside that of a hollow."""
     square = Term.constant(0.0)
     for e in transverse(axis):
@@ -276,7 +276,7 @@ def _revolved_pieces(shape: Revolution) -> list[Piece]:
         turning = [ring.outer * c for c in (-u - v, u - v, u + v, v - u)]
         middle = np.array(shape.origin) + ring.at * axis
         corners = np.array([[middle + c for c in (turning if ring.up else reversed(turning))]])
-        found.append(_plate(corners, _around(shape.origin, shape.axis, ring.outer, ring.inner)))
+        found.append(_plate(corners, _radius_condition(shape.origin, shape.axis, ring.outer, ring.inner)))
     return found
 
 
@@ -322,7 +322,7 @@ def _side(side: CylinderSide | ConeSide, condition: Condition, extent: float) ->
     low, high = r * rim, q * rim + side.length * a
     corners = root + np.stack([low[:-1], low[1:], high[1:], high[:-1]], axis=1)
     patches = Patches(corners, extent, side.onto if min(r, q) > 0.0 else None)
-    found: Part = part(ConditionOnPatches.of(condition, patches))
+    found: Part = select_patches(ConditionOnPatches.of(condition, patches))
     half, mean = math.pi / SIDES, 0.5 * (r + q) * side.length
     middle = rim[:-1] + rim[1:]
     middle /= np.linalg.norm(middle, axis=1, keepdims=True)

@@ -61,7 +61,7 @@ def _edge_angles(mesh: Mesh) -> tuple[Ints, Ints, Floats]:
     return one // n, two // n, angle
 
 
-def settled(asked: ConditionOnPatches, f: Ints, deviation: Floats) -> ConditionOnPatches:
+def settle_within_deviation(asked: ConditionOnPatches, f: Ints, deviation: Floats) -> ConditionOnPatches:
     """Return the condition with borders that cut facets f only within their deviation (f,) decided by the nodes."""
     some = f[deviation[f] > 0.0]
     mask, values = asked.settled.copy(), asked.settling.copy()

@@ -192,7 +192,7 @@ class ConditionOnPatches:
         f, tri = self.patches.triangles
         return np.unique(f[self.look(f, tri).crossed.any(axis=0)])
 
-    def look(self, f: Ints, tri: Floats) -> Looked:
+    def look(self, f: Ints, tri: Floats) -> BorderBounds:
         """Return levels and bounds of every border over triangles (n, 3, 2) of facets f."""
         place, X = self.patches.bounds(f, tri), self.patches.at(f, tri)
         values, slopes, crossed = [], [], []
@@ -200,16 +200,16 @@ class ConditionOnPatches:
             v = self.level(b, X)
             with np.errstate(all="ignore"):
                 D = Bounds.of(border.level.at(place), place[0]).steep
-            low, high = over(v, D)
+            low, high = bounds_over_triangles(v, D)
             values.append(v)
             slopes.append(D)
             cuts = not self.repeated[b]
             crossed.append(cuts & (low < -self.slack[b]) & (high > self.slack[b]) & ~self.settled[f, b])
-        return Looked(values, slopes, np.array(crossed))
+        return BorderBounds(values, slopes, np.array(crossed))
 
 
 @dataclass(frozen=True)
-class Looked:
+class BorderBounds:
     """Levels at corners (b) (n, 3), bounds of slopes along sides (b) (3, n), and possible crossings (b, n)."""
 
     values: Sequence[Floats]
@@ -217,7 +217,7 @@ class Looked:
     crossed: Mask
 
 
-def over(v: Floats, D: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+def bounds_over_triangles(v: Floats, D: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
     """Return bounds over triangles from values at their corners (n, 3) and slopes along their sides (3, n)."""
     low, high = np.full(len(v), -np.inf), np.full(len(v), np.inf)
     for i in range(3):

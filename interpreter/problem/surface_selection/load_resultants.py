@@ -12,9 +12,9 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.surface_selection.exact_surface import selected, tended, volume
+from softmark.interpreter.problem.surface_selection.exact_surface import limit_of_facet_area, select_surface, volume
 from softmark.interpreter.problem.surface_selection.facet_patches import Floats
-from softmark.interpreter.problem.surface_selection.loaded_surface_part import Loaded
+from softmark.interpreter.problem.surface_selection.loaded_surface_part import LoadedSurface
 from softmark.interpreter.results.load_results import Resultant, Vector, to_vector
 from softmark.interpreter.vocabulary.load_words import (
     BodyForce,
@@ -35,7 +35,7 @@ NEARER = "use a smaller size: its curved facets meet the surface at their nodes 
 FLATTER = "use a smaller size, or smaller `facets`: between their corners they are flat, for elements of any order"
 
 
-class Built(Protocol):
+class BuiltModel(Protocol):
     """Required parts of a built model: models/shared/prepared_model.py has all of it."""
 
     @property
@@ -50,13 +50,13 @@ class Built(Protocol):
         """Return the forces of every load at these points (n, 3), N; for a beam with moments (n, 6), N m."""
 
 
-def resultants(case: Case, prepared: Built) -> dict[str, Resultant]:
+def resultants(case: Case, prepared: BuiltModel) -> dict[str, Resultant]:
     """Return the resultant of every load of a built model, by name."""
     mesh, points = prepared.mesh, prepared.points
     return {load.name: _resultant(case, load, mesh, points, f) for load, f in prepared.forces()}
 
 
-def missing(found: Mapping[str, Resultant]) -> float | None:
+def largest_load_error(found: Mapping[str, Resultant]) -> float | None:
     """Return the largest relative error of a surface load; None without surface loads."""
     return max((r.missing for r in found.values() if r.area is not None), default=None)
 
@@ -72,7 +72,7 @@ def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats)
     if isinstance(action, TendonLoad):  # its ends and its guides are in the body: nothing is left of it
         return Resultant(force, moment, None, (0.0, 0.0, 0.0), 1.0, exact_moment=(0.0, 0.0, 0.0))
     on_surface = isinstance(action, SurfaceTraction | RemoteStress | PressureLoad | MomentLoad)
-    known: Loaded | None = mesh.selections.get(action.where) if mesh is not None and on_surface else None
+    known: LoadedSurface | None = mesh.selections.get(action.where) if mesh is not None and on_surface else None
     exact, area = _exact_load(case, load)
     if isinstance(action, MomentLoad):
         return _moment_resultant(action, force, moment, known, area)
@@ -89,14 +89,18 @@ def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats)
 def _limit_area(case: Case, where: Condition, mesh: Any) -> float | None:
     """Return the limit of the facet area, m^2, for a combined body with parts known only by their facets."""
     made = getattr(mesh, "filling", None)
-    return tended(case.shape, where, made.size) if made is not None and isinstance(case.shape, Combined) else None
+    return (
+        limit_of_facet_area(case.shape, where, made.size)
+        if made is not None and isinstance(case.shape, Combined)
+        else None
+    )
 
 
 def _revolved_resultant(case: Case, load: Declared, mesh: Any, f: Floats) -> Resultant:
     """Return the resultant on a body of revolution, from forces f (n, 3) on whole rings, N: axial, the rest cancels."""
     force, none = (0.0, float(f[:, 1].sum()), 0.0), (0.0, 0.0, 0.0)
     action = load.thing.action
-    known: Loaded | None = (
+    known: LoadedSurface | None = (
         mesh.selections.get(action.where) if isinstance(action, SurfaceTraction | RemoteStress | PressureLoad) else None
     )
     if known is None:
@@ -119,7 +123,7 @@ def _resultant_at_points(action: PointLoad | LineForce, force: Vector, moment: V
 
 
 def _moment_resultant(
-    action: MomentLoad, force: Vector, moment: Vector, known: Loaded | None, area: float | None
+    action: MomentLoad, force: Vector, moment: Vector, known: LoadedSurface | None, area: float | None
 ) -> Resultant:
     """Return the resultant of a given moment; for a solid with the area it acts on."""
     nothing = (0.0, 0.0, 0.0)
@@ -142,13 +146,13 @@ def _exact_load(case: Case, load: Declared) -> tuple[Vector | None, float | None
     match load.thing.action:
         case BodyForce(acceleration=g) if not case.parts and case.uniform and (held := volume(shape)) is not None:
             return to_vector(case.material.density * held * np.array(g)), None
-        case SurfaceTraction(where=where, traction=t) if (found := selected(shape, where)) is not None:
+        case SurfaceTraction(where=where, traction=t) if (found := select_surface(shape, where)) is not None:
             return to_vector(found[0] * np.array(t)), found[0]
-        case MomentLoad(where=where) if (found := selected(shape, where)) is not None:
+        case MomentLoad(where=where) if (found := select_surface(shape, where)) is not None:
             return (0.0, 0.0, 0.0), found[0]
-        case RemoteStress(where=where) as pull if (found := selected(shape, where)) is not None:
+        case RemoteStress(where=where) as pull if (found := select_surface(shape, where)) is not None:
             return to_vector(found[1] @ np.array(pull.tensor)), found[0]
-        case PressureLoad(where=where, pressure=p) if (found := selected(shape, where)) is not None:
+        case PressureLoad(where=where, pressure=p) if (found := select_surface(shape, where)) is not None:
             return to_vector(-p * found[1]), found[0]
     return None, None
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.language.coordinate_conditions import Condition
-from softmark.interpreter.problem.group_conditions import split_by_groups, facet_membership
-from softmark.interpreter.problem.surface_selection.facet_deviation import deviations, settled
+from softmark.interpreter.problem.group_conditions import facet_membership, split_by_groups
+from softmark.interpreter.problem.surface_selection.facet_deviation import deviations, settle_within_deviation
 from softmark.interpreter.problem.surface_selection.facet_patches import (
     ConditionOnPatches,
     Floats,
@@ -20,7 +20,7 @@ from softmark.interpreter.problem.surface_selection.facet_patches import (
     Out,
     Patches,
 )
-from softmark.interpreter.problem.surface_selection.selected_facets import Part, part
+from softmark.interpreter.problem.surface_selection.selected_facets import Part, select_patches
 from softmark.records import dataclass
 from softmark.solvers.elements import moment_fitted_quadrature
 from softmark.solvers.elements.boundary_facets import FACETS
@@ -35,7 +35,7 @@ TOUCHED = 1e-6  # of what is selected: less of the faces of a slice is what tole
 
 
 @dataclass(frozen=True)
-class Loaded:
+class LoadedSurface:
     """Whole facets (w, k), and points on parts of others: nodes (p, k), local xi (p, 2), weights (p,) in local area.
 
     `remainder` is the area, m^2, that may or may not belong to it.
@@ -102,7 +102,7 @@ class Loaded:
         _add_pairs(found, np.searchsorted(nodes, self.nodes), np.einsum("p,pa,pb->pab", dA, N, N))
         return nodes, found
 
-    def of_facets(self, facets: Ints) -> Loaded:
+    def of_facets(self, facets: Ints) -> LoadedSurface:
         """Return the part that lies on some facets (f, k)."""
         keys = {tuple(row) for row in facets.tolist()}
         own, cut = (np.array([tuple(r) in keys for r in f.tolist()], dtype=bool) for f in (self.whole, self.nodes))
@@ -147,14 +147,14 @@ def _add_pairs(found: Floats, rows: Ints, blocks: Floats) -> None:
     np.add.at(found, (rows[:, :, None], rows[:, None, :]), blocks)
 
 
-def loaded(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
+def find_loaded_surface(shape: Shape, mesh: Mesh, condition: Condition) -> LoadedSurface:
     """Return the part of a mesh's surface that a condition selects, computed once.
 
     Conditions apply to the exact body: facets of a curved side are evaluated on that side, and those of a mesh file
     within
     their deviation from the smooth surface.
     """
-    known: Loaded | None = mesh.selections.get(condition)
+    known: LoadedSurface | None = mesh.selections.get(condition)
     if known is None:
         known = mesh.selections[condition] = (_loaded_groups if condition.groups else _select_facets)(
             shape, mesh, condition
@@ -162,13 +162,13 @@ def loaded(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
     return known
 
 
-def _loaded_groups(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
+def _loaded_groups(shape: Shape, mesh: Mesh, condition: Condition) -> LoadedSurface:
     """Return the selected part for conditions with named facet groups."""
     found = [
         _select_facets(shape, mesh, own).of_facets(mesh.facets[which])
         for own, which in split_by_groups(condition, facet_membership(mesh))
     ]  # fmt: skip
-    return Loaded(
+    return LoadedSurface(
         mesh.points,
         np.concatenate([part.whole for part in found]),
         np.concatenate([part.nodes for part in found]),
@@ -179,13 +179,13 @@ def _loaded_groups(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
     )
 
 
-def settled_of(shape: Shape, mesh: Mesh, condition: Condition) -> tuple[Mask, Floats]:
+def settled_borders(shape: Shape, mesh: Mesh, condition: Condition) -> tuple[Mask, Floats]:
     """Return borders that do not cut facets of a mesh (f, b), and their levels there."""
     asked = ConditionOnPatches.of(condition, Patches(mesh.points[mesh.facets], mesh.extent))
     if not shape.sides:
         crossed = asked.crossed_facets()
         if len(crossed):
-            asked = settled(asked, crossed, deviations(mesh))
+            asked = settle_within_deviation(asked, crossed, deviations(mesh))
         return asked.settled, asked.settling
     _settle_beside_sides(shape, condition, asked)
     return asked.settled, asked.settling
@@ -197,7 +197,7 @@ def _settle_beside_sides(shape: Shape, condition: Condition, asked: ConditionOnP
     The part of such a facet beyond the side is a sliver between an arc and its chord, and no part of the body.
     """
     corners = asked.patches.corners
-    parts = list(by_sides(shape, corners))
+    parts = list(split_by_sides(shape, corners))
     flat = parts[-1][0]
     X, extent = corners[flat], asked.patches.extent
     for own, out in parts[:-1]:
@@ -211,7 +211,7 @@ def _settle_beside_sides(shape: Shape, condition: Condition, asked: ConditionOnP
                 asked.settling[flat, b] = levels[np.arange(len(X)), np.abs(levels).argmax(axis=1)]
 
 
-def by_sides(shape: Shape, corners: Floats) -> Iterator[tuple[Mask, Out | None]]:
+def split_by_sides(shape: Shape, corners: Floats) -> Iterator[tuple[Mask, Out | None]]:
     """Yield masks of facets with nodes (f, k, 3): the flat ones, and those of each curved side with the map onto it."""
     flat = np.ones(len(corners), dtype=np.bool_)
     for side in shape.sides:
@@ -221,7 +221,7 @@ def by_sides(shape: Shape, corners: Floats) -> Iterator[tuple[Mask, Out | None]]
     yield flat, None
 
 
-def _without_slivers(found: Loaded) -> Loaded:
+def _without_slivers(found: LoadedSurface) -> LoadedSurface:
     """Return the part without slivers on the faces of a slice: triangles with a side on a condition's border."""
     z = found.points[:, 2]
     faces = np.ptp(z[found.nodes], axis=1) <= SAME * np.ptp(z)
@@ -231,16 +231,16 @@ def _without_slivers(found: Loaded) -> Loaded:
     return edge if found.area - edge.area <= TOUCHED * edge.area else found
 
 
-def _select_facets(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
+def _select_facets(shape: Shape, mesh: Mesh, condition: Condition) -> LoadedSurface:
     facets, corners = mesh.facets, mesh.points[mesh.facets]
-    mask, values = settled_of(shape, mesh, condition)
+    mask, values = settled_borders(shape, mesh, condition)
     found: list[tuple[Ints, Part]] = []
-    for which, out in by_sides(shape, corners):
+    for which, out in split_by_sides(shape, corners):
         if which.any():
             asked = ConditionOnPatches(condition, Patches(corners[which], mesh.extent, out), mask[which], values[which])
-            found.append((facets[which], part(asked)))
+            found.append((facets[which], select_patches(asked)))
     leaning = np.flatnonzero(mask.any(axis=1)) if not shape.sides else ()
-    whole = Loaded(
+    whole = LoadedSurface(
         mesh.points,
         np.concatenate([own[p.whole] for own, p in found]),
         np.concatenate([own[p.f] for own, p in found]),

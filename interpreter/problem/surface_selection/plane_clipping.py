@@ -7,7 +7,7 @@ import numpy as np
 from softmark.interpreter.problem.surface_selection.facet_patches import ConditionOnPatches, Floats, Ints
 
 
-def cut(asked: ConditionOnPatches, f: Ints, tri: Floats) -> tuple[Ints, Floats]:
+def cut_along_planes(asked: ConditionOnPatches, f: Ints, tri: Floats) -> tuple[Ints, Floats]:
     """Cut triangles (n, 3, 2) of affine facets f until no plane among the borders crosses any."""
     for b, border in enumerate(asked.condition.borders):
         if border.plane is not None:
@@ -21,8 +21,8 @@ def _along(asked: ConditionOnPatches, b: int, f: Ints, tri: Floats) -> tuple[Int
     crossed = (d.min(axis=1) < 0.0) & (d.max(axis=1) > 0.0) & ~asked.settled[f, b]
     if not crossed.any():
         return f, tri
-    own, (o, p, q) = f[crossed], first(tri[crossed], odd(d[crossed])).transpose(1, 0, 2)
-    do, dp, dq = first(d[crossed], odd(d[crossed])).T
+    own, (o, p, q) = f[crossed], rotate_to_first(tri[crossed], odd_corner(d[crossed])).transpose(1, 0, 2)
+    do, dp, dq = rotate_to_first(d[crossed], odd_corner(d[crossed])).T
     P, Q = (o + (do / (do - e))[:, None] * (end - o) for e, end in ((dp, p), (dq, q)))
     made = np.concatenate([np.stack(t, axis=1) for t in ((o, P, Q), (P, p, Q), (p, q, Q))])
     owners = np.tile(own, 3)
@@ -30,7 +30,7 @@ def _along(asked: ConditionOnPatches, b: int, f: Ints, tri: Floats) -> tuple[Int
     return np.concatenate([f[~crossed], owners[real]]), np.concatenate([tri[~crossed], made[real]])
 
 
-def odd(d: Floats) -> Ints:
+def odd_corner(d: Floats) -> Ints:
     """Return the corner (n,) whose level has a sign unlike the two others, for levels (n, 3) of both signs."""
     positive, negative = (d > 0.0).sum(axis=1), (d < 0.0).sum(axis=1)
     sign = np.where(positive == 1, 1.0, -1.0)
@@ -38,7 +38,7 @@ def odd(d: Floats) -> Ints:
     return np.where((positive == 1) | (negative == 1), found, 0)
 
 
-def first(rows: Floats, corner: Ints) -> Floats:
+def rotate_to_first(rows: Floats, corner: Ints) -> Floats:
     """Return rows (n, 3, ...) rotated so that a corner comes first."""
     turned = (corner[:, None] + np.arange(3)) % 3
     found: Floats = rows[np.arange(len(rows))[:, None], turned]

@@ -20,7 +20,7 @@ Curve = Callable[[Floats], Floats]  # points (n, 3), m, of the places u (n,) fro
 
 
 @lru_cache(maxsize=64)
-def edged(shape: Shape, condition: Condition, depth: float) -> float | None:
+def selected_edge_area(shape: Shape, condition: Condition, depth: float) -> float | None:
     """Return the area, m^2, of the edge of a slice that a condition selects; None for regions from files.
 
     With a `depth`, m, it is that of the whole rings that a slice of this thickness represents.

@@ -10,7 +10,7 @@ import numpy as np
 
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.problem.surface_selection.facet_patches import ConditionOnPatches, Floats, Out, Patches
-from softmark.interpreter.problem.surface_selection.selected_facets import part
+from softmark.interpreter.problem.surface_selection.selected_facets import select_patches
 from softmark.solvers.mesh.cross_sections import Disc, Rectangle
 from softmark.solvers.mesh.shape import Swept
 from softmark.solvers.mesh.tubes import Annulus
@@ -19,7 +19,7 @@ WEDGES = 6  # of a disc
 RINGS = (1.0, 0.5, 0.25, 1 / 16, 1 / 64, 1 / 512)  # of its radius; within the last it is a flat polygon
 
 
-def share(condition: Condition, shape: Swept, station: float) -> float:
+def selected_share(condition: Condition, shape: Swept, station: float) -> float:
     """Return the selected area fraction, 0 to 1, of the cross-section at `station` (m from the root along the axis)."""
     centre, frame = np.array(shape.centre(station)), np.array(shape.frame(station)[1:])
     extent, section = shape.diagonal, shape.section_at(station)
@@ -38,7 +38,7 @@ def share(condition: Condition, shape: Swept, station: float) -> float:
 
 def _of_flat(condition: Condition, corners: Floats, extent: float, out: Out | None = None) -> float:
     """Return the selected fraction of facets (f, k, 3) of equal size."""
-    found = part(ConditionOnPatches.of(condition, Patches(corners, extent, out)))
+    found = select_patches(ConditionOnPatches.of(condition, Patches(corners, extent, out)))
     local = 4.0 if corners.shape[1] == 4 else 0.5
     return (len(found.whole) + float(found.w.sum()) / local) / len(corners)
 
@@ -62,7 +62,7 @@ def _of_wedge(condition: Condition, a: Floats, b: Floats, centre: Floats, frame:
     far, near = np.array(RINGS[:-1]), np.array(RINGS[1:])
     corners = np.stack([np.outer(near, a), np.outer(far, a), np.outer(far, b), np.outer(near, b)], axis=1)
     patches = Patches(centre + corners, extent, _move_to_arc(centre, frame, a + b))
-    found = part(ConditionOnPatches.of(condition, patches))
+    found = select_patches(ConditionOnPatches.of(condition, patches))
     X = patches.at(found.f, found.xi[:, None])[:, 0] - centre
     cosine = X @ (a + b) / (np.linalg.norm(X, axis=1) * np.linalg.norm(a + b))
     sizes = found.w * np.linalg.norm(patches.area(found.f, found.xi), axis=1) * cosine**2

@@ -14,7 +14,7 @@ from softmark.interpreter.problem.surface_selection.facet_patches import (
     Out,
     Patches,
 )
-from softmark.interpreter.problem.surface_selection.plane_clipping import cut
+from softmark.interpreter.problem.surface_selection.plane_clipping import cut_along_planes
 from softmark.records import dataclass
 
 __all__ = ["Part", "part", "taken"]
@@ -39,13 +39,13 @@ class Part:
         return not (len(self.whole) or np.any(self.w > 0.0))
 
 
-def taken(condition: Condition, corners: Floats, extent: float, out: Out | None = None) -> Part:
+def select_facets(condition: Condition, corners: Floats, extent: float, out: Out | None = None) -> Part:
     """Return the selected part of facets with nodes `corners` (f, k, 3), m, whose points `out` moves onto the body."""
-    return part(ConditionOnPatches.of(condition, Patches(corners, extent, out)))
+    return select_patches(ConditionOnPatches.of(condition, Patches(corners, extent, out)))
 
 
 @np.errstate(all="ignore")  # conditions divide by what may be zero, and bounds of that are infinite
-def part(asked: ConditionOnPatches) -> Part:
+def select_patches(asked: ConditionOnPatches) -> Part:
     """Return the selected part of the patches."""
     patches = asked.patches
     f, tri = patches.triangles
@@ -68,7 +68,7 @@ def part(asked: ConditionOnPatches) -> Part:
 def _of_facets(asked: ConditionOnPatches, whole: Ints, f: Ints, tri: Floats) -> Part:
     points, patches = Points(), asked.patches
     flat: Mask = patches.affine[f] if patches.out is None else np.zeros(len(f), dtype=np.bool_)
-    own, pieces = cut(asked, f[flat], tri[flat])
+    own, pieces = cut_along_planes(asked, f[flat], tri[flat])
     follow(asked, np.concatenate([own, f[~flat]]), np.concatenate([pieces, tri[~flat]]), points)
     left = sum(float(np.linalg.norm(patches.area(g, at), axis=1) @ a) for g, at, a in points.left)
     if not points.f:

@@ -19,7 +19,7 @@ HALVINGS = {2: 0, 3: 4, 4: 2}  # of the edges of pieces near a curved border, by
 GROUP = 16  # cells that are bounded together
 
 
-def within(condition: Condition, whole: Pieces, extent: float) -> Pieces:
+def select_pieces(condition: Condition, whole: Pieces, extent: float) -> Pieces:
     """Return the selected part of some simplices of a body of an extent (m), in order.
 
     A curved border is located on their edges and straight between: as accurate as the simplices are fine.
@@ -27,28 +27,28 @@ def within(condition: Condition, whole: Pieces, extent: float) -> Pieces:
     corners = whole.corners
     crossed = np.zeros(len(corners), dtype=np.bool_)
     for border in condition.borders:
-        crossed |= near(border, corners, extent)
+        crossed |= crossed_simplices(border, corners, extent)
     pieces = whole.chosen(np.flatnonzero(crossed))
     for border in condition.borders:
-        pieces = cut(pieces, border, extent, halved=False)
+        pieces = cut_pieces(pieces, border, extent, halved=False)
     found = join_pieces(whole.chosen(np.flatnonzero(~crossed)), pieces)
-    found = found.chosen(np.flatnonzero(selects(condition, found.middles, extent)))
+    found = found.chosen(np.flatnonzero(selected_points(condition, found.middles, extent)))
     return found.chosen(np.argsort(found.of, kind="stable"))
 
 
-def selects(condition: Condition, X: Floats, extent: float) -> Bools:
+def selected_points(condition: Condition, X: Floats, extent: float) -> Bools:
     """Return whether a condition selects points X (n, 3) (n,)."""
     x, y, z = X.T
     return np.array(np.broadcast_to(condition.holds(x, y, z, extent), len(X)), dtype=np.bool_)
 
 
-def cut(pieces: Pieces, border: Border, extent: float, halved: bool = True) -> Pieces:
+def cut_pieces(pieces: Pieces, border: Border, extent: float, halved: bool = True) -> Pieces:
     """Cut the pieces along a border, those near a curved one in several rounds if they are to be `halved`."""
     dimension = pieces.corners.shape[1] - 1
     for _ in range(0 if border.plane or not halved else HALVINGS[dimension + 1] * dimension):
-        beside = near(border, pieces.corners, extent)
+        beside = crossed_simplices(border, pieces.corners, extent)
         pieces = join_pieces(pieces.chosen(np.flatnonzero(~beside)), pieces.chosen(np.flatnonzero(beside)).refined())
-    beside = near(border, pieces.corners, extent)
+    beside = crossed_simplices(border, pieces.corners, extent)
     rest, crossed = pieces.chosen(np.flatnonzero(~beside)), pieces.chosen(np.flatnonzero(beside))
     return join_pieces(rest, crossed.cut(_level(border), slack_of(border, extent), border.plane is None))
 
@@ -62,7 +62,7 @@ def slack_of(border: Border, extent: float) -> float:
     return RELATIVE_TOLERANCE * float(extent) ** border.power
 
 
-def near(border: Border, corners: Floats, extent: float) -> Bools:
+def crossed_simplices(border: Border, corners: Floats, extent: float) -> Bools:
     """Return whether a border crosses simplices (p, k, 3) (p,).
 
     A curved border may cross if its level could reach zero beyond the values at corners, edge midpoints and the
@@ -83,7 +83,7 @@ def near(border: Border, corners: Floats, extent: float) -> Bools:
     return np.asarray((2.0 * low <= high) & (2.0 * high >= low))
 
 
-def undecided(condition: Condition, corners: Floats, extent: float) -> Bools:
+def undecided_simplices(condition: Condition, corners: Floats, extent: float) -> Bools:
     """Return which simplices (p, k, 3) have a box in which the condition is not known to be uniform (p,)."""
     found = np.zeros(len(corners), dtype=np.bool_)
     low, high = corners.min(axis=1), corners.max(axis=1)

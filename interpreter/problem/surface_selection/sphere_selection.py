@@ -6,7 +6,7 @@ import numpy as np
 
 from softmark.interpreter.language.coordinate_conditions import Condition, Term
 from softmark.interpreter.problem.surface_selection.facet_patches import ConditionOnPatches, Floats, Patches
-from softmark.interpreter.problem.surface_selection.selected_facets import part
+from softmark.interpreter.problem.surface_selection.selected_facets import select_patches
 from softmark.solvers.mesh.curved_boundary import EllipsoidSide
 from softmark.solvers.mesh.spheres import RoundBody
 
@@ -14,7 +14,9 @@ CELLS = 8  # along a quarter of a great circle: facets of the flat patches that 
 GAUSS = 8  # points along each side of a whole facet: round-off is all that they miss
 
 
-def curved(shape: RoundBody, side: EllipsoidSide, condition: Condition, extent: float) -> tuple[float, Floats, float]:
+def select_curved_side(
+    shape: RoundBody, side: EllipsoidSide, condition: Condition, extent: float
+) -> tuple[float, Floats, float]:
     """Return area, m^2, and integrals of the normal n away from the centre (3,), m^2, and of x . n, m^3, on a side.
 
     In the coordinates in which it is the unit sphere, an area da seen under a direction e from a distance r is
@@ -25,7 +27,7 @@ def curved(shape: RoundBody, side: EllipsoidSide, condition: Condition, extent: 
     mesh = mesh_blocks(build_shell(CELLS, (0.5, 1.0)), "hex8", side.semiaxes, side.centre, shape.kept)
     facets = mesh.facets[side.of(mesh.points[mesh.facets])]
     patches = Patches(mesh.points[facets], extent, side.onto)
-    found = part(ConditionOnPatches.of(condition, patches))
+    found = select_patches(ConditionOnPatches.of(condition, patches))
     x, v = np.polynomial.legendre.leggauss(GAUSS)
     xi, w = np.stack(np.meshgrid(x, x), axis=-1).reshape(-1, 2), np.outer(v, v).ravel()
     f = np.concatenate([np.repeat(found.whole, len(w)), found.f])
@@ -43,7 +45,7 @@ def curved(shape: RoundBody, side: EllipsoidSide, condition: Condition, extent: 
     return float(np.linalg.norm(vectors, axis=1).sum()), total, through
 
 
-def planes(shape: RoundBody) -> tuple[Floats, Condition]:
+def symmetry_cuts(shape: RoundBody) -> tuple[Floats, Condition]:
     """Return rectangles (k, 4, 3) around the cuts by symmetry planes, counter-clockwise, and the condition inside."""
     low, high = (np.array(end) for end in shape.bounds)
     faces, size = [], np.diag(high - low)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 ONE = 1e-9  # of the extent: points that are nearer are one
 
 
-def clipped(
+def clip_triangles(
     condition: Condition, X: Floats, triangles: Ints, members: Members | None = None
 ) -> tuple[Floats, Ints, float]:
     """Return points (n, 3) and triangles (t, 3) of the selected part of a surface, and its share.

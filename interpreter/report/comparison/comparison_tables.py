@@ -13,7 +13,7 @@ from softmark.interpreter.study.analysis.comparison_point import ComparedPoint, 
 from softmark.interpreter.study.analysis.configuration_pairs import ChangeEffect, ErrorChange
 from softmark.interpreter.study.analysis.pareto_front import BestInFrame
 from softmark.interpreter.study.analysis.refinement_convergence import Limit, LineOrders
-from softmark.references.convergence_orders import Refined
+from softmark.references.convergence_orders import ConvergenceEstimate
 
 MOODS = {
     "converged": ("✓", "good"), "capped": ("~", "quiet"), "read": ("✓", "good"), "skipped": ("–", "quiet"),
@@ -264,7 +264,7 @@ def orders(view: SceneView) -> str:
 def _order(view: SceneView, entry: LineOrders) -> list[str]:
     """A row for each probe, or metric; the errors stand in the first."""
     errors = [_error_order(entry, m) for m in view.metrics]
-    limits = entry.limits or [Limit(DASH, "metric", "", None, None, Refined("unusable", entry.doubt))]
+    limits = entry.limits or [Limit(DASH, "metric", "", None, None, ConvergenceEstimate("unusable", entry.doubt))]
     (first, *others) = ([_name(o.of), *limit_cells(o.finest, o.refined, o.unit or "1")] for o in limits)
     blank = [tag("td")] * len(errors)
     return [row(row_head(entry.line.name), *first, *errors), *(row(tag("td"), *o, *blank) for o in others)]
@@ -274,7 +274,7 @@ def _name(name: str) -> str:
     return tag("td", tag("code", broken(name)))
 
 
-def limit_cells(finest: float | None, found: Refined, unit: str) -> list[str]:
+def limit_cells(finest: float | None, found: ConvergenceEstimate, unit: str) -> list[str]:
     """The finest value, the order, the limit with its index, and whether they can be relied upon."""
     mark = "" if found.asymptotic else " ‡"
     order = DASH if found.order is None else typeset_number(f"{found.order:.2f}") + mark

@@ -10,7 +10,13 @@ from softmark.interpreter.results.json_records import JsonRecord
 from softmark.interpreter.study.analysis.comparison_point import ComparedPoint, Fineness, uncertainty_of, unit_of
 from softmark.interpreter.study.analysis.refinement_lines import RefinementLine
 from softmark.records import dataclass
-from softmark.references.convergence_orders import ErrorOrder, Refined, order_of_errors, refined, unlike
+from softmark.references.convergence_orders import (
+    ConvergenceEstimate,
+    ErrorOrder,
+    estimate_convergence,
+    find_dissimilarity,
+    order_of_errors,
+)
 
 AXES = "xyz"
 TARGETS = ("size", "segments", "step")  # fields that control the resolution
@@ -23,12 +29,13 @@ class Refinement:
     target: str  # size, segments or step
     formal: float | None  # order in displacements that theory gives it
     members: list[tuple[float, ComparedPoint]]  # h, coarse to fine: of cells that of the mesh, in any unit
-    unlike: str | None  # why its meshes are not similar, if they are not
+    find_dissimilarity: str | None  # why its meshes are not similar, if they are not
 
 
 @dataclass(frozen=True)
 class ErrorTrend(JsonRecord):
-    """Order of convergence of a line's errors; `cut` if finer members are omitted, within the reference's uncertainty."""
+    """Order of convergence of a line's errors; `cut` if finer members are omitted, within the reference's uncertainty.
+    """
 
     unit: str | None
     cut: bool
@@ -51,7 +58,7 @@ class Limit(JsonRecord):
     what: str
     unit: str | None
     finest: float | None
-    refined: Refined
+    estimate_convergence: ConvergenceEstimate
 
     def entries(self) -> Mapping[str, object]:
         """Return the entries together with those of the limit."""
@@ -135,7 +142,7 @@ def _refinement(target: str, solved: Sequence[tuple[ComparedPoint, Fineness]]) -
     by_h = {_h(target, p, fine): (p, fine) for p, fine in solved}  # of two with the same mesh, the last
     rows = sorted(by_h.items(), key=lambda row: -row[0])
     counts = [fine.counts for _, (_, fine) in rows if fine.counts]
-    why = unlike(counts) if target == "size" and len(counts) == len(rows) else None
+    why = find_dissimilarity(counts) if target == "size" and len(counts) == len(rows) else None
     return Refinement(target, formal.pop() if len(formal) == 1 else None, [(h, p) for h, (p, _) in rows], why)
 
 
@@ -187,12 +194,16 @@ def _metric_limit(line: Refinement, metric: str) -> Limit | None:
 
 def _missing_limit(metric: str) -> Limit:
     """Return the missing limit of a metric that only some members have."""
-    return Limit(metric, "metric", "value", None, None, Refined("unusable", "only some of its members have it"))
+    return Limit(
+        metric, "metric", "value", None, None, ConvergenceEstimate("unusable", "only some of its members have it")
+    )
 
 
-def estimate_limit(line: Refinement, family: Sequence[tuple[float, float]], formal: float | None) -> Refined:
+def estimate_limit(
+    line: Refinement, family: Sequence[tuple[float, float]], formal: float | None
+) -> ConvergenceEstimate:
     """Estimate the limit of values along a line; it is in doubt if the meshes are not similar."""
-    found = refined(family, formal)
+    found = estimate_convergence(family, formal)
     if line.unlike is None or found.order is None:
         return found
     doubt = line.unlike if found.doubt is None else f"{found.doubt}; {line.unlike}"

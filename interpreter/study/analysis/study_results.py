@@ -12,7 +12,7 @@ from softmark.interpreter.study.analysis.refinement_convergence import estimate_
 from softmark.interpreter.study.analysis.refinement_lines import RefinementLine, lines_of
 from softmark.interpreter.vocabulary.study_words import Convergence, Pareto
 from softmark.records import dataclass
-from softmark.references.convergence_orders import Refined
+from softmark.references.convergence_orders import ConvergenceEstimate
 
 Study = Convergence | Pareto
 
@@ -42,13 +42,13 @@ class LineConvergence(JsonRecord):
     unit: str | None
     members: int | None = None
     finest: float | None = None
-    refined: Refined | None = None
+    refined: ConvergenceEstimate | None = None
     reason: str | None = None
 
     @property
-    def limit(self) -> Refined:
+    def limit(self) -> ConvergenceEstimate:
         """Estimated limit, or the reason why there is none."""
-        return self.refined or Refined("unusable", self.reason)
+        return self.refined or ConvergenceEstimate("unusable", self.reason)
 
     def entries(self) -> Mapping[str, object]:
         """Return all known entries except the unit; None is left out."""

@@ -78,13 +78,13 @@ def format_diagnostics(diagnostics: Sequence[Diagnostic]) -> str:
 
 
 def _performed(task: PointTask) -> PointOutcome:
-    from softmark.interpreter.pipeline.run_pipeline import Options, run_scene
+    from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
     from softmark.interpreter.study.configurations.configuration_keys import cached_reference
 
     scene, warnings = compile_task(task)
     truth = task.truth
     asked = (task.model, *([truth.model] if truth else [])) if task.stated else None
-    options = Options(only=task.models, draw=False, recall=cached_reference, stated=asked)
+    options = RunOptions(only=task.models, draw=False, recall=cached_reference, stated=asked)
     try:
         report = run_scene(scene, warnings, options)
     except SceneError as error:

@@ -37,7 +37,7 @@ class FolderRunCache:
     scene: Scene | None = None
     keys: dict[str, str] = field(default_factory=dict)
 
-    def anew(self) -> FolderRunCache:
+    def without_saved_results(self) -> FolderRunCache:
         """Return the same cache without reuse."""
         return replace(self, fresh=True)
 
@@ -56,7 +56,7 @@ class FolderRunCache:
         computed = needed_models(scene, "")  # other models are compared with them
         return SavedResults({n: found for n, found in models.items() if n not in computed})
 
-    def early(self, works: Sequence[StateRun], name: str) -> bool:
+    def worth_saving_early(self, works: Sequence[StateRun], name: str) -> bool:
         """Return whether a solved model is worth saving before the run, which may be interrupted, has ended.
 
         It is if it was slow and everything that measures it is available: the models that others are compared with are

@@ -39,7 +39,7 @@ UNIT = re.compile(r"(.*\S)\s*[\[(].*[\])]")
 def read(file: Path) -> Told:
     """All times. Raises Unreadable."""
     with limited_resources(file):
-        words = csv_tables.header(file)
+        words = csv_tables.read_header(file)
         if len(words) > MOST:
             raise Unreadable(
                 file.name, f"it has {len(words)} columns, and {MOST} are read", "leave out what is not needed"
@@ -55,7 +55,7 @@ def read(file: Path) -> Told:
         vectors = _vectors(file.name, words, {*places, *(moved or ())})
         clock = [word for word in TIMES if word in words][:1]
         asked = [*places, *(moved or ()), *(w for triple in vectors.values() for w in triple), *clock]
-        found = csv_tables.columns(file, asked)
+        found = csv_tables.read_columns(file, asked)
         left = (*(f"column `{w}`" for w in words if w not in asked), *found.notes)
         return _told(file.name, found, places, moved, vectors, clock, left)
 
