@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
-from softmark.references.straight_cantilever import Cantilever, Refused
+from softmark.references.straight_cantilever import Cantilever, NotApplicable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -59,7 +59,7 @@ class CentreLine:
         L = self.cantilever.length
         outside = (s < -BEYOND * L) | (s > (1 + BEYOND) * L)
         if outside.any():
-            raise Refused(
+            raise NotApplicable(
                 f"{int(outside.sum())} of {len(s)} points lie beyond the ends of the beam, "
                 f"the first {float(s[outside][0]):.6g} m along an axis of {L:.6g} m",
                 "ask only for points between the two end sections of the undeformed body",
@@ -71,7 +71,7 @@ def as_points(X: Array) -> Array:
     """Return points (n, 3), m, as an array. Raises NotApplicable for anything else."""
     points = np.asarray(X, dtype=float)
     if points.ndim != 2 or points.shape[1] != 3:
-        raise Refused(f"the points have shape {points.shape}", "give them as (n, 3)")
+        raise NotApplicable(f"the points have shape {points.shape}", "give them as (n, 3)")
     if not np.isfinite(points).all():
-        raise Refused("some coordinates of the points are not finite", "leave those points out")
+        raise NotApplicable("some coordinates of the points are not finite", "leave those points out")
     return points

@@ -6,15 +6,15 @@ import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.half_space_indentation import SamePlace
+from softmark.references.half_space_indentation import ForceTheory
 from softmark.references.reference_base import About, Reference
-from softmark.references.straight_cantilever import Refused, Vector
+from softmark.references.straight_cantilever import NotApplicable, Vector
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.references.indentation import Pressed
+    from softmark.references.indentation import Indentation
 
     Array = NDArray[np.float64]
 else:
@@ -22,7 +22,7 @@ else:
 
 
 @dataclass(frozen=True)
-class PartialSlip(SamePlace):
+class PartialSlip(ForceTheory):
     """Hertz contact under a tangential displacement. SI units.
 
     With m = mu P, G the shear modulus, a the contact radius and q = Q / m, a circle of radius a (1 - q)^(1/3) sticks
@@ -142,19 +142,19 @@ class CattaneoMindlin(Reference):
     source: ClassVar[str] = "Mindlin 1949, J. Appl. Mech. 16, 259; Johnson 1985, Contact mechanics, ch. 7"
     error_meaning: ClassVar[str] = "what a half-space moves where the body ends, m, and rounding"
 
-    def must_hold(self, pressed: Pressed) -> None:
+    def must_hold(self, pressed: Indentation) -> None:
         """Raise NotApplicable if an assumption is violated."""
         if pressed.kind != "sphere":
-            raise Refused(f"what presses is a {pressed.kind}", "it is about spheres")
+            raise NotApplicable(f"what presses is a {pressed.kind}", "it is about spheres")
         if not pressed.friction:
-            raise Refused("the contact has no friction", "give `friction`, or use `hertz(...)`")
+            raise NotApplicable("the contact has no friction", "give `friction`, or use `hertz(...)`")
         if pressed.turned:
-            raise Refused("it is dragged while it is pressed in, or back again",
+            raise NotApplicable("it is dragged while it is pressed in, or back again",
                           "press it in one state, and drag it straight on in those that follow")  # fmt: skip
         pressed.must_be_shallow()
         pressed.must_be_half_space()
 
-    def solve(self, pressed: Pressed) -> PartialSlip:
+    def solve(self, pressed: Indentation) -> PartialSlip:
         """Return the solution. Raises NotApplicable if an assumption is violated."""
         self.must_hold(pressed)
         return PartialSlip(pressed.half_space, pressed.friction, pressed.slid)

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from softmark.records import dataclass
 from softmark.references.elastica_collocation import NotSolved
 from softmark.references.porous_skeletons import Skeleton
-from softmark.references.prony import Driven
+from softmark.references.prony import Amplitude
 from softmark.references.reference_base import About, Reference
-from softmark.references.straight_cantilever import Refused
-from softmark.references.terzaghi import Upright
+from softmark.references.straight_cantilever import NotApplicable
+from softmark.references.terzaghi import ConfinedColumn
 
 if TYPE_CHECKING:
     import numpy as np
@@ -59,7 +59,7 @@ class DrainingLayer:
     permeability: Permeability
     force: bool
     amount: float  # Pa, or of the height
-    driven: Driven
+    driven: Amplitude
 
     def loss(self, J: Array) -> Array:
         """Return the consolidation coefficient at stretches J (n,), 1/s: k P' / (J h^2)."""
@@ -186,7 +186,7 @@ def integrate(layer: DrainingLayer, which: int, breaks: tuple[float, ...]) -> Pr
 
 
 @dataclass(frozen=True)
-class PressedColumn(Upright):
+class PressedColumn(ConfinedColumn):
     """A column of one skeleton, one end held along the axis and the other moved or loaded, in finite strain. SI units.
 
     `amount` is the displacement of its driven end along the axis, m, or its nominal stress, Pa; `times` are the output
@@ -198,19 +198,21 @@ class PressedColumn(Upright):
     permeability: Permeability
     force: bool
     amount: float
-    driven: Driven
+    driven: Amplitude
     now: float  # s
     times: tuple[float, ...] = ()  # s
 
     def __post_init__(self) -> None:
         if not self.force and any(size for _, size in self.driven.jumps):
-            raise Refused("its end is moved at once", "what lies there would have no thickness: `course = ramp(...)`")
+            raise NotApplicable(
+                "its end is moved at once", "what lies there would have no thickness: `course = ramp(...)`"
+            )
 
     @cached_property
     def layer(self) -> DrainingLayer:
         """The layer that is solved: the whole column, or one of two equal halves."""
         amount = self.amount if self.force else self.amount / self.length
-        course = Driven(tuple(self.driven.jumps), tuple(self.driven.swings))  # that solutions are remembered by
+        course = Amplitude(tuple(self.driven.jumps), tuple(self.driven.swings))  # that solutions are remembered by
         return DrainingLayer(self.way, self.skeleton, self.permeability, self.force, amount, course)
 
     def profile(self, which: int = 1) -> Profile:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import as_points
 from softmark.references.reference_base import About, Reference
-from softmark.references.straight_cantilever import Refused, Vector
+from softmark.references.straight_cantilever import NotApplicable, Vector
 
 if TYPE_CHECKING:
     import numpy as np
@@ -121,7 +121,7 @@ def find_root(f: Any, x: float) -> float:
         x, step = x - value / slope, value / slope
         if abs(step) <= CLOSE * abs(x):
             return x
-    raise Refused(*TOO_FAR)
+    raise NotApplicable(*TOO_FAR)
 
 
 @dataclass(frozen=True)

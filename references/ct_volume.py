@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 from softmark.records import dataclass
 from softmark.references.data_download import find_file, source_of
 from softmark.references.measured_data import Frame, MeasuredSurface, Unreadable, Vector
-from softmark.references.measured_surface import tidied
+from softmark.references.measured_surface import clean_surface
 from softmark.references.reference_base import How, Reference
 from softmark.references.surface_smoothing import taubin
-from softmark.references.voxel_files import VoxelVolume, imported, read_volume
+from softmark.references.voxel_files import VoxelVolume, import_package, read_volume
 
 if TYPE_CHECKING:
     import numpy as np
@@ -73,7 +73,7 @@ def extract_isosurface(
 
     Source: Lewiner, Lopes, Vieira and Tavares 2003, J. Graphics Tools 8:1. Raises Unreadable.
     """
-    measure = imported("skimage.measure", name)
+    measure = import_package("skimage.measure", name)
     low, high = float(volume.values.min()), float(volume.values.max())
     if not low <= iso < high:
         reason = f"no surface passes the level {iso:g}: its values lie between {low:g} and {high:g}"
@@ -81,7 +81,7 @@ def extract_isosurface(
     values, corner, cut = _crop(volume, iso, low)
     indices, faces, *_ = measure.marching_cubes(values, iso, gradient_direction="ascent", allow_degenerate=False)
     triangles = np.ascontiguousarray(faces[:, ::-1] if np.linalg.det(volume.axes) < 0 else faces, dtype=np.int64)
-    points, triangles, notes = tidied(name, volume.points(indices + corner), triangles, keep)
+    points, triangles, notes = clean_surface(name, volume.points(indices + corner), triangles, keep)
     ended = ("the body reaches the edge of the voxels: it is closed there by a flat face",) if cut else ()
     return taubin(points, triangles, smoothing), triangles, (*ended, *notes)
 

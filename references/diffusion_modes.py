@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
 from softmark.references.elastica_collocation import NotSolved
-from softmark.references.prony import Driven
+from softmark.references.prony import Amplitude
 
 if TYPE_CHECKING:
     import numpy as np
@@ -23,7 +23,7 @@ LEAST, MOST = 1_000, 20_000  # modes: a ramp takes the first, 2e-8 of the time o
 AT_ONCE = 1e-12  # relative to the time: closer jumps count as now
 
 
-def decayed_amplitude(driven: Driven, rates: Array, t: float) -> Array:
+def decayed_amplitude(driven: Amplitude, rates: Array, t: float) -> Array:
     """Return int exp(-rate (t - s)) dc(s) of an amplitude up to time t for rates (n,), 1/s: (n,); jumps at t included."""
     found = np.zeros(len(rates))
     for at, size in driven.jumps:
@@ -38,25 +38,25 @@ def decayed_amplitude(driven: Driven, rates: Array, t: float) -> Array:
     return found
 
 
-def time_since_jump(driven: Driven, t: float) -> float:
+def time_since_jump(driven: Amplitude, t: float) -> float:
     """Return the time since the last jump before t, s; 0 for a jump at t; infinite without jumps."""
     ages = [t - at for at, size in driven.jumps if size and at <= t]
     return min((0.0 if age <= AT_ONCE * t else age for age in ages), default=math.inf)
 
 
-def slope(driven: Driven, t: float) -> float:
+def slope(driven: Amplitude, t: float) -> float:
     """Return the slope of the amplitude just before t, 1/s, without jumps."""
     return sum((s.a * cmath.exp(1j * s.w * (t - s.begin))).real for s in driven.swings if s.begin < t <= s.end)
 
 
-def time_since_event(driven: Driven, t: float, kinks: bool) -> float:
+def time_since_event(driven: Amplitude, t: float, kinks: bool) -> float:
     """Return the time since the last jump before t, s, or the last kink, if `kinks`; 0 for a jump at t."""
     age = time_since_jump(driven, t)
     breaks = [at for swing in driven.swings for at in (swing.begin, swing.end)] if kinks else []
     return min([age, *(t - at for at in breaks if t - at > AT_ONCE * t)])
 
 
-def count_needed_modes(driven: Driven, t: float, scale: float, kinks: bool = False) -> int:
+def count_needed_modes(driven: Amplitude, t: float, scale: float, kinks: bool = False) -> int:
     """Return how many modes, with rates near (pi n)^2 / scale (s), suffice at time t; with `kinks` also after these."""
     age = time_since_event(driven, t, kinks)
     if age == 0.0:
@@ -64,7 +64,7 @@ def count_needed_modes(driven: Driven, t: float, scale: float, kinks: bool = Fal
     return int(min(MOST, max(LEAST, math.sqrt(GONE * scale / age) / math.pi + 2.0)))
 
 
-def require_convergence(driven: Driven, t: float, scale: float, moved: bool = False) -> None:
+def require_convergence(driven: Amplitude, t: float, scale: float, moved: bool = False) -> None:
     """Raise NotSolved if modes do not converge: too soon after a jump, or for the force at a jump."""
     age = time_since_event(driven, t, moved)
     if age == 0.0 and moved:
@@ -89,7 +89,7 @@ class ModalResponse:
     at_once: Array  # (k,)
     moments: Array | None = None  # (k,)
 
-    def at(self, driven: Driven, rates: Array, t: float) -> Array:
+    def at(self, driven: Amplitude, rates: Array, t: float) -> Array:
         """Return the quantities (k,) at time t, s."""
         now = sum(size for at, size in driven.jumps if abs(t - at) <= AT_ONCE * t)
         rest = self.at_once - self.lasting - self.shares.sum(axis=1)
@@ -98,9 +98,9 @@ class ModalResponse:
             found += slope(driven, t) * (self.moments - (self.shares / rates).sum(axis=1))
         return found + now * rest if now else found
 
-    def missed(self, driven: Driven, rates: Array, t: float) -> float:
+    def missed(self, driven: Amplitude, rates: Array, t: float) -> float:
         """Return a bound of the modes beyond the last: their shares fall at least as fast as 1/n."""
-        before = Driven([(at, size) for at, size in driven.jumps if abs(t - at) > AT_ONCE * t], driven.swings)
+        before = Amplitude([(at, size) for at, size in driven.jumps if abs(t - at) > AT_ONCE * t], driven.swings)
         last = np.abs(self.shares[:, -20:]).max(initial=0.0)
         own = decayed_amplitude(before, rates[-1:], t)[0] - (
             slope(driven, t) / rates[-1] if self.moments is not None else 0.0

@@ -6,12 +6,12 @@ import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.half_space_indentation import SamePlace
+from softmark.references.half_space_indentation import ForceTheory
 from softmark.references.reference_base import About, Reference
-from softmark.references.straight_cantilever import Refused
+from softmark.references.straight_cantilever import NotApplicable
 
 if TYPE_CHECKING:
-    from softmark.references.indentation import Pressed
+    from softmark.references.indentation import Indentation
 
 BONDED = (1.0, 1.133, 1.283, 0.769, 0.0975)
 SLIDING = (1.0, 0.884, 0.781, 0.386, 0.0048)
@@ -20,7 +20,7 @@ FARTHEST = 1.0  # sqrt(R d) over the thickness, up to which it was shown
 
 
 @dataclass(frozen=True)
-class Series(SamePlace):
+class Series(ForceTheory):
     """F = 16/9 E sqrt(R) d^(3/2) (1 + c1 x + ... + c4 x^4) of x = sqrt(R d) / h and nu = 0.5. SI units."""
 
     @property
@@ -84,25 +84,25 @@ class Dimitriadis(Reference):
     source: ClassVar[str] = "Dimitriadis et al. 2002, Biophys. J. 82, 2798-2810"
     error_meaning: ClassVar[str] = "depth of which its force is off by the integral equation, m, and rounding"
 
-    def must_hold(self, pressed: Pressed) -> None:
+    def must_hold(self, pressed: Indentation) -> None:
         """Raise NotApplicable if an assumption is violated."""
         pressed.must_slip_freely()
         pressed.must_be_shallow()
         if pressed.kind != "sphere":
-            raise Refused(f"what presses is a {pressed.kind}", "it is about spheres: use `pressed_layer(...)`")
+            raise NotApplicable(f"what presses is a {pressed.kind}", "it is about spheres: use `pressed_layer(...)`")
         if pressed.poisson < LEAST:
-            raise Refused(f"Poisson's ratio is {pressed.poisson:g}, and the series is of 0.5",
+            raise NotApplicable(f"Poisson's ratio is {pressed.poisson:g}, and the series is of 0.5",
                           "use `pressed_layer(...)`, which takes any")  # fmt: skip
         x = self.solved(pressed).x
         if x > FARTHEST:
-            raise Refused(f"sqrt(R d) is {x:.3g} times the thickness", "take a thicker layer, or press it less")
+            raise NotApplicable(f"sqrt(R d) is {x:.3g} times the thickness", "take a thicker layer, or press it less")
         pressed.must_be_wide()
 
-    def solve(self, pressed: Pressed) -> Series:
+    def solve(self, pressed: Indentation) -> Series:
         """Return the solution. Raises NotApplicable if an assumption is violated."""
         self.must_hold(pressed)
         return self.solved(pressed)
 
-    def solved(self, pressed: Pressed) -> Series:
+    def solved(self, pressed: Indentation) -> Series:
         """Return the series without checks."""
         return Series(pressed.half_space)

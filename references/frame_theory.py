@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import as_points
 from softmark.references.reference_base import About, Reference
-from softmark.references.straight_cantilever import Refused, Vector
+from softmark.references.straight_cantilever import NotApplicable, Vector
 
 if TYPE_CHECKING:
     import numpy as np
@@ -234,7 +234,7 @@ class Frame:
             P[at] += member.pushes
         answer = FrameSolution(self, self._balanced(P, d).reshape(-1, 6))
         if not answer.strayed <= SMALL:
-            raise Refused(
+            raise NotApplicable(
                 f"its turns, and its forces against those that buckle it, come to {100 * answer.strayed:.2g} %",
                 "the theory is one of small loads: take smaller ones, or compare two models",
             )
@@ -296,7 +296,7 @@ class Frame:
         y: Array = Vt[:rank].T @ ((U.T @ self.imposed)[:rank] / s[:rank])
         apart = np.abs(self.held * self._scale @ y - self.imposed).max(initial=0.0)
         if apart > 1e-9 * max(np.abs(self.imposed).max(initial=0.0), 1e-300):
-            raise Refused("its supports contradict each other", "hold each point once")
+            raise NotApplicable("its supports contradict each other", "hold each point once")
         return y
 
     @cached_property
@@ -308,7 +308,7 @@ class Frame:
         free = Z.T @ (self._stiffness * self._scales) @ Z
         values = np.linalg.eigvalsh(free)
         if values.size and values[0] <= LOOSE * values[-1]:
-            raise Refused("its supports leave it free", "hold it whole")
+            raise NotApplicable("its supports leave it free", "hold it whole")
         root: Array = np.asarray(np.linalg.cholesky(free), dtype=np.float64)
         return Z, root
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import as_points
 from softmark.references.reference_base import About, Reference
-from softmark.references.straight_cantilever import Refused, Vector
+from softmark.references.straight_cantilever import NotApplicable, Vector
 
 if TYPE_CHECKING:
     import numpy as np
@@ -51,14 +51,14 @@ class PulledBar:
     def __post_init__(self) -> None:
         for name, value in (("length", self.length), ("section", self.area)):
             if not (math.isfinite(value) and value > 0.0):
-                raise Refused(f"the {name} is {value:g}", "it must be positive")
+                raise NotApplicable(f"the {name} is {value:g}", "it must be positive")
         if self.poisson != 0.0:
-            raise Refused(
+            raise NotApplicable(
                 f"a Poisson's ratio of {self.poisson:g} makes sections contract by unlike amounts",
                 "where E varies along the bar, it is in uniaxial stress only with `poisson = 0`",
             )
         if not (self.force or self.pull):
-            raise Refused(
+            raise NotApplicable(
                 "nothing pulls the bar along its axis", "declare a traction on its free end, or gravity along it"
             )
 
@@ -67,7 +67,7 @@ class PulledBar:
         flat = np.ravel(s)
         E = self.young(flat)
         if not (np.isfinite(E).all() and (E > 0.0).all()):
-            raise Refused("its Young's modulus is not positive all along it", "look at its range")
+            raise NotApplicable("its Young's modulus is not positive all along it", "look at its range")
         carried = self.force + (self.pull * self.area * self._above(flat) if self.pull else 0.0)
         found: Array = (carried / (E * self.area)).reshape(np.shape(s))
         return found
@@ -90,7 +90,7 @@ class PulledBar:
         apart = abs(whole - float(again)) + float(left)
         if not apart <= LOOSE * abs(again):
             reason = f"two quadratures of its strain differ by {apart / abs(again):.1e} of it"
-            raise Refused(reason, "its stiffness jumps, or varies in steps that are too fine")
+            raise NotApplicable(reason, "its stiffness jumps, or varies in steps that are too fine")
         return StretchedBar(self, apart + ROUNDING * abs(whole))
 
 

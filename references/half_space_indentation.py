@@ -1,4 +1,4 @@
-"""A half-space that a rigid body of revolution presses without friction, at every point of it.
+"""Frictionless indentation of a half-space by a rigid body of revolution, with the solution at every point.
 
 By Green's and Collins's complex potential (Barber 2010, Elasticity, ch. 30): with zeta = z + i t, z into the body,
 
@@ -6,7 +6,7 @@ By Green's and Collins's complex potential (Barber 2010, Elasticity, ch. 30): wi
     2 G u_z = -2 (1 - nu) dphi/dz + z d2phi/dz2,    2 G u_r = (1 - 2 nu) dphi/dr + z d2phi/drdz,
     p = d2phi/dz2 where z = 0,
 
-where c t^n is t^2/R of a sphere, t pi/(2 tan(angle)) of a cone and 0 of a flat punch: integrals that are elementary.
+where c t^n is t^2/R for a sphere, t pi/(2 tan(angle)) for a cone and 0 for a flat punch: integrals that are elementary.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import as_points
-from softmark.references.straight_cantilever import Refused, Vector
+from softmark.references.straight_cantilever import NotApplicable, Vector
 
 if TYPE_CHECKING:
     import numpy as np
@@ -36,7 +36,7 @@ ROUNDING = 1e-13  # relative, of a displacement
 
 @dataclass(frozen=True)
 class Tip:
-    """The end of a rigid body of revolution: d is c t^n at the edge of contact. `edge` is the radius of a punch, m."""
+    """The tip of a rigid body of revolution: d is c t^n at the edge of contact. `edge` is the radius of a punch, m."""
 
     power: int  # n
     rate: float  # c, m^(1-n)
@@ -47,25 +47,27 @@ class Tip:
 
     @classmethod
     def sphere(cls, radius: float) -> Tip:
-        """Of a sphere, m, taken for a paraboloid."""
+        """Return the tip of a sphere with a radius in m, approximated by a paraboloid."""
         _positive("radius", radius)
         return cls(2, 1.0 / radius, span=radius)
 
     @classmethod
     def cone(cls, angle: float, blunt: float = 0.0) -> Tip:
-        """Of a cone by the angle between its axis and its side, rad, and by how much it is `blunt`, m."""
+        """Return the tip of a cone with the angle between axis and side, rad, and the height cut off by rounding, m."""
         if not 0.0 < angle < 0.5 * math.pi:
-            raise Refused(f"the half-angle of the cone is {math.degrees(angle):g} degrees", "it is between 0 and 90")
+            raise NotApplicable(
+                f"the half-angle of the cone is {math.degrees(angle):g} degrees", "it is between 0 and 90"
+            )
         return cls(1, 0.5 * math.pi / math.tan(angle), blunt=blunt)
 
     @classmethod
     def punch(cls, radius: float, rim: float = 0.0) -> Tip:
-        """A flat end, m, and the radius that its edge is rounded by, m."""
+        """Return a flat end with a radius, m, and the rounding radius of its edge, m."""
         _positive("radius", radius)
         return cls(0, 0.0, radius, rim=rim)
 
     def off(self, depth: float) -> dict[str, float]:
-        """By how much, relative, the force may be off for a depth that is not small, and for edges."""
+        """Return relative errors of the force for a depth that is not small, and for rounded edges."""
         found = {"depth": depth / self.span} if math.isfinite(self.span) else {}
         if self.rim and self.edge:
             found["rim"] = self.rim / self.edge
@@ -73,28 +75,28 @@ class Tip:
 
     @property
     def grows(self) -> float:
-        """The power of the depth that the force of a half-space grows with."""
+        """Exponent of the depth in the force on a half-space."""
         return 1.0 if self.edge is not None else 1.0 + 1.0 / self.power
 
     def at(self, t: Array) -> Array:
-        """c t^n, m."""
+        """Return c t^n, m."""
         return self.rate * t**self.power
 
     def radius(self, depth: float) -> float:
-        """Of contact with a half-space, m."""
+        """Return the contact radius with a half-space, m."""
         return self.edge if self.edge is not None else float((depth / self.rate) ** (1.0 / self.power))
 
 
 def _positive(name: str, value: float) -> None:
     if not (math.isfinite(value) and value > 0.0):
-        raise Refused(f"the {name} is {value:g}", "it must be positive")
+        raise NotApplicable(f"the {name} is {value:g}", "it must be positive")
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """The body about the place that is pressed: what a half-space has not. m; where it ends, and how it is held there.
+    """Limits of the indented body around the contact, m, and its support.
 
-    `bonded` where the far face is held all over, else it slides without friction.
+    `bonded` if the far face is fixed, else it slides without friction.
     """
 
     thickness: float = math.inf
@@ -104,7 +106,7 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class HalfSpace:
-    """Pressed by a tip to a depth. SI units. Raises Refused where that makes no sense."""
+    """A half-space indented by a tip to a depth. SI units. Raises NotApplicable for invalid values."""
 
     tip: Tip
     depth: float  # m, that the tip has moved since it touched
@@ -117,38 +119,38 @@ class HalfSpace:
     def __post_init__(self) -> None:
         _positive("Young's modulus", self.young)
         if not -1.0 < self.poisson <= 0.5:
-            raise Refused(f"Poisson's ratio is {self.poisson:g}", "it is above -1 and at most 0.5")
+            raise NotApplicable(f"Poisson's ratio is {self.poisson:g}", "it is above -1 and at most 0.5")
         if not math.isfinite(self.depth):
-            raise Refused("the depth is not finite", "give a finite travel")
+            raise NotApplicable("the depth is not finite", "give a finite travel")
 
     @property
     def touches(self) -> bool:
-        """Whether there is contact at all."""
+        """True if there is contact."""
         return self.depth > 0.0
 
     @property
     def gap(self) -> float:
-        """What is left between them, m."""
+        """Remaining gap, m."""
         return max(-self.depth, 0.0)
 
     @property
     def modulus(self) -> float:
-        """E* = E / (1 - nu^2), Pa: the other body is rigid."""
+        """Contact modulus E* = E / (1 - nu^2), Pa: the other body is rigid."""
         return self.young / (1.0 - self.poisson**2)
 
     @property
     def radius(self) -> float:
-        """Of contact, m."""
+        """Contact radius, m."""
         return self.tip.radius(self.depth) if self.touches else 0.0
 
     @property
     def area(self) -> float:
-        """Of contact, m^2."""
+        """Contact area, m^2."""
         return math.pi * self.radius**2
 
     @property
     def push(self) -> float:
-        """The force into the body, N: 2 pi int -g dt."""
+        """Force into the body, N: 2 pi int -g dt."""
         a, n = self.radius, self.tip.power
         if not self.touches:
             return 0.0
@@ -156,18 +158,18 @@ class HalfSpace:
 
     @property
     def largest_pressure(self) -> float:
-        """Pa: in the middle of a sphere; without limit under the tip of a cone and at the edge of a punch."""
+        """Largest pressure, Pa: at the centre for a sphere; unbounded under a cone's tip and at a punch's edge."""
         if not self.touches:
             return 0.0
         return 2.0 * self.modulus * self.tip.rate * self.radius / math.pi if self.tip.power == 2 else math.inf
 
     @property
     def energy(self) -> float:
-        """That is stored, J: int F dd."""
+        """Stored energy, J: int F dd."""
         return self.push * self.depth / (1.0 + self.tip.grows)
 
     def pressure(self, r: Array) -> Array:
-        """At distances from the axis (n,), m: Pa."""
+        """Return the pressure, Pa, at distances from the axis (n,), m."""
         x = np.abs(np.asarray(r, dtype=float)) / (self.radius or 1.0)
         inside = (x < 1.0) & self.touches
         y = np.where(inside, x, 0.0)
@@ -182,7 +184,7 @@ class HalfSpace:
         return np.where(inside, found, 0.0)
 
     def displacement(self, X: Array) -> Array:
-        """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused for what is no point."""
+        """Return displacements (n, 3), m, of points X (n, 3) of the undeformed body. Raises NotApplicable."""
         from_touch, n = as_points(X) - np.asarray(self.at), np.asarray(self.normal)
         if not self.touches:
             return np.zeros_like(from_touch)
@@ -195,7 +197,7 @@ class HalfSpace:
         return found
 
     def moved(self, r: Array, z: Array) -> tuple[Array, Array]:
-        """Displacements (n,) away from the axis and into the body, m, at a distance from it and a depth (n,), m."""
+        """Return displacements (n,) away from the axis and into the body, m, at radius r and depth z (n,), m."""
         a, nu, G = self.radius, self.poisson, 0.5 * self.young / (1.0 + self.poisson)
         share, power = self.modulus / math.pi, self.tip.power
         near, r = r < ON_AXIS * a, np.maximum(r, ON_AXIS * a)
@@ -210,26 +212,26 @@ class HalfSpace:
 
     @property
     def estimated_error(self) -> float:
-        """m: what a half-space moves where the body ends, at least rounding."""
+        """Error, m: the half-space's displacement where the real body ends, at least rounding."""
         if not self.touches:
             return 0.0
         return max(ROUNDING * abs(self.depth), self._beneath, self._beside)
 
     @property
     def _beneath(self) -> float:
-        """m, what a half-space moves at the far face."""
+        """Displacement of a half-space at the depth of the far face, m."""
         h = self.around.thickness
         return 0.0 if math.isinf(h) else float(self.moved(np.zeros(1), np.array([h]))[1][0])
 
     @property
     def _beside(self) -> float:
-        """m, what a half-space moves at the nearest side of its surface."""
+        """Displacement of a half-space at the nearest side of its surface, m."""
         w = self.around.width
         return 0.0 if math.isinf(w) else float(self.moved(np.array([w]), np.zeros(1))[1][0])
 
     @cached_property
     def layer(self) -> Layer:
-        """The same as a layer on its far face."""
+        """The same contact with a layer on its far face."""
         from softmark.references.layer_integral_equation import Layer
 
         around = self.around
@@ -237,10 +239,10 @@ class HalfSpace:
 
     @cached_property
     def off(self) -> dict[str, float]:
-        """By how much, relative, its force may be off for what the theory leaves out.
+        """Relative errors of the force by effects that the theory omits.
 
-        `depth`: that it is not small beside the radius of a sphere; `rim` and `tip` that an edge is rounded.
-        `thickness`: by the integral equation of a layer. `sides`: by what a layer moves there, an order of magnitude.
+        `depth`: a depth not small compared with the radius of a sphere; `rim` and `tip`: rounded edges. `thickness`: by
+        the integral equation of a layer. `sides`: by the displacement of a layer there, an order of magnitude.
         """
         if not self.touches:
             return {"thickness": 0.0, "sides": 0.0}
@@ -252,8 +254,8 @@ class HalfSpace:
 
 
 @dataclass(frozen=True)
-class SamePlace:
-    """What another theory says of what presses a half-space: it lies where that does. Of displacements it says nothing.
+class ForceTheory:
+    """Base of other theories of an indented half-space: they share its contact point and give no displacements.
 
     SI units.
     """
@@ -262,19 +264,19 @@ class SamePlace:
 
     @property
     def at(self) -> Vector:
-        """Where it touched, m."""
+        """Point of first contact, m."""
         return self.pressed.at
 
     @property
     def gap(self) -> float:
-        """What is left between them, m."""
+        """Remaining gap, m."""
         return self.pressed.gap
 
     displacement = None
 
 
 def potential(n: int, a: float, r: Array, z: Array) -> tuple[Array, Array, Array, Array]:
-    """dphi/dr, dphi/dz, d2phi/drdz and d2phi/dz2 (k,) of g = t^n up to a, n <= 2, at r > 0 and z >= 0 (k,), m."""
+    """Return dphi/dr, dphi/dz, d2phi/drdz and d2phi/dz2 (k,) for g = t^n up to a, n <= 2, at r > 0 and z >= 0 (k,), m."""
     first, last = z + 0j, z + 1j * a
     sums = _integrals(n + 1, a, r, z)
 
@@ -296,13 +298,13 @@ def potential(n: int, a: float, r: Array, z: Array) -> tuple[Array, Array, Array
 
 
 def _root(r: Array, zeta: Complex) -> Complex:
-    """sqrt(r^2 + zeta^2), with the branch that is r at zeta = 0; never 0."""
+    """Return sqrt(r^2 + zeta^2), on the branch that is r at zeta = 0; never 0."""
     found = np.sqrt(r**2 + zeta**2 + 0j)
     return np.where(np.abs(found) < 1e-12 * r, 1e-12 * r, found)
 
 
 def _integrals(most: int, a: float, r: Array, z: Array) -> list[Complex]:
-    """int_0^a t^n / sqrt(r^2 + (z + i t)^2) dt for n = 0 to most (k,): binomials of those of zeta^n, elementary."""
+    """Return int_0^a t^n / sqrt(r^2 + (z + i t)^2) dt for n = 0 to most (k,), binomial sums of elementary integrals."""
     ends = []
     for zeta in (z + 0j, z + 1j * a):
         s = _root(r, zeta)

@@ -1,15 +1,15 @@
-"""A round core, or a hole, in the middle of a round body under uniform stress from afar: a closed form of any size.
+"""A round inclusion or hole in a round body under uniform remote stress: a closed form for any size.
 
-What pulls at the border of radius b is that of a uniform stress T, the tractions T n. With b infinite these are the
-sphere of Goodier (1933) and Eshelby (1957) and the hole of Kirsch (1898). With b finite the same functions of the
-radius meet two more conditions, so that a body of finite size has an exact solution as well, and what its size makes is
-a number. In `n` dimensions, 2 or 3, with m = tr T / n and S = T - m I, q = x.S x and r in units of the core's radius:
+The tractions at the border of radius b are those of a uniform stress T, T n. With b infinite these are the sphere of
+Goodier (1933) and Eshelby (1957) and the hole of Kirsch (1898). With b finite the same functions of the radius satisfy
+two more conditions, so that a body of finite size has an exact solution as well, and the effect of its size is a
+number. In `n` dimensions, 2 or 3, with m = tr T / n and S = T - m I, q = x.S x and r in units of the core's radius:
 
     u = P x / (n lam + 2 mu) + C x / r^n   of the mean m,       u = F(r) S x + G(r) q x   of the deviator S,
     F = sum c f r^p, G = sum c g r^(p - 2)   over p in 2, 0, -n, -n - 2, of which a core has the first two
 
-with (f, g) that Navier's equation (1 - 2 nu) lap u + grad div u = 0 leaves for each p (`_modes`). The coefficients c
-are those that make displacements and tractions continuous at the core and the latter T n at the border.
+with (f, g) from Navier's equation (1 - 2 nu) lap u + grad div u = 0 for each p (`_modes`). The coefficients c make
+displacements and tractions continuous at the core and the latter T n at the border.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import as_points
-from softmark.references.straight_cantilever import Refused
+from softmark.references.straight_cantilever import NotApplicable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -39,24 +39,24 @@ Mode = tuple[int, float, float, float]  # p, f, g and lam (p f + (p + n) g) / mu
 
 @dataclass(frozen=True)
 class Hookean:
-    """A linear elastic solid; in plane stress its Poisson's ratio in the plane, nu / (1 + nu), is given."""
+    """A linear elastic solid; for plane stress its in-plane Poisson's ratio, nu / (1 + nu), is given."""
 
     shear_modulus: float  # Pa
     poisson: float  # 1
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.shear_modulus) and self.shear_modulus > 0.0):
-            raise Refused(f"a shear modulus of {self.shear_modulus:g} Pa", "it must be positive")
+            raise NotApplicable(f"a shear modulus of {self.shear_modulus:g} Pa", "it must be positive")
         if not -1.0 < self.poisson <= 0.5:
-            raise Refused(f"a Poisson's ratio of {self.poisson:g}", "it lies between -1 and 0.5")
+            raise NotApplicable(f"a Poisson's ratio of {self.poisson:g}", "it lies between -1 and 0.5")
 
     def softness(self, n: int) -> float:
-        """1 / (n lam + 2 mu), 1/Pa: 0 where the volume cannot change."""
+        """Return 1 / (n lam + 2 mu), 1/Pa: 0 for an incompressible solid."""
         return (1.0 - 2.0 * self.poisson) / (2.0 * self.shear_modulus * (1.0 + (n - 2) * self.poisson))
 
 
 def _modes(n: int, nu: float) -> tuple[Mode, Mode, Mode, Mode]:
-    """For p = 2, 0, -n and -n - 2: two that are finite in the middle and two that vanish far away."""
+    """Return the modes for p = 2, 0, -n and -n - 2: two that are finite at the centre and two that vanish far away."""
     k = 1.0 - 2.0 * nu
     grown = (2.0 * k + 2.0 + n, -k * (2.0 + n) - 2.0)
     return (
@@ -71,7 +71,7 @@ def _modes(n: int, nu: float) -> tuple[Mode, Mode, Mode, Mode]:
 class RoundCore:
     """A sphere (n = 3) or a slice across a cylinder (n = 2) with a core or a hole, linear elastic. SI units.
 
-    Raises Refused where there is no such body.
+    Raises NotApplicable for inconsistent values.
     """
 
     n: int
@@ -85,9 +85,9 @@ class RoundCore:
 
     def __post_init__(self) -> None:
         if not 0.0 < self.inner < self.outer:
-            raise Refused(f"radii of {self.inner:g} and {self.outer:g} m", "the core is smaller than the body")
+            raise NotApplicable(f"radii of {self.inner:g} and {self.outer:g} m", "the core is smaller than the body")
         if not all(map(math.isfinite, self.stress)):
-            raise Refused("the stress from afar is not finite", "give finite tensions")
+            raise NotApplicable("the stress from afar is not finite", "give finite tensions")
 
     # ------------------------------------------------------------------ coefficients
 
@@ -110,19 +110,23 @@ class RoundCore:
 
     @cached_property
     def _uneven(self) -> tuple[tuple[tuple[float, Mode], ...], tuple[tuple[float, Mode], ...], float]:
-        """c, 1/Pa, with the modes of the core and of the matrix, and by how much rounding is amplified."""
+        """Coefficients c, 1/Pa, with the modes of the core and of the matrix, and the amplification of rounding."""
         n, end = self.n, self.outer / self.inner
         mine = [] if self.core is None else list(_modes(n, self.core.poisson)[:2])
         theirs = _modes(n, self.matrix.poisson)
         known = [] if math.isfinite(end) else [(0.5 / self.matrix.shear_modulus, theirs[1])]
         sought = [m for m in theirs if m[0] < 0 or not known]
-        rows = [_at(m, self.core, 1.0) for m in mine] + [-_at(m, self.matrix, 1.0) for m in sought]
+        rows = [_mode_at_radius(m, self.core, 1.0) for m in mine] + [
+            -_mode_at_radius(m, self.matrix, 1.0) for m in sought
+        ]
         alike = np.array([1.0, 1.0, *[1.0 / self.matrix.shear_modulus] * 2])  # one unit for all rows
         A = (alike * np.array(rows)).T[0 if mine else 2 :]
-        right = sum((c * alike * _at(m, self.matrix, 1.0) for c, m in known), np.zeros(4))[0 if mine else 2 :]
+        right = sum((c * alike * _mode_at_radius(m, self.matrix, 1.0) for c, m in known), np.zeros(4))[
+            0 if mine else 2 :
+        ]
         if not known:
             border = np.zeros((2, A.shape[1]))
-            border[:, len(mine) :] = np.array([_at(m, self.matrix, end)[2:] for m in sought]).T
+            border[:, len(mine) :] = np.array([_mode_at_radius(m, self.matrix, end)[2:] for m in sought]).T
             A, right = np.vstack([A, border]), np.append(right, [1.0, 0.0])
         widths = np.abs(A).max(axis=0)  # with r^p at the border, which is large where that is far
         heights = np.abs(A / widths).max(axis=1)
@@ -134,16 +138,16 @@ class RoundCore:
     # ------------------------------------------------------------------ fields
 
     def displacement(self, X: Array) -> Array:
-        """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused for what is no point."""
+        """Return displacements (n, 3), m, of points X (n, 3) of the undeformed body. Raises NotApplicable."""
         found = np.zeros((len(as_points(X)), 3))
         for some, x, inside in self._sides(X):
             found[some] = self.inner * self._moved(x, inside)
         return found
 
     def fields(self, X: Array) -> tuple[Array, Array]:
-        """du/dX and stress, Pa, at points X (n, 3): each (n, 3, 3).
+        """Return du/dX and stress, Pa, at points X (n, 3): each (n, 3, 3).
 
-        At the border of the core those of the side with the larger stress.
+        At the border of the core they are those of the side with the larger stress.
         """
         H, sigma = np.zeros((2, len(as_points(X)), 3, 3))
         for some, x, inside in self._sides(X):
@@ -151,15 +155,15 @@ class RoundCore:
         return H, sigma
 
     def gradient(self, X: Array) -> Array:
-        """The first of these."""
+        """Return du/dX at points X."""
         return self.fields(X)[0]
 
     def stress_at(self, X: Array) -> Array:
-        """The second of these."""
+        """Return the stress at points X, Pa."""
         return self.fields(X)[1]
 
     def on_border(self, X: Array) -> NDArray[np.bool_]:
-        """Which of points X (n, 3) lie between two materials (n,)."""
+        """Return which of points X (n, 3) lie between two materials (n,)."""
         near: NDArray[np.bool_] = np.abs(np.linalg.norm(self._own(X), axis=1) - 1.0) <= ALONG
         return near if self.core is not None else np.zeros_like(near)
 
@@ -172,9 +176,10 @@ class RoundCore:
 
     @cached_property
     def size_matters(self) -> float:
-        """How far stress at the border of the core is from that in an unbounded body, relative to that from afar.
+        """Relative difference of the stress at the border of the core from that in an unbounded body.
 
-        The largest norm of the difference on both sides of the border, over directions between the axes.
+        It is the largest norm of the difference on both sides of the border, over directions between the axes, relative
+        to the remote stress.
         """
         if not math.isfinite(self.outer) or not any(self.stress):
             return 0.0
@@ -186,7 +191,7 @@ class RoundCore:
 
     @cached_property
     def largest_gradient(self) -> float:
-        """The largest norm of du/dX at the border of the core, on both sides, and at that of the body."""
+        """Largest norm of du/dX at the border of the core, on both sides, and at that of the body."""
         ends = [self._fields(self._away, inside)[0] for inside in self._beside]
         if math.isfinite(self.outer):
             ends.append(self._fields(self.outer / self.inner * self._away, False)[0])
@@ -194,7 +199,7 @@ class RoundCore:
 
     @property
     def _beside(self) -> tuple[bool, ...]:
-        """Whether a side of the border of the core is inside: of both, or of a hole the only one."""
+        """Sides of the core's border, as whether each is inside: both, or for a hole only the outside."""
         return (False,) if self.core is None else (False, True)
 
     @property
@@ -205,14 +210,14 @@ class RoundCore:
         return np.stack([np.cos(turn) * np.cos(tilt), np.sin(turn) * np.cos(tilt), np.sin(tilt)], axis=1)
 
     def _own(self, X: Array) -> Array:
-        """In units of the core's radius, from the centre, (n, 3): of a slice without z."""
+        """Return coordinates in units of the core's radius, from the centre, (n, 3); for a slice without z."""
         x: Array = (as_points(X) - np.array(self.centre)) / self.inner
         if self.n == 2:
             x[:, 2] = 0.0
         return x
 
     def _sides(self, X: Array) -> Iterator[tuple[NDArray[np.bool_], Array, bool]]:
-        """Which of points X (n, 3) lie in the matrix, and in the core (n,): these, in units of its radius (k, 3)."""
+        """Yield which points X (n, 3) lie in the matrix, and in the core (n,), with their scaled coordinates (k, 3)."""
         x, on = self._own(X), self.on_border(X)
         within = (np.linalg.norm(x, axis=1) < 1.0) & (self.core is not None)
         if on.any():
@@ -225,18 +230,18 @@ class RoundCore:
 
     @property
     def _axes(self) -> Array:
-        """1 for every axis of the problem (3,)."""
+        """Ones for the axes of the problem, else zeros (3,)."""
         return np.array([1.0, 1.0, float(self.n == 3)])
 
     def _layer(self, inside: bool) -> tuple[Hookean, float, float, tuple[tuple[float, Mode], ...]]:
-        """The solid, P and C of the mean, and c with the modes of the deviator."""
+        """Return the solid, P and C of the mean, and c with the modes of the deviator."""
         core, matrix, beyond = self._even
         if inside and self.core is not None:
             return self.core, core, 0.0, self._uneven[0]
         return self.matrix, matrix, beyond, self._uneven[1]
 
     def _moved(self, x: Array, inside: bool) -> Array:
-        """Displacements (k, 3) in units of the core's radius."""
+        """Return displacements (k, 3) in units of the core's radius."""
         solid, P, C, modes = self._layer(inside)
         S, r = self._deviator, np.linalg.norm(x, axis=1)
         q = (x**2 @ S)[:, None]
@@ -251,7 +256,7 @@ class RoundCore:
         return found
 
     def _fields(self, x: Array, inside: bool) -> tuple[Array, Array]:
-        """du/dX and stress (k, 3, 3), Pa, at points (k, 3) in units of the core's radius."""
+        """Return du/dX and stress (k, 3, 3), Pa, at points (k, 3) in units of the core's radius."""
         solid, P, C, modes = self._layer(inside)
         mu, r, eye = solid.shear_modulus, np.linalg.norm(x, axis=1), np.diag(self._axes)
         H = np.broadcast_to(P * solid.softness(self.n) * eye, (len(x), 3, 3)).copy()
@@ -277,7 +282,7 @@ class RoundCore:
         return H, sigma
 
     def _across(self, H: Array, sigma: Array, solid: Hookean) -> None:
-        """Set strain and stress across a slice: no strain in plane strain, no stress in plane stress."""
+        """Set strain and stress normal to a slice: no strain in plane strain, no stress in plane stress."""
         both = sigma[:, 0, 0] + sigma[:, 1, 1]
         if self.thin is None:
             sigma[:, 2, 2] = solid.poisson * both
@@ -286,19 +291,19 @@ class RoundCore:
 
     @property
     def _deviator(self) -> Array:
-        """Of the stress from afar, its diagonal (3,), Pa."""
+        """Deviator of the remote stress, its diagonal (3,), Pa."""
         found: Array = (np.array(self.stress) - self._mean) * self._axes
         return found
 
 
 def _power(r: Array, p: int) -> Array:
-    """r^p; 1 of p = 0, in the middle as well."""
+    """Return r^p; 1 for p = 0, also at the centre."""
     found: Array = r**p if p else np.ones_like(r)
     return found
 
 
-def _at(mode: Mode, solid: Hookean | None, r: float) -> Array:
-    """What c = 1 makes at a radius: displacement along S n and along (n.S n) n, and tractions along both, Pa (4,)."""
+def _mode_at_radius(mode: Mode, solid: Hookean | None, r: float) -> Array:
+    """Return the effect of c = 1 at a radius: displacement along S n and (n.S n) n, and tractions along both, Pa (4,)."""
     assert solid is not None
     p, f, g, grown = mode
     mu = solid.shear_modulus

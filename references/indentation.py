@@ -1,4 +1,4 @@
-"""A rigid body that is pressed into a face: the numbers of it that theories of contact are solved for."""
+"""Data of an indentation by a rigid body, for which the contact theories are solved."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Literal
 
 from softmark.records import dataclass
 from softmark.references.half_space_indentation import HalfSpace, Surroundings, Tip
-from softmark.references.straight_cantilever import Refused, Vector
+from softmark.references.straight_cantilever import NotApplicable, Vector
 
 Kind = Literal["sphere", "cone", "punch", "cylinder"]
 FAR = 0.5  # relative to the radius of a sphere: largest depth for small-depth theories
@@ -18,8 +18,8 @@ NO_FRICTION = "use a theory with friction, or leave `friction` out"
 
 
 @dataclass(frozen=True)
-class Pressed:
-    """A body that a rigid one presses. SI units."""
+class Indentation:
+    """A body indented by a rigid one. SI units."""
 
     kind: Kind
     size: float  # m: radius of a sphere, a cylinder, or of what is flat of a punch; of a cone its half-angle, rad
@@ -38,7 +38,7 @@ class Pressed:
 
     @property
     def tip(self) -> Tip:
-        """Of a body of revolution. Raises Refused."""
+        """Tip of the body of revolution. Raises NotApplicable."""
         match self.kind:
             case "sphere":
                 return Tip.sphere(self.size)
@@ -46,36 +46,38 @@ class Pressed:
                 return Tip.cone(self.size, self.edge * (1.0 / math.sin(self.size) - 1.0))
             case "punch":
                 return Tip.punch(self.size, self.edge)
-        raise Refused("what presses is a cylinder along z", "use `hertz_line(...)`")
+        raise NotApplicable("what presses is a cylinder along z", "use `hertz_line(...)`")
 
     @property
     def half_space(self) -> HalfSpace:
-        """The same, as if the body ended far away. Raises Refused."""
+        """The indentation as if the body were unbounded. Raises NotApplicable."""
         return HalfSpace(self.tip, self.depth, self.young, self.poisson, self.at, self.normal, self.around)
 
     def must_slip_freely(self) -> None:
-        """Raises Refused where there is friction."""
+        """Raise NotApplicable if there is friction."""
         if self.friction > 0.0:
-            raise Refused(f"the contact has friction of {self.friction:g}", NO_FRICTION)
+            raise NotApplicable(f"the contact has friction of {self.friction:g}", NO_FRICTION)
 
     def must_be_shallow(self) -> None:
-        """Raises Refused where a sphere or a cylinder is pressed in by much of its radius."""
+        """Raise NotApplicable if the depth is a large part of the radius of a sphere or a cylinder."""
         if self.kind in ("sphere", "cylinder") and self.depth > FAR * self.size:
-            raise Refused(f"it is pressed in by {self.depth / self.size:.3g} of its radius", "press it in by less")
+            raise NotApplicable(
+                f"it is pressed in by {self.depth / self.size:.3g} of its radius", "press it in by less"
+            )
 
     def must_be_wide(self) -> None:
-        """Raises Refused where a free side is near, by the radius of contact of a half-space."""
+        """Raise NotApplicable if a free side is near, compared with the contact radius on a half-space."""
         radius = math.sqrt(self.size * max(self.depth, 0.0)) if self.kind == "cylinder" else self.half_space.radius
-        must_be_far(radius, self.around.width, "the nearest free side", WIDE, "take a wider body")
+        require_distance(radius, self.around.width, "the nearest free side", WIDE, "take a wider body")
 
     def must_be_half_space(self) -> None:
-        """Raises Refused where the body ends near what presses."""
+        """Raise NotApplicable if the body ends near the contact."""
         self.must_be_wide()
-        must_be_far(self.half_space.radius, self.around.thickness, "the far face", THICK,
+        require_distance(self.half_space.radius, self.around.thickness, "the far face", THICK,
                     "take a thicker body, or use `pressed_layer(...)`")  # fmt: skip
 
 
-def must_be_far(radius: float, away: float, what: str, share: float, remedy: str) -> None:
-    """Raises Refused where the radius of contact is more than a share of the distance from what ends the body."""
+def require_distance(radius: float, away: float, what: str, share: float, remedy: str) -> None:
+    """Raise NotApplicable if the contact radius exceeds a fraction of the distance from the body's end."""
     if radius > share * away:
-        raise Refused(f"the radius of contact is {radius / away:.3g} of the distance to {what}", remedy)
+        raise NotApplicable(f"the radius of contact is {radius / away:.3g} of the distance to {what}", remedy)

@@ -1,4 +1,4 @@
-"""A plate with a circular hole that is pulled from afar."""
+"""A plate with a circular hole under remote tension."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Kirsch(Reference):
-    """A plate with a circular hole that is pulled in its plane from afar: displacement, stress and strain.
+    """A plate with a circular hole under remote in-plane load: displacement, stress and strain.
 
-    In an unbounded plate pulled along x the stress around the hole is three times that from afar where y = a, and minus
-    that where x = a. The body of a scene ends somewhere. So what is told is the exact solution for the ring that it is,
-    with tractions of the uniform stress on its outer circle: the same functions of the radius, with one more that
-    vanishes where the ring is large. How far stress at the hole is from that in an unbounded plate is in the report
-    (`size_matters`, relative to the stress from afar): 9 times the square of the ratio of the radii, so that 1 % takes
-    a ring of thirty times its hole.
+    In an unbounded plate under tension along x the stress at the hole is three times the remote stress at y = a, and
+    minus it at x = a. The body of a scene is finite, so this is the exact solution of the finite ring, with tractions
+    of the uniform stress on its outer circle: the same functions of the radius, with one more that vanishes if the ring
+    is large. The difference of the stress at the hole from that in an unbounded plate is in the report (`size_matters`,
+    relative to the remote stress): 9 times the square of the ratio of the radii, so that 1 % needs a ring of thirty
+    times its hole.
 
-    It takes a `quarter_ring` of two circles in `plane_strain` or `plane_stress`, of one `linear_elastic` solid, held by
-    `symmetric` on both straight sides and loaded by `tension` or `pressure` on all of its outer circle and by nothing
-    else. Metrics of displacements, `stress`, `strain` and `stretch` may be held against it.
+    It applies to a `quarter_ring` of two circles in `plane_strain` or `plane_stress`, of one `linear_elastic` solid,
+    held by `symmetric` on both straight sides and loaded by `tension` or `pressure` on all of its outer circle and by
+    nothing else. It can be compared with metrics of displacements, `stress`, `strain` and `stretch`.
     Source: Kirsch 1898, Z. VDI 42, 797-807; Timoshenko and Goodier 1970, sections 32 to 35.
     """
 
@@ -37,5 +37,5 @@ class Kirsch(Reference):
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equations exactly"
 
     def solve(self, core: RoundCore) -> RoundCore:
-        """What it says: the closed form is that of the body itself."""
+        """Return the body itself, which has the closed form."""
         return core

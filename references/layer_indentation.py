@@ -1,77 +1,76 @@
-"""A rigid sphere, cone or punch that is pressed into a layer of any thickness without friction."""
+"""Frictionless indentation of a layer of any thickness by a rigid sphere, cone or punch."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.half_space_indentation import SamePlace
+from softmark.references.half_space_indentation import ForceTheory
 from softmark.references.reference_base import About, Reference
-from softmark.references.straight_cantilever import Refused
+from softmark.references.straight_cantilever import NotApplicable
 
 if TYPE_CHECKING:
     from softmark.references.half_space_indentation import Array
-    from softmark.references.indentation import Pressed
+    from softmark.references.indentation import Indentation
     from softmark.references.layer_integral_equation import Layer
 
 
 @dataclass(frozen=True)
-class InLayer(SamePlace):
-    """What a layer says. SI units."""
+class LayerContact(ForceTheory):
+    """Solution for an indented layer. SI units."""
 
     @property
     def layer(self) -> Layer:
-        """It, pressed as deep."""
+        """Layer at the same depth."""
         return self.pressed.layer
 
     @property
     def push(self) -> float:
-        """The force into the body, N."""
+        """Force into the body, N."""
         return self.layer.push
 
     @property
     def radius(self) -> float:
-        """Of contact, m."""
+        """Contact radius, m."""
         return self.layer.radius
 
     @property
     def area(self) -> float:
-        """Of contact, m^2."""
+        """Contact area, m^2."""
         return self.layer.area
 
     @property
     def largest_pressure(self) -> float:
-        """Pa."""
+        """Largest pressure, Pa."""
         return self.layer.largest_pressure
 
     def pressure(self, r: Array) -> Array:
-        """At distances from the axis (n,), m: Pa."""
+        """Return the pressure, Pa, at distances from the axis (n,), m."""
         return self.layer.pressure(r)
 
     @property
     def off(self) -> dict[str, float]:
-        """By how much, relative, its force may be off: `depth` and `sides` as of a half-space."""
+        """Relative errors of the force: `depth` and `sides` as for a half-space."""
         return {name: own for name, own in self.pressed.off.items() if name != "thickness"}
 
     @property
     def estimated_error(self) -> float:
-        """m, of the depth at which it has its force: rounding."""
+        """Error of the depth for the given force, m: rounding."""
         return 1e-10 * abs(self.layer.depth)
 
 
 @dataclass(frozen=True)
 class PressedLayer(Reference):
-    """A rigid sphere, cone or flat punch that is pressed into a layer of any thickness: force, area and pressure.
+    """Indentation of a layer of any thickness by a rigid sphere, cone or flat punch: force, area and pressure.
 
-    In small strain and without friction, by an integral equation that is solved to rounding: for any Poisson's ratio,
-    for a layer that is bonded to what it lies on (its far face fixed) or slides on it (held along its normal alone),
-    and for a radius of contact of up to six times the thickness. Where the layer is thick it is what `hertz` and
-    `sneddon` say; of spheres on incompressible layers `dimitriadis` is a series for it. Free sides and large strain are
-    left out; how much the force may be off for a side that is near and a depth that is not small is in the report
-    (`off`).
+    It holds for small strain without friction, by an integral equation that is solved to rounding: for any Poisson's
+    ratio, for a layer that is bonded to its base (its far face fixed) or slides on it (held along its normal only), and
+    for a contact radius of up to six times the thickness. For a thick layer it agrees with `hertz` and `sneddon`; for
+    spheres on incompressible layers `dimitriadis` is a series for it. Free sides and large strain are omitted; the
+    errors of the force by a near side and a depth that is not small are in the report (`off`).
 
-    It takes what `hertz` takes but cylinders. Metrics `force`, `contact_area`, `contact_pressure` and
-    `pressure_along` may be held against it.
+    It applies to the same cases as `hertz`, except cylinders. It can be compared with the metrics `force`,
+    `contact_area`, `contact_pressure` and `pressure_along`.
     Source: Lebedev and Ufliand 1958, PMM 22, 442-450; Hayes, Keer, Herrmann and Mockros 1972, J. Biomech. 5, 541-551.
     """
 
@@ -84,15 +83,15 @@ class PressedLayer(Reference):
     source: ClassVar[str] = "Lebedev and Ufliand 1958, PMM 22, 442-450; Hayes et al. 1972, J. Biomech. 5, 541-551"
     error_meaning: ClassVar[str] = "of the depth at which it has its force, m: rounding"
 
-    def must_hold(self, pressed: Pressed) -> None:
-        """Raises Refused where an assumption is broken, as far as a look tells."""
+    def must_hold(self, pressed: Indentation) -> None:
+        """Raise NotApplicable if an assumption is violated, judged before solving."""
         pressed.must_slip_freely()
         pressed.must_be_shallow()
         if pressed.kind == "cylinder":
-            raise Refused("what presses is a cylinder", "use `hertz_line(...)`")
+            raise NotApplicable("what presses is a cylinder", "use `hertz_line(...)`")
         pressed.must_be_wide()
 
-    def solve(self, pressed: Pressed) -> InLayer:
-        """What it says. Raises Refused where an assumption is broken."""
+    def solve(self, pressed: Indentation) -> LayerContact:
+        """Return the solution. Raises NotApplicable if an assumption is violated."""
         self.must_hold(pressed)
-        return InLayer(pressed.half_space)
+        return LayerContact(pressed.half_space)

@@ -1,12 +1,13 @@
-"""A layer on a rigid base that a rigid body of revolution presses without friction, of any thickness, in small strain.
+"""Integral equation of a layer on a rigid base, indented by a rigid body of revolution without friction in small
+strain.
 
-What a pressure p moves the surface of a layer, by Hankel's transform, with w = k h,
+The surface displacement of a layer under a pressure p, by Hankel's transform, with w = k h,
 
     u(k) = (2/E*) L(w) p(k) / k;   bonded L = (2 c sinh 2w - 4w) / (2 c cosh 2w + 1 + c^2 + 4w^2), c = 3 - 4 nu,
                                    sliding L = (cosh 2w - 1) / (sinh 2w + 2w);         a half-space: L = 1,
 
-makes of the shape of the tip Fredholm's equation of the second kind (Lebedev and Ufliand 1958, PMM 22:442; Hayes et al.
-1972, J Biomech 5:541), with the tip's c t^n of `half_space`,
+leads to Fredholm's equation of the second kind for the shape of the tip (Lebedev and Ufliand 1958, PMM 22:442; Hayes et
+al. 1972, J Biomech 5:541), with the tip's c t^n of `half_space_indentation`,
 
     y(t) - (1/pi) int_0^a y(s) (K(t + s) + K(t - s)) ds = (E*/pi) (d - c t^n),
     K(x) = int_0^oo (1 - L) cos(w x/h) dw / h,
@@ -22,7 +23,7 @@ from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
 from softmark.references.half_space_indentation import Tip
-from softmark.references.straight_cantilever import Refused
+from softmark.references.straight_cantilever import NotApplicable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -38,8 +39,8 @@ THINNEST = 6.0  # radius of contact over thickness, up to which the points above
 CLOSEST = 1e-13  # relative, of the radius of contact
 
 
-def stiffened(w: Array, poisson: float, bonded: bool) -> Array:
-    """1 - L (n,), of w > 0 (n,): what the base takes from the displacement of a half-space."""
+def base_stiffening(w: Array, poisson: float, bonded: bool) -> Array:
+    """Return 1 - L (n,) for w > 0 (n,): the reduction of a half-space's displacement by the base."""
     if not bonded:
         sliding: Array = 1.0 - (np.cosh(2.0 * w) - 1.0) / (np.sinh(2.0 * w) + 2.0 * w)
         return sliding
@@ -51,7 +52,7 @@ def stiffened(w: Array, poisson: float, bonded: bool) -> Array:
 
 @dataclass(frozen=True)
 class Layer:
-    """Pressed by a tip to a depth. SI units. Raises Refused where it is too thin for the radius of contact."""
+    """A layer indented by a tip to a depth. SI units. Raises NotApplicable if it is too thin for the contact radius."""
 
     tip: Tip
     depth: float  # m, that the tip has moved since it touched
@@ -62,7 +63,7 @@ class Layer:
 
     @property
     def modulus(self) -> float:
-        """E* = E / (1 - nu^2), Pa."""
+        """Contact modulus E* = E / (1 - nu^2), Pa."""
         return self.young / (1.0 - self.poisson**2)
 
     @cached_property
@@ -72,13 +73,15 @@ class Layer:
 
     @cached_property
     def _base(self) -> tuple[Array, Array]:
-        """w (m,) and 1 - L with the weights of a rule over it (m,)."""
+        """Points w (m,) and 1 - L times the weights of a quadrature over w (m,)."""
         x, weights = np.polynomial.legendre.leggauss(120)
         w = 0.5 * FARTHEST * (x + 1.0)
-        return w, 0.5 * FARTHEST * weights * stiffened(w, self.poisson, self.bonded)
+        return w, 0.5 * FARTHEST * weights * base_stiffening(w, self.poisson, self.bonded)
 
     def _solved(self, a: float) -> tuple[Array, Array]:
-        """y at the points of the rule, and last at a, of a depth of 1 m and of -c t^n (n + 1,) each, Pa and Pa m."""
+        """Return y at the quadrature points, and last at a, for a depth of 1 m and for -c t^n (n + 1,) each, Pa and Pa
+        m.
+        """
         x, weights = self._rule
         t = a * np.append(x, 1.0)
         w, base = self._base
@@ -92,7 +95,7 @@ class Layer:
 
     @cached_property
     def radius(self) -> float:
-        """Of contact, m: where y vanishes at the edge. Raises Refused."""
+        """Contact radius, m: y vanishes at its edge. Raises NotApplicable."""
         if self.depth <= 0.0:
             return 0.0
         if self.tip.edge is not None:
@@ -107,7 +110,7 @@ class Layer:
 
     def _thin(self, a: float) -> float:
         if a > THINNEST * self.thickness:
-            raise Refused(f"the radius of contact is {a / self.thickness:.3g} times the thickness",
+            raise NotApplicable(f"the radius of contact is {a / self.thickness:.3g} times the thickness",
                           "take a thicker layer, or press it less")  # fmt: skip
         return a
 
@@ -119,25 +122,25 @@ class Layer:
 
     @property
     def push(self) -> float:
-        """The force into the body, N."""
+        """Force into the body, N."""
         if self.depth <= 0.0:
             return 0.0
         return float(2.0 * math.pi * self.radius * self._rule[1] @ self._y[:-1])
 
     @property
     def area(self) -> float:
-        """Of contact, m^2."""
+        """Contact area, m^2."""
         return math.pi * self.radius**2
 
     @property
     def largest_pressure(self) -> float:
-        """Pa, that of a sphere in the middle; without limit of others."""
+        """Largest pressure, Pa, at the centre for a sphere; unbounded for other tips."""
         if self.depth <= 0.0:
             return 0.0
         return float(self.pressure(np.zeros(1))[0]) if self.tip.power == 2 else math.inf
 
     def pressure(self, r: Array) -> Array:
-        """At distances from the axis (n,), m: Pa. p = y(a) / sqrt(a^2 - r^2) - int_r^a y'(t) / sqrt(t^2 - r^2) dt."""
+        """Return the pressure, Pa, at distances r (n,), m: y(a) / sqrt(a^2 - r^2) - int_r^a y'(t) / sqrt(t^2 - r^2) dt."""
         r, a = np.abs(np.asarray(r, dtype=float)), self.radius
         if a == 0.0:
             return np.zeros_like(r)
@@ -160,9 +163,9 @@ class Layer:
         return np.where(inside, found + self.modulus / math.pi * own, 0.0)
 
     def beside(self, r: float) -> float:
-        """How far its surface moves down at a distance from the axis, m, that is far from what presses: m.
+        """Return the downward displacement of its surface, m, at a distance from the axis far from the contact, m.
 
-        P / (pi E*) (1 / r - int_0^oo (1 - L) J0(w r/h) dw / h), of the force as if it acted at a point.
+        P / (pi E*) (1 / r - int_0^oo (1 - L) J0(w r/h) dw / h), for the force as a point load.
         """
         from scipy.special import j0
 

@@ -1,6 +1,6 @@
-"""Modules that are imported at their first use, so that reading a vocabulary costs no numpy.
+"""Modules that are imported at their first use, so that reading a vocabulary does not import numpy.
 
-The same few lines stand in the solvers: a reference shares no code with what it judges.
+The solvers have the same few lines: a reference shares no code with the solvers that it checks.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ import importlib
 from typing import Any
 
 
-class Deferred:
-    """Stands for the module `name` and imports it at the first attribute that is asked of it."""
+class LazyModule:
+    """A proxy for the module `name` that imports it at the first attribute access."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -21,4 +21,4 @@ class Deferred:
         return value
 
 
-np = Deferred("numpy")
+np = LazyModule("numpy")

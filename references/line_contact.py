@@ -1,12 +1,12 @@
-"""A rigid cylinder that is pressed into a strip in plane strain without friction: half-width, pressure, and how deep.
+"""Frictionless line contact of a rigid cylinder with a strip in plane strain: half-width, pressure and depth.
 
-Hertz: a = sqrt(4 P R / (pi E*)), p = 2 P / (pi a) sqrt(1 - x^2/a^2), of the force P by length. The depth depends on how
-thick the strip is: with L(w) of `layer`,
+Hertz: a = sqrt(4 P R / (pi E*)), p = 2 P / (pi a) sqrt(1 - x^2/a^2), for the force P per length. The depth depends on
+the thickness of the strip: with L(w) of `layer_integral_equation`,
 
     (2 / (pi E*)) int p(s) G((x - s)/h) ds = d - x^2 / (2 R),   G(y) = int_0^oo L(w) cos(w y) / w dw
-                                                                     = ln(1 + 1/y^2) / 2 + what is smooth,
+                                                                     = ln(1 + 1/y^2) / 2 + a smooth function,
 
-with p = sqrt(1 - (x/a)^2) times a polynomial, at the points of Chebyshev.
+with p = sqrt(1 - (x/a)^2) times a polynomial, at Chebyshev points.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
 from softmark.references.half_space_indentation import Surroundings
-from softmark.references.indentation import WIDE, Pressed, must_be_far
-from softmark.references.layer_integral_equation import FARTHEST, THINNEST, stiffened
-from softmark.references.straight_cantilever import Refused, Vector
+from softmark.references.indentation import WIDE, Indentation, require_distance
+from softmark.references.layer_integral_equation import FARTHEST, THINNEST, base_stiffening
+from softmark.references.straight_cantilever import NotApplicable, Vector
 
 if TYPE_CHECKING:
     import numpy as np
@@ -34,13 +34,13 @@ POINTS = 48  # quadrature points for the smooth part
 
 
 def half_width(force: float, radius: float, modulus: float) -> float:
-    """a, m, of a force by length, N/m."""
+    """Return the half-width a, m, for a force per length, N/m."""
     return math.sqrt(4.0 * force * radius / (math.pi * modulus))
 
 
 @dataclass(frozen=True)
 class Strip:
-    """Pressed by a cylinder to a depth, on a base that it is bonded to or slides on. SI units, forces by length."""
+    """A strip, bonded to its base or sliding on it, indented by a cylinder to a depth. SI units, forces per length."""
 
     radius: float  # m, of the cylinder
     depth: float  # m
@@ -51,19 +51,19 @@ class Strip:
 
     @property
     def modulus(self) -> float:
-        """E* = E / (1 - nu^2), Pa."""
+        """Contact modulus E* = E / (1 - nu^2), Pa."""
         return self.young / (1.0 - self.poisson**2)
 
     @cached_property
     def _base(self) -> tuple[Array, Array]:
-        """w (m,) and (exp(-w) - (1 - L)) / w with the weights of a rule over it (m,)."""
+        """Points w (m,) and (exp(-w) - (1 - L)) / w times the weights of a quadrature over w (m,)."""
         x, weights = np.polynomial.legendre.leggauss(160)
         last = 1.5 * FARTHEST  # of exp(-w)
         w = 0.5 * last * (x + 1.0)
-        return w, 0.5 * last * weights * (np.exp(-w) - stiffened(w, self.poisson, self.bonded)) / w
+        return w, 0.5 * last * weights * (np.exp(-w) - base_stiffening(w, self.poisson, self.bonded)) / w
 
     def _solved(self, a: float) -> tuple[float, Array]:
-        """The depth, m, and coefficients of U_0, U_2, ... (n,), Pa, of a half-width."""
+        """Return the depth, m, and coefficients of U_0, U_2, ... (n,), Pa, for a half-width."""
         n = TERMS
         x = np.cos(math.pi * (np.arange(n + 1) + 0.5) / (2 * (n + 1)))
         theta = math.pi * (np.arange(POINTS) + 0.5) / POINTS
@@ -88,12 +88,12 @@ class Strip:
 
     @cached_property
     def half(self) -> float:
-        """Half the width of contact, m. Raises Refused where it is wide beside the thickness."""
+        """Half-width of contact, m. Raises NotApplicable if it is wide compared with the thickness."""
         if self.depth <= 0.0:
             return 0.0
         low, high = 0.0, min(2.5 * math.sqrt(2.0 * self.radius * self.depth), THINNEST * self.thickness)
         if self._solved(high)[0] < self.depth:
-            raise Refused("half the width of contact is large beside the thickness", "press it less")
+            raise NotApplicable("half the width of contact is large beside the thickness", "press it less")
         for _ in range(60):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if self._solved(middle)[0] < self.depth else (low, middle)
@@ -105,11 +105,11 @@ class Strip:
 
     @property
     def force(self) -> float:
-        """By length, N/m."""
+        """Force per length, N/m."""
         return float(0.5 * math.pi * self.half * self._shares[0]) if self.depth > 0.0 else 0.0
 
     def pressure(self, x: Array) -> Array:
-        """At distances from the middle (n,), m: Pa."""
+        """Return the pressure, Pa, at distances from the centre (n,), m."""
         t = np.asarray(x, dtype=float) / (self.half or 1.0)
         inside = (np.abs(t) < 1.0) & (self.depth > 0.0)
         turn = np.arccos(np.where(inside, t, 0.0))
@@ -119,7 +119,7 @@ class Strip:
 
 @dataclass(frozen=True)
 class LineContact:
-    """A cylinder on a body in plane strain. SI units; forces and areas of the slice that it is."""
+    """A cylinder on a body in plane strain. SI units; forces and areas are those of the slice."""
 
     strip: Strip
     slice: float  # m
@@ -128,38 +128,38 @@ class LineContact:
 
     @property
     def gap(self) -> float:
-        """What is left between them, m."""
+        """Remaining gap, m."""
         return max(-self.strip.depth, 0.0)
 
     @property
     def push(self) -> float:
-        """The force into the body, N."""
+        """Force into the body, N."""
         return self.slice * self.strip.force
 
     @property
     def radius(self) -> float:
-        """Half the width of contact that Hertz has of the force, m."""
+        """Hertz's half-width of contact for the force, m."""
         return half_width(self.strip.force, self.strip.radius, self.strip.modulus)
 
     @property
     def area(self) -> float:
-        """Of contact, m^2."""
+        """Contact area, m^2."""
         return 2.0 * self.slice * self.radius
 
     @property
     def largest_pressure(self) -> float:
-        """Pa: 2 P / (pi a)."""
+        """Largest pressure, Pa: 2 P / (pi a)."""
         return 2.0 * self.strip.force / (math.pi * self.radius) if self.radius else 0.0
 
     def pressure(self, x: Array) -> Array:
-        """At distances from the middle (n,), m: Pa."""
+        """Return the pressure, Pa, at distances from the centre (n,), m."""
         t = np.minimum(np.abs(np.asarray(x, dtype=float)) / (self.radius or 1.0), 1.0)
         found: Array = self.largest_pressure * np.sqrt(1.0 - t**2)
         return found
 
     @property
     def off(self) -> dict[str, float]:
-        """By how much, relative: its `pressure` by the equation of the strip, the force for `depth` and `sides`."""
+        """Relative errors: `pressure` against the equation of the strip, the force by `depth` and `sides`."""
         if self.strip.depth <= 0.0:
             return {"depth": 0.0, "pressure": 0.0, "sides": 0.0}
         at_middle = float(self.strip.pressure(np.zeros(1))[0])
@@ -173,16 +173,16 @@ class LineContact:
 
     @property
     def estimated_error(self) -> float:
-        """m, of the depth at which it has its force: rounding."""
+        """Error of the depth for the given force, m: rounding."""
         return 1e-10 * abs(self.strip.depth)
 
 
-def line_contact(pressed: Pressed) -> LineContact:
-    """What a cylinder along z does to a slice. Raises Refused."""
+def solve_line_contact(pressed: Indentation) -> LineContact:
+    """Return the contact of a cylinder along z with a slice. Raises NotApplicable."""
     p = pressed
     assert p.slice is not None
     if math.isinf(p.around.thickness):
-        raise Refused("the body has no far face", "hold one")
+        raise NotApplicable("the body has no far face", "hold one")
     strip = Strip(p.size, p.depth, p.young, p.poisson, p.around.thickness, p.around.bonded)
-    must_be_far(strip.half, p.around.width, "the nearest free side", WIDE, "take a wider body")
+    require_distance(strip.half, p.around.width, "the nearest free side", WIDE, "take a wider body")
     return LineContact(strip, p.slice, p.at, p.around)

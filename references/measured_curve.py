@@ -1,4 +1,4 @@
-"""Curves that were measured: force against travel, displacement against time, each with its uncertainty."""
+"""Measured curves with uncertainty: force against travel, displacement against time."""
 
 from __future__ import annotations
 
@@ -52,26 +52,26 @@ class CurveFromFile(Reference):
 
     @property
     def files(self) -> tuple[str, ...]:
-        """The files that it is read from."""
+        """Files that it is read from."""
         return self.path
 
     @property
     def repeats(self) -> int:
-        """How many experiments it is the mean of."""
+        """Number of experiments that it is the mean of."""
         return len(self.path) * len(self.y)
 
     @property
     def beside_y(self) -> tuple[str, ...]:
-        """The names of the columns that say how uncertain y is."""
+        """Names of the columns with the uncertainty of y."""
         return (self.deviation,) if self.deviation else ()
 
     @property
     def span(self) -> tuple[float, float]:
-        """Where it begins and ends in x, SI. Raises Unreadable."""
+        """Return the lowest and highest x, SI. Raises Unreadable."""
         return _common(self.read()[0])
 
     def unfit(self) -> tuple[str, str] | None:
-        """Why it is no curve, and what to do."""
+        """Return why the table is no curve, and the remedy; None if it is one."""
         try:
             self.read()
         except Unreadable as error:
@@ -80,7 +80,7 @@ class CurveFromFile(Reference):
         return None
 
     def read(self, beside: Path | None = None) -> tuple[list[Repeat], tuple[str, ...]]:
-        """Every repeat in SI, and what reading found. Raises Unreadable."""
+        """Return every repeat in SI, and notes on the reading. Raises Unreadable."""
         found: list[Repeat] = []
         notes: list[str] = []
         asked = [self.x, *self.y, *self.beside_y]
@@ -98,7 +98,7 @@ class CurveFromFile(Reference):
         return found, tuple(dict.fromkeys(notes))
 
     def load(self, beside: Path | None = None) -> MeasuredCurve:
-        """The curve in SI, with its uncertainty. Raises Unreadable."""
+        """Return the curve in SI, with its uncertainty. Raises Unreadable."""
         repeats, notes = self.read(beside)
         x = _joint(repeats)
         values, own = (np.array([np.interp(x, one.sorted[0], one.sorted[i]) for one in repeats]) for i in (1, 2))
@@ -113,14 +113,14 @@ class CurveFromFile(Reference):
         return MeasuredCurve(x, y, u, source, len(repeats), float(spread.max()), notes, loops)
 
     def _stated(self, y: Array) -> Array:
-        """The uncertainty that holds for every value."""
+        """Return the uncertainty that holds for every value."""
         if self.uncertainty is None:
             return np.zeros_like(y)
         share = self.uncertainty.dimension != self.y_unit.dimension
         return self.uncertainty.value * np.abs(y) if share else np.full_like(y, self.uncertainty.value)
 
     def _uncertain(self, table: Columns, name: str) -> list[float]:
-        """How uncertain the table says the values of column `name` are, SI. Raises Unreadable."""
+        """Return the table's uncertainties of the values of column `name`, SI. Raises Unreadable."""
         if not self.deviation:
             return [0.0] * len(table.lines)
         own = table.numbers[self.deviation]
@@ -131,7 +131,7 @@ class CurveFromFile(Reference):
         return [abs(self.y_unit.value) * v for v in own]
 
     def _repeat(self, table: Columns, name: str) -> tuple[Repeat, str]:
-        """One experiment on the branch that is asked for, and what that leaves out. Raises Unreadable."""
+        """Return one experiment on the requested branch, and the omitted rows. Raises Unreadable."""
         x = [self.x_unit.value * v + _value(self.x_origin) for v in table.numbers[self.x]]
         y = [self.y_unit.value * v + _value(self.y_origin) for v in table.numbers[name]]
         u = self._uncertain(table, name)
@@ -139,10 +139,10 @@ class CurveFromFile(Reference):
         parts = {"loading": slice(0, turn + 1), "unloading": slice(turn, None)}
         rows, lines = list(zip(x, y, u, strict=True)), list(table.lines)
         chosen = parts[self.branch]
-        _grows(table.name, self.x, rows[chosen], lines[chosen], table.numbers[self.x][chosen])
+        _require_monotone(table.name, self.x, rows[chosen], lines[chosen], table.numbers[self.x][chosen])
         gone = len(rows) - len(rows[chosen])
         loop = None
-        if 1 < turn < len(rows) - 2 and all(map(_monotone, both := [rows[part] for part in parts.values()])):
+        if 1 < turn < len(rows) - 2 and all(map(_is_monotone, both := [rows[part] for part in parts.values()])):
             loop = Loop(sorted(both[0]), sorted(both[1]))
         left = f"{gone} of {len(rows)} rows are not of the {self.branch} and are left out" if gone else ""
         return Repeat(tuple(rows[chosen]), loop), left
@@ -150,25 +150,25 @@ class CurveFromFile(Reference):
 
 @dataclass(frozen=True)
 class CurveInTable(CurveFromFile):
-    """A curve that was measured: one column of a table against another, such as force against travel or over time.
+    """A measured curve: one column of a table against another, such as force against travel or over time.
 
-    The table is a CSV file whose header names the columns; lines before it are titles. `x_unit` and `y_unit` say what
-    one unit of a column is: `1 mm`, `1 N`, or `18 mm^2 * 1 MPa` to make a force of a stress. `x_origin` and `y_origin`
-    say where the zero of the file lies in the scene. Between its rows the curve is straight. x must grow, or fall, from
-    row to row; where it turns once, as a machine that unloads, `branch` says which part is taken, and the report how
-    many rows are left out and which share of the work of loading was lost.
+    The table is a CSV file whose header names the columns; lines before it are titles. `x_unit` and `y_unit` are the
+    size of one unit of a column: `1 mm`, `1 N`, or `18 mm^2 * 1 MPa` to convert a stress to a force. `x_origin` and
+    `y_origin` are the position of the file's zero in the scene. Between its rows the curve is linear. x must increase,
+    or decrease, from row to row; if it turns once, as in unloading, `branch` selects a part, and the report gives the
+    number of omitted rows and the fraction of the work of loading that was lost.
 
-    Every curve has an uncertainty, below which differences say nothing. `uncertainty` is that of every value: a share
-    of it, or an amount in the unit of y (which is meant where y is a plain number). `deviation` names a column with
+    Every curve has an uncertainty, below which differences are not significant. `uncertainty` is that of every value: a
+    fraction of it, or an amount in the unit of y (for a plain number y, the amount). `deviation` names a column with
     that of each row. Several files, or several columns `y`, are repeats of one experiment: the curve is their mean on
-    the range that all have, and the standard deviation between them (over n - 1), straight between rows, enters the
-    uncertainty; it is that of one experiment, not of the mean. What is given in several ways is added in quadrature.
+    the common range, and the standard deviation between them (over n - 1), linear between rows, is included in the
+    uncertainty; it is that of one experiment, not of the mean. Several uncertainties are added in quadrature.
 
-    `kind` says what it is worth as a truth, where it was not measured: digitised from a figure, what one code computed,
-    a theory's. What several codes computed is a `consensus_curve`.
+    `kind` states the kind of truth, if it was not measured: digitised from a figure, computed by one code, a theory.
+    Results of several codes are a `consensus_curve`.
 
     A path that begins with `data:` names a public data set, which is downloaded once.
-    Source: whoever measured it, as `citation` or the data set says.
+    Source: the authors of the measurement, given by `citation` or the data set.
     """
 
     kind_: Annotated[Literal["measurement", "theory", "one_code", "digitised"], "what kind of truth it is"] = (
@@ -178,18 +178,18 @@ class CurveInTable(CurveFromFile):
 
 @dataclass(frozen=True)
 class Loop:
-    """Both ways of a curve that turns once: rows of x, y and the uncertainty of y, SI, by growing x."""
+    """Loading and unloading branches of a curve: rows of x, y and the uncertainty of y, SI, by increasing x."""
 
     there: list[Row]
     back: list[Row]
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The least and the largest x that both have."""
+        """The least and the largest x that both branches have."""
         return max(self.there[0][0], self.back[0][0]), min(self.there[-1][0], self.back[-1][0])
 
     def within(self, stated: Callable[[Array], Array]) -> Loop:
-        """The same with an uncertainty that is stated of values (n,), in quadrature."""
+        """Return the loop with an additional uncertainty, a function of values (n,), added in quadrature."""
         ways = []
         for way in (self.there, self.back):
             more = stated(np.array([y for _, y, _ in way]))
@@ -197,7 +197,7 @@ class Loop:
         return Loop(ways[0], ways[1])
 
     def lost(self, low: float, high: float) -> tuple[float, float] | None:
-        """1 - work of unloading / work of loading between two x, and how far it may be off; None without work."""
+        """Return 1 - work of unloading / work of loading between two x, and its uncertainty; None without work."""
         there, back = (_area(way, low, high, 1) for way in (self.there, self.back))
         if not math.isfinite(there) or there == 0.0:
             return None
@@ -207,9 +207,9 @@ class Loop:
 
 @dataclass(frozen=True)
 class Repeat:
-    """One experiment: rows of x, y and the uncertainty of y, SI, in which x grows or falls.
+    """One experiment: rows of x, y and the uncertainty of y, SI, with monotonic x.
 
-    `loop` has both ways of a curve that turns.
+    `loop` has both branches of a curve that turns.
     """
 
     rows: tuple[tuple[float, float, float], ...]
@@ -217,7 +217,7 @@ class Repeat:
 
     @cached_property
     def sorted(self) -> tuple[tuple[float, ...], ...]:
-        """x, y and uncertainty, by growing x."""
+        """x, y and uncertainty, by increasing x."""
         return tuple(zip(*sorted(self.rows), strict=True))
 
     @property
@@ -229,7 +229,7 @@ class Repeat:
 
 @dataclass(frozen=True)
 class MeasuredCurve:
-    """A curve of straight lines with its uncertainty, SI: x grows."""
+    """A piecewise linear curve with its uncertainty, SI, by increasing x."""
 
     x: Array  # (n,)
     y: Array  # (n,)
@@ -243,16 +243,17 @@ class MeasuredCurve:
 
     @property
     def lost(self) -> float | None:
-        """Of the work of loading, the share that unloading did not give back, on the range that all have."""
+        """Fraction of the work of loading that unloading did not return, on the common range."""
         ends = [loop.ends for loop in self.loops]
         found = self.lost_between(max(a for a, _ in ends), min(b for _, b in ends)) if ends else None
         return None if found is None else found[0]
 
     def lost_between(self, low: float, high: float) -> tuple[float, float] | None:
-        """The same between two x, the mean of all repeats, and how far it may be from the true one.
+        """Return the fraction of lost work between two x, the mean of all repeats, and its uncertainty.
 
-        That is what values make of it that are off by their uncertainty, up on one way and down on the other, and in
-        quadrature the standard deviation between repeats. None where a loop does not go over this, or takes no work.
+        The uncertainty is the effect of values that are off by their uncertainty, upward on one branch and downward on
+        the other, plus in quadrature the standard deviation between repeats. None if a loop does not cover this range,
+        or takes no work.
         """
         if not self.loops or not low < high or any(low < a or high > b for a, b in (one.ends for one in self.loops)):
             return None
@@ -266,12 +267,12 @@ class MeasuredCurve:
 
     @property
     def resolution(self) -> float:
-        """The largest uncertainty of a value, in the unit of y."""
+        """Largest uncertainty of a value, in the unit of y."""
         return float(self.u.max())
 
 
 def _common(repeats: list[Repeat]) -> tuple[float, float]:
-    """The range that all have; empty where the first is not below the second."""
+    """Return the range that all repeats have; empty if the first is not below the second."""
     return max(one.ends[0] for one in repeats), min(one.ends[1] for one in repeats)
 
 
@@ -279,11 +280,11 @@ def _value(amount: Any) -> float:
     return 0.0 if amount is None else float(amount.value)
 
 
-def _grows(name: str, column: str, rows: list[Any], lines: list[int], told: tuple[float, ...]) -> None:
-    """Raises Unreadable unless there are two rows and x grows, or falls, from each to the next."""
+def _require_monotone(name: str, column: str, rows: list[Any], lines: list[int], told: tuple[float, ...]) -> None:
+    """Raise Unreadable unless there are two rows and x increases, or decreases, from each to the next."""
     if len(rows) < 2:
         raise Unreadable(name, "a curve needs two rows", "give more of them, or the other `branch`")
-    if _monotone(rows):
+    if _is_monotone(rows):
         return
     up = rows[-1][0] > rows[0][0]
     for i, ((a, *_), (b, *_)) in enumerate(pairwise(rows)):
@@ -295,14 +296,14 @@ def _grows(name: str, column: str, rows: list[Any], lines: list[int], told: tupl
                              " grows")  # fmt: skip
 
 
-def _monotone(rows: list[Any]) -> bool:
-    """Whether x grows, or falls, from each row to the next."""
+def _is_monotone(rows: list[Any]) -> bool:
+    """Return whether x increases, or decreases, from each row to the next."""
     steps = [b[0] - a[0] for a, b in pairwise(rows)]
     return bool(steps) and (min(steps) > 0.0 or max(steps) < 0.0)
 
 
 def _area(rows: list[Row], low: float, high: float, column: int) -> float:
-    """The area under straight lines between rows, of column 1 (y) or 2 (its uncertainty), from `low` to `high`."""
+    """Return the area under linear segments between rows, of column 1 (y) or 2 (its uncertainty), from `low` to `high`."""
     area = 0.0
     for one, other in pairwise(rows):
         (a, p), (b, q) = (one[0], one[column]), (other[0], other[column])
@@ -314,7 +315,7 @@ def _area(rows: list[Row], low: float, high: float, column: int) -> float:
 
 
 def _joint(repeats: list[Repeat]) -> Array:
-    """Every x at which one of several curves bends, on the range that all have."""
+    """Return every x at which one of several curves bends, on the common range."""
     low, high = _common(repeats)
     every = np.unique(np.concatenate([np.asarray(one.sorted[0]) for one in repeats]))
     return every[(every >= low) & (every <= high)]

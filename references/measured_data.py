@@ -1,12 +1,12 @@
-"""What a measurement is once it is read: a surface or tracked points, in metres and in the scene's frame.
+"""Measurements after reading: a surface or tracked points, in metres and in the scene's frame.
 
-    Unreadable       what a measurement cannot be read for, with what to do
-    Frame            how the axes, the unit and the origin of a file lie in the scene
-    Residual         distances that are left after a registration
+    Unreadable       error of a measurement that cannot be read, with a remedy
+    Frame            axes, unit and origin of a file in the scene
+    Residual         distances left after a registration
     MeasuredSurface  triangles over points
     MeasuredPoints   points that were tracked from one state to another
 
-Every measurement carries its uncertainty: a difference below it says nothing about a model.
+Every measurement has an uncertainty: smaller differences are not significant.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ SQUARE = 1e-6
 
 
 class Unreadable(Exception):
-    """A measurement cannot be used: `name` is its file, `reason` says why, `remedy` what to do."""
+    """A measurement cannot be used: `name` is its file, `reason` the cause, `remedy` what to do."""
 
     def __init__(self, name: str, reason: str, remedy: str) -> None:
         super().__init__(f"{name}: {reason}; {remedy}")
@@ -47,8 +47,8 @@ class Unreadable(Exception):
 UNPACK = "unpack it, and name the file that comes of it"
 
 
-def must_be_unpacked(file: Path) -> None:
-    """Raises Unreadable where a file begins as compressed ones do (gzip, RFC 1952), and OSError where none is there."""
+def require_uncompressed(file: Path) -> None:
+    """Raise Unreadable if a file is compressed (gzip, RFC 1952), and OSError if it is missing."""
     with open_regular(file) as opened:
         if opened.read(2) == b"\x1f\x8b":
             raise Unreadable(file.name, "it is compressed", UNPACK)
@@ -67,7 +67,9 @@ class Frame:
     origin: Vector = (0.0, 0.0, 0.0)  # m, where the origin of the file lies in the scene
 
     def rotation(self, name: str) -> Array:
-        """A (3, 3), its rows the scene's axes in the file. Raises Unreadable unless x and z are perpendicular."""
+        """Return A (3, 3), whose rows are the scene's axes in the file. Raises Unreadable unless x and z are
+        perpendicular.
+        """
         along = sum(a * b for a, b in zip(self.x, self.z, strict=True))
         if abs(along) > SQUARE:
             angle = math.degrees(math.acos(max(-1.0, min(1.0, along))))
@@ -80,17 +82,17 @@ class Frame:
         return np.array([x, y, np.cross(x, y)])
 
     def points(self, P: Array, name: str) -> Array:
-        """Points (n, 3) of the file, in its units, as points of the scene, m."""
+        """Return points (n, 3) of the file, in its units, as points of the scene, m."""
         return np.asarray(self.unit * P @ self.rotation(name).T + np.asarray(self.origin))
 
     def vectors(self, V: Array, name: str) -> Array:
-        """Displacements (n, 3) of the file, in its units, as displacements in the scene, m."""
+        """Return displacements (n, 3) of the file, in its units, as displacements in the scene, m."""
         return self.unit * V @ self.rotation(name).T
 
 
 @dataclass(frozen=True)
 class Residual:
-    """Distances that a registration leaves, m."""
+    """Distances left after a registration, m."""
 
     mean: float
     rms: float
@@ -99,20 +101,20 @@ class Residual:
 
     @classmethod
     def of(cls, distances: Array) -> Residual:
-        """The residual of distances (n,), m, n >= 1."""
+        """Return the residual of distances (n,), m, n >= 1."""
         d = np.abs(distances)
         return cls(float(d.mean()), float(np.sqrt((d * d).mean())), float(d.max()), len(d))
 
     @property
     def words(self) -> str:
-        """For a note: `residual mean 0.12 mm, rms 0.15 mm, max 0.60 mm over 300 points`."""
+        """Description: `residual mean 0.12 mm, rms 0.15 mm, max 0.60 mm over 300 points`."""
         mean, rms, most = (f"{1e3 * v:.3g} mm" for v in (self.mean, self.rms, self.max))
         return f"residual mean {mean}, rms {rms}, max {most} over {self.points} points"
 
 
 @dataclass(frozen=True)
 class MeasuredSurface:
-    """A surface that was measured, in the scene's frame, triangles counter-clockwise from outside."""
+    """A measured surface in the scene's frame, triangles counter-clockwise from outside."""
 
     points: Array  # (n, 3), m
     triangles: Ints  # (t, 3)
@@ -123,13 +125,13 @@ class MeasuredSurface:
 
     @property
     def resolution(self) -> float:
-        """Differences below this say nothing, m: uncertainty and residual of the registration, in quadrature."""
+        """Smallest significant difference, m: uncertainty and registration residual, in quadrature."""
         return math.hypot(self.uncertainty, self.residual.rms if self.residual else 0.0)
 
 
 @dataclass(frozen=True)
 class MeasuredPoints:
-    """Points that were tracked: where they lay in the undeformed body, and how they moved."""
+    """Tracked points: undeformed positions and displacements."""
 
     X: Array  # (n, 3), m
     u: Array  # (n, 3), m
@@ -142,16 +144,16 @@ class MeasuredPoints:
 
     @property
     def resolution(self) -> float:
-        """Differences below this say nothing, m."""
+        """Smallest significant difference, m."""
         return self.uncertainty
 
     @property
     def x(self) -> Array:
-        """Where the points lie once deformed, (n, 3), m."""
+        """Deformed positions (n, 3), m."""
         return self.X + self.u
 
     def displacement(self, X: Array) -> Array:
-        """Displacements (k, 3), m, of some of the points, given by where they lay (k, 3), m."""
+        """Return displacements (k, 3), m, of some of the points, given by their undeformed positions (k, 3), m."""
         nearest = [int(((self.X - x) ** 2).sum(axis=1).argmin()) for x in X]
         return self.u[nearest]
 

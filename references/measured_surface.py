@@ -1,4 +1,4 @@
-"""Surfaces that were measured and written to files, read through trimesh and meshio."""
+"""Measured surfaces in files, read through trimesh and meshio."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from softmark.references.measured_data import Frame, MeasuredSurface, Unreadable
 from softmark.references.reference_base import How, Reference
 from softmark.references.registration import Registration, face_to_face, icp
 from softmark.references.surface_geometry import (
-    SearchedSurface,
+    SurfaceSearch,
     area_vectors,
     areas,
-    open_edges,
-    parts,
+    count_open_edges,
+    drop_unused_points,
+    find_connected_parts,
     signed_volume,
     unit_normals,
-    used,
 )
 from softmark.resource_limits import describe_read_error, limited_resources
 from softmark.safe_files import open_regular, read_regular
@@ -53,17 +53,17 @@ ALIKE = (0.8, 1.25)  # area of the measured face over that of the held one
 class SurfaceScan(Reference):
     """The surface of a body in one state, measured and written to a file.
 
-    Formats: STL, OBJ, PLY and OFF through trimesh; VTK, VTU, Gmsh and others through meshio. Quadrilaterals are
-    split, points that are given twice are merged. `x` and `z` say which directions of the file are the
-    scene's axes, y follows; `unit` is the length of one unit of the file; `origin` is where the file's origin lies.
+    Formats: STL, OBJ, PLY and OFF through trimesh; VTK, VTU, Gmsh and others through meshio. Quadrilaterals are split,
+    duplicate points are merged. `x` and `z` are the file's directions of the scene's axes, y follows; `unit` is the
+    length of one unit of the file; `origin` is the position of the file's origin.
 
     `register = clamp` moves the surface rigidly so that its flat face near the held face of the undeformed body
-    lies on it; the residual is stated. `register = icp` moves it onto the computed surface of each model, which
-    hides every error that looks like a motion: only its shape is judged then.
+    coincides with it; the residual is reported. `register = icp` moves it onto the computed surface of each model,
+    which hides every error that resembles a rigid motion: then only its shape is compared.
 
-    `uncertainty` is how far any point of the surface may be from where it was: differences below it say
-    nothing. A path that begins with `data:` names a public data set, which is downloaded once.
-    Source: whoever measured it, as `citation` or the data set says.
+    `uncertainty` is the largest distance of any point of the surface from the truth: smaller differences are not
+    significant. A path that begins with `data:` names a public data set, which is downloaded once.
+    Source: the authors of the measurement, given by `citation` or the data set.
     """
 
     path: Annotated[str, "file", "the file, relative to the scene, or a data set such as `data:...`"]
@@ -89,14 +89,14 @@ class SurfaceScan(Reference):
         target: Triangulated | None = None,
         beside: Path | None = None,
     ) -> MeasuredSurface:
-        """The surface in the scene's frame, registered as the scene says.
+        """Return the surface in the scene's frame, registered as the scene requests.
 
-        `held` is the face of the undeformed body that does not move, for `clamp`; `target` the computed
-        surface, for `icp`. Raises Unreadable.
+        `held` is the fixed face of the undeformed body, for `clamp`; `target` the computed surface, for `icp`. Raises
+        Unreadable.
         """
         points, triangles = read_surface(find_file(self.path, beside))
         frame = Frame(self.unit, self.x, self.z, self.origin)
-        points, triangles, notes = tidied(self.path, frame.points(points, self.path), triangles, self.keep)
+        points, triangles, notes = clean_surface(self.path, frame.points(points, self.path), triangles, self.keep)
         by = source_of(self.citation, self.path, Path(self.path).name)
         return self._registered(MeasuredSurface(points, triangles, self.uncertainty, by, notes=notes), held, target)
 
@@ -111,7 +111,7 @@ class SurfaceScan(Reference):
             raise Unreadable(self.path, f"`register = {self.register}` needs {what}, and there is none",
                              "leave `register` out, or add what it needs")  # fmt: skip
         found = (
-            self._clamped(measured, onto) if self.register == "clamp" else icp(measured.points, SearchedSurface(*onto))
+            self._clamped(measured, onto) if self.register == "clamp" else icp(measured.points, SurfaceSearch(*onto))
         )
         note = f"registered ({self.register}): moved by {_words(found, measured)}, {found.residual.words}"
         note += "" if found.converged else f"; not settled after {found.steps} steps"
@@ -119,7 +119,7 @@ class SurfaceScan(Reference):
                        notes=(*measured.notes, note))  # fmt: skip
 
     def _clamped(self, measured: MeasuredSurface, held: Triangulated) -> Registration:
-        """The motion of the measured face onto the held one; the face is found again once it lies there."""
+        """Return the motion of the measured face onto the held one; the face is identified again after it."""
         near = self.near or 0.1 * float(np.ptp(held[0][np.unique(held[1])], axis=0).max())
         placed, triangles = measured.points, measured.triangles
         first = face_to_face(placed, self._face(placed, triangles, held, near), *held)
@@ -128,14 +128,14 @@ class SurfaceScan(Reference):
         return replace(second, motion=first.motion.then(second.motion))
 
     def _face(self, points: Array, triangles: Ints, held: Triangulated, near: float) -> Ints:
-        """The triangles (m, 3) that lie near the held face and look the way it does. Raises Unreadable."""
+        """Return the triangles (m, 3) near the held face with its orientation. Raises Unreadable."""
         outward, area = area_vectors(*held).sum(axis=0), float(areas(*held).sum())
         if np.linalg.norm(outward) < FLAT * area:
             raise Unreadable(self.path, "`register = clamp` needs a held face that is flat, and this one is not",
                              "leave `register` out and place the surface by `x`, `z` and `origin`")  # fmt: skip
         along = unit_normals(points, triangles) @ (outward / np.linalg.norm(outward)) > TILT
         looking: Ints = triangles[along]
-        away = SearchedSurface(*held).closest(points[looking].mean(axis=1)).distances if len(looking) else np.zeros(0)
+        away = SurfaceSearch(*held).closest(points[looking].mean(axis=1)).distances if len(looking) else np.zeros(0)
         face: Ints = looking[away <= near]
         ratio = float(areas(points, face).sum()) / area
         if not ALIKE[0] <= ratio <= ALIKE[1]:
@@ -151,29 +151,29 @@ def _words(found: Registration, measured: MeasuredSurface) -> str:
     return f"{1e3 * shift:.3g} mm and {math.degrees(found.motion.angle):.3g} degrees"
 
 
-def tidied(name: str, points: Array, triangles: Ints, keep: str = "all") -> tuple[Array, Ints, tuple[str, ...]]:
-    """A surface without duplicates and, if asked, small parts, its triangles turned outwards; and what was done.
+def clean_surface(name: str, points: Array, triangles: Ints, keep: str = "all") -> tuple[Array, Ints, tuple[str, ...]]:
+    """Return a surface without duplicates and, if requested, small parts, triangles outward; and notes of the changes.
 
-    Raises Unreadable where nothing is left or a coordinate is not finite.
+    Raises Unreadable if nothing is left or a coordinate is not finite.
     """
-    _sound(name, points)
-    points, triangles, merged = _merged(points, triangles)
+    _check_coordinates(name, points)
+    points, triangles, merged = _merge_points(points, triangles)
     if not len(triangles):
         raise Unreadable(name, "none of its triangles has an area", "repair the file")
     notes = [f"{merged} points that were given twice are merged"] if merged else []
-    part = parts(len(points), triangles)
+    part = find_connected_parts(len(points), triangles)
     sizes = np.bincount(part)
     if (sizes > 0).sum() > 1:
         largest = part == sizes.argmax()
         rest = f"{int((sizes > 0).sum()) - 1} smaller parts of {int((~largest).sum())} of {len(part)} triangles"
         notes.append(f"{rest} are {'left out' if keep == 'largest' else 'kept'}")
         if keep == "largest":
-            points, triangles = used(points, triangles[largest])
-    return points, *_outward(points, triangles, notes)
+            points, triangles = drop_unused_points(points, triangles[largest])
+    return points, *_orient_outward(points, triangles, notes)
 
 
-def _sound(name: str, points: Array) -> None:
-    """Refuse coordinates with which no distance can be computed. Raises Unreadable."""
+def _check_coordinates(name: str, points: Array) -> None:
+    """Refuse coordinates that are not finite or too large to compute distances. Raises Unreadable."""
     bad = ~(np.abs(points) < ABSURD).all(axis=1)
     if bad.any():
         first = int(np.argmax(bad))
@@ -183,18 +183,18 @@ def _sound(name: str, points: Array) -> None:
                          f"{int(bad.sum())} of {len(points)} points are so", "repair the file")  # fmt: skip
 
 
-def _merged(points: Array, triangles: Ints) -> tuple[Array, Ints, int]:
-    """Points that lie at the very same place made one; triangles that have none left of their area dropped."""
-    points, triangles = used(points, triangles)
+def _merge_points(points: Array, triangles: Ints) -> tuple[Array, Ints, int]:
+    """Merge coincident points; drop triangles that have no area left."""
+    points, triangles = drop_unused_points(points, triangles)
     single, number = np.unique(points, axis=0, return_inverse=True)
     triangles = number.ravel()[triangles].astype(np.int64)
     a, b, c = triangles.T
     kept = triangles[(a != b) & (b != c) & (c != a)]
-    return *used(single, kept), len(points) - len(single)
+    return *drop_unused_points(single, kept), len(points) - len(single)
 
 
-def _outward(points: Array, triangles: Ints, notes: list[str]) -> tuple[Ints, tuple[str, ...]]:
-    gaps = open_edges(triangles)
+def _orient_outward(points: Array, triangles: Ints, notes: list[str]) -> tuple[Ints, tuple[str, ...]]:
+    gaps = count_open_edges(triangles)
     if gaps:
         notes.append(f"the surface is not closed: {gaps} edges without exactly two triangles")
     if signed_volume(points, triangles) < 0:
@@ -204,10 +204,10 @@ def _outward(points: Array, triangles: Ints, notes: list[str]) -> tuple[Ints, tu
 
 
 def read_surface(file: Path) -> tuple[Array, Ints]:
-    """Points (n, 3) and triangles (t, 3) of a file, in its own units and frame. Raises Unreadable."""
+    """Return points (n, 3) and triangles (t, 3) of a file, in its own units and frame. Raises Unreadable."""
     if file.is_dir():
         raise Unreadable(str(file), "it is a folder", "name a file")
-    _complete(file)
+    _require_complete(file)
     points, triangles = (_by_trimesh if file.suffix.lower() in TRIMESH else _by_meshio)(file)
     if not len(triangles):
         raise Unreadable(file.name, "it has no triangles", "write the surface as triangles")
@@ -220,7 +220,7 @@ def read_surface(file: Path) -> tuple[Array, Ints]:
     return np.asarray(points, dtype=float)[:, :3], np.asarray(triangles, dtype=np.int64)
 
 
-def _complete(file: Path) -> None:
+def _require_complete(file: Path) -> None:
     """Refuse an empty file, and a binary STL that is shorter than its header says. Raises Unreadable."""
     try:
         size = file.stat().st_size
@@ -274,7 +274,7 @@ _TRIANGLES = {
 
 
 def _meshio(file: Path) -> Any:
-    """What meshio makes of the file in one of the formats of its name. Raises Unreadable."""
+    """Return the file read by meshio in one of the formats of its name. Raises Unreadable."""
     try:
         with limited_resources(file):
             elsewhere = find_hazard(file)

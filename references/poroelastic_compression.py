@@ -1,9 +1,8 @@
-"""A saturated porous slab or cylinder between two rigid plates without friction, its sides open: Mandel and Armstrong.
+"""Saturated porous slab or cylinder between two rigid frictionless plates, sides open (Mandel; Armstrong).
 
-Both are strained alike along the axis, e(t), and across it by u(r) in n = 1 or 2 dimensions. With incompressible
-constituents the volume strain t = e + r^(1-n) (r^(n-1) u)' diffuses, t_t = k HA r^(1-n) (r^(n-1) t')', balance across
-the axis makes the pressure of the fluid HA (t - t(a)), and on the open side, with g = G / HA and means <> over the
-section,
+Both have a uniform axial strain e(t), and a lateral displacement u(r) in n = 1 or 2 dimensions. With incompressible
+constituents the volume strain t = e + r^(1-n) (r^(n-1) u)' diffuses, t_t = k HA r^(1-n) (r^(n-1) t')', lateral
+equilibrium makes the fluid pressure HA (t - t(a)), and on the open side, with g = G / HA and means <> over the section,
 
     slab: t(a) = 2 g e, mean stress 2 G (2 e - <t>);   cylinder: t(a) = g (e + <t>), mean stress G (3 e - <t>).
 
@@ -21,7 +20,7 @@ from typing import TYPE_CHECKING
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import as_points
 from softmark.references.diffusion_modes import ModalResponse, count_needed_modes
-from softmark.references.prony import Driven
+from softmark.references.prony import Amplitude
 from softmark.references.straight_cantilever import Vector
 
 if TYPE_CHECKING:
@@ -37,10 +36,10 @@ HALVINGS = 60
 
 
 @dataclass(frozen=True)
-class Squeezed:
+class CompressedPorousBody:
     """A slab (`dimension` 1) or a cylinder (2) between plates, by its half-width or radius, its side open. SI units.
 
-    Its plates come together by the course `driven` (`amount` in m), or are pressed (`force`, in N). In small strain.
+    Its plates approach by the amplitude `driven` (`amount` in m), or are loaded (`force`, in N). Small strain.
     """
 
     dimension: int
@@ -55,17 +54,17 @@ class Squeezed:
     permeability: float  # m^4/(N s)
     force: bool
     amount: float  # N or m along the axis
-    driven: Driven
+    driven: Amplitude
     now: float  # s
 
     @property
     def g(self) -> float:
-        """G / HA, below 3/4."""
+        """Modulus ratio G / HA, below 3/4."""
         return self.shear / self.modulus
 
     @property
     def time(self) -> float:
-        """Of diffusion across it, s."""
+        """Diffusion time across it, s."""
         return self.half**2 / (self.modulus * self.permeability)
 
     @property
@@ -75,13 +74,13 @@ class Squeezed:
 
     @cached_property
     def roots(self) -> Array:
-        """Of its modes, x (n,)."""
+        """Roots x (n,) of its modes."""
         count = count_needed_modes(self.driven, self.now, self.time)
-        return roots(self.dimension, self.g, self.force, count)
+        return find_mode_roots(self.dimension, self.g, self.force, count)
 
     @cached_property
     def _weights(self) -> Array:
-        """What divides the share of each mode (n,): -x^2 D'(s) at its pole."""
+        """Denominators of the modes' shares (n,): -x^2 D'(s) at the pole."""
         x, g = self.roots, self.g
         if self.dimension == 1:
             if not self.force:
@@ -98,7 +97,7 @@ class Squeezed:
         return rates
 
     def _volume(self, shape: Array, at_once: Array) -> ModalResponse:
-        """Volume strains (k,), of the shapes (k, n) of modes and what they are at once."""
+        """Return the response of volume strains (k,), from mode shapes (k, n) and the instantaneous response."""
         g = self.g
         if self.dimension == 1:
             part, end = (0.5 * g, 0.5 * g / (1.0 - g)) if self.force else (2.0 * g, 2.0 * g)
@@ -107,7 +106,7 @@ class Squeezed:
         return ModalResponse(np.full(len(shape), end), part * shape / self._weights, at_once)
 
     def _axial(self) -> ModalResponse:
-        """The strain along the axis."""
+        """Response of the axial strain."""
         one = np.ones(1)
         if not self.force:
             return ModalResponse(one, np.zeros((1, len(self.roots))), one)
@@ -119,11 +118,11 @@ class Squeezed:
         return ModalResponse(one * (1.0 - g) / (3.0 - 4.0 * g), share[None], one / 3.0)
 
     def _shape(self, r: Array) -> Array:
-        """Of the modes at distances r (k,), m: (k, n)."""
+        """Return the mode shapes at distances r (k,), m: (k, n)."""
         return _waves(self.dimension, self.roots * (r / self.half)[:, None])[0]
 
     def _within(self, r: Array) -> Array:
-        """The means of these over all that is nearer than r (k,), m: (k, n)."""
+        """Return the means of the mode shapes within distances r (k,), m: (k, n)."""
         arguments = self.roots * (r / self.half)[:, None]
         small = arguments == 0.0
         safe = np.where(small, 1.0, arguments)
@@ -135,21 +134,21 @@ class Squeezed:
 
     @property
     def axial(self) -> float:
-        """The strain along the axis now."""
+        """Present axial strain."""
         return float(self._told(self._axial())[0])
 
     def _swelling(self, r: Array) -> Array:
-        """The mean volume strain of all that is nearer than r (k,), m."""
+        """Return the mean volume strain within distances r (k,), m."""
         return self._told(self._volume(self._within(r), np.zeros_like(r)))
 
     def _at_side(self) -> float:
-        """The volume strain at the open side."""
+        """Volume strain at the open side."""
         if self.dimension == 1:
             return 2.0 * self.g * self.axial
         return self.g * (self.axial + float(self._swelling(np.array([self.half]))[0]))
 
     def pressure(self, X: Array) -> Array:
-        """Of the fluid at points X (n, 3) (n,), Pa."""
+        """Return the fluid pressure at points X (n, 3) (n,), Pa."""
         r = self._across(as_points(X))[1]
         own = self._told(self._volume(self._shape(r), np.where(r < self.half, 0.0, np.nan)))
         side = self._at_side()
@@ -157,7 +156,7 @@ class Squeezed:
         return found
 
     def _across(self, points: Array) -> tuple[Array, Array]:
-        """Where points (n, 3) are from the axis, across it (n, 3), m, and how far (n,)."""
+        """Return the vectors of points (n, 3) from the axis, across it (n, 3), m, and their lengths (n,)."""
         off = points - np.asarray(self.root)
         if self.dimension == 1:
             n = np.asarray(self.across)
@@ -168,7 +167,7 @@ class Squeezed:
         return away, np.sqrt((away**2).sum(axis=1))
 
     def displacement(self, X: Array) -> Array:
-        """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused for what is no point."""
+        """Return displacements (n, 3), m, of points X (n, 3) of the undeformed body. Raises NotApplicable."""
         points = as_points(X)
         n, e = np.asarray(self.axis), self.axial
         away, r = self._across(points)
@@ -179,7 +178,7 @@ class Squeezed:
 
     @property
     def pull(self) -> float:
-        """The force on its driven plate now, N, along the axis."""
+        """Present force on its driven plate, N, along the axis."""
         if self.force:
             return self.amount * self.driven.left(0.0, self.now)
         e, mean = self.axial, float(self._swelling(np.array([self.half]))[0])
@@ -193,7 +192,7 @@ class Squeezed:
 
     @property
     def estimated_error(self) -> float:
-        """Of a displacement, m: modes beyond the last, and rounding."""
+        """Error of a displacement, m: modes beyond the last, and rounding."""
         swells = self._volume(self._within(np.array([self.half])), np.zeros(1))
         missed = [f.missed(self.driven, self._rates, self.now) for f in (swells, self._axial())]
         size = abs(self._drive) / (3.0 if self.force else 1.0)
@@ -203,15 +202,16 @@ class Squeezed:
 
     @property
     def strained(self) -> float:
-        """The largest strain in the end of the whole course."""
+        """Largest final strain for the whole amplitude."""
         return abs(self._drive) * float(np.abs(self._axial().lasting[0]))
 
 
-def roots(dimension: int, g: float, force: bool, count: int) -> Array:
-    """The first `count` positive roots x of the poles: one in each interval between the zeros of sin x, or of J1.
+def find_mode_roots(dimension: int, g: float, force: bool, count: int) -> Array:
+    """Return the first `count` positive roots x of the poles: one in each interval between the zeros of sin x, or of
+    J1.
 
-    Of a cylinder the equation is x J0(x) / J1(x) = b g / a, whose left side falls from 2 to minus infinity between two
-    zeros of J1; of a slab x cot x = g or 0, from 1. Below 2 or 1 there is one in the first interval too.
+    For a cylinder the equation is x J0(x) / J1(x) = b g / a, whose left side falls from 2 to minus infinity between two
+    zeros of J1; for a slab x cot x = g or 0, from 1. Below 2 or 1 there is one in the first interval too.
     """
     if dimension == 1:
         ends = np.pi * np.arange(count + 1)
@@ -231,7 +231,7 @@ def roots(dimension: int, g: float, force: bool, count: int) -> Array:
 
 
 def _zeros(count: int) -> Array:
-    """Of J1 (count,): the first ones as they are known, later ones by McMahon's expansion."""
+    """Return zeros of J1 (count,): tabulated first ones, later ones by McMahon's expansion."""
     from scipy.special import jn_zeros
 
     exact = min(count, 200)
@@ -242,7 +242,7 @@ def _zeros(count: int) -> Array:
 
 
 def _waves(dimension: int, x: Array) -> tuple[Array, Array]:
-    """cos x and sin x, or J0(x) and J1(x): of a slab, or a cylinder."""
+    """Return cos x and sin x for a slab, or J0(x) and J1(x) for a cylinder."""
     if dimension == 1:
         return np.cos(x), np.sin(x)
     from scipy.special import j0, j1

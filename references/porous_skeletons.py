@@ -1,6 +1,7 @@
-"""Drained skeletons that are stretched along one axis and cannot widen: stress by the stretch, law by law.
+"""Drained skeletons in confined compression: uniaxial-strain stress as a function of stretch, for each law.
 
-Written out once more: a reference shares no code with the solvers that it judges. F = diag(J, 1, 1), P = d psi / dJ.
+They are implemented independently, since a reference shares no code with the solvers that it checks. F = diag(J, 1, 1),
+P = d psi / dJ.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
 from softmark.references.rubber_energies import Constants, Rubber
-from softmark.references.straight_cantilever import Refused
+from softmark.references.straight_cantilever import NotApplicable
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -48,9 +49,9 @@ VOLUMES: dict[str, Callable[[Array], Array]] = {
 
 @dataclass(frozen=True)
 class Skeleton:
-    """A law by its name, with mu and lam in Pa; or rubber with what holds its volume, bulk modulus in Pa.
+    """A law by its name, with mu and lam in Pa; or rubber with a volumetric term, bulk modulus in Pa.
 
-    Raises Refused for a law that is not known.
+    Raises NotApplicable for an unknown law.
     """
 
     law: str
@@ -61,11 +62,11 @@ class Skeleton:
 
     def __post_init__(self) -> None:
         if self.rubber is None and self.law not in WHOLE:
-            raise Refused(f"`{self.law}` in confined compression is not known here",
+            raise NotApplicable(f"`{self.law}` in confined compression is not known here",
                           f"it takes {', '.join(WHOLE)}, `neo_hookean_isochoric` and rubbers")  # fmt: skip
 
     def stress(self, J: Array) -> Array:
-        """P at stretches J (n,), Pa."""
+        """Return P at stretches J (n,), Pa."""
         if self.rubber is None:
             return WHOLE[self.law]({"mu": self.mu, "lam": self.lam}, J)
         third = np.log(J) / 3.0
@@ -75,7 +76,7 @@ class Skeleton:
         return found
 
     def slope(self, J: Array) -> Array:
-        """dP/dJ (n,), Pa: of fourth order, to ten digits."""
+        """Return dP/dJ (n,), Pa, by differences of fourth order, to ten digits."""
         h = 1e-3 * J
         near = self.stress(J + h) - self.stress(J - h)
         far = self.stress(J + 2.0 * h) - self.stress(J - 2.0 * h)
@@ -83,7 +84,7 @@ class Skeleton:
         return found
 
     def stretch(self, stress: float) -> float:
-        """Where P is this, Pa: the first on the way from rest. Raises Refused where there is none."""
+        """Return the stretch at a stress P, Pa, the first from rest. Raises NotApplicable if there is none."""
         if stress == 0.0:
             return 1.0
         way = np.exp(np.linspace(0.0, np.log(LEAST if stress < 0.0 else MOST), 2001))
@@ -91,7 +92,7 @@ class Skeleton:
             carried = self.stress(way) / stress
         over = np.flatnonzero(carried >= 1.0)
         if not len(over) or not np.isfinite(carried[: over[0] + 1]).all():
-            raise Refused(f"its skeleton carries no stress of {stress:g} Pa", "press it less, or make it stiffer")
+            raise NotApplicable(f"its skeleton carries no stress of {stress:g} Pa", "press it less, or make it stiffer")
         low, high = float(way[over[0] - 1]), float(way[over[0]])
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)

@@ -1,4 +1,4 @@
-"""A straight bar whose stress relaxes by a Prony series, pulled along its axis: closed forms of every course."""
+"""Viscoelastic bar with a Prony series under axial load: closed forms for every amplitude."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import as_points
 from softmark.references.reference_base import About, Reference
-from softmark.references.straight_cantilever import Refused, Vector
+from softmark.references.straight_cantilever import NotApplicable, Vector
 
 if TYPE_CHECKING:
     import numpy as np
@@ -30,8 +30,10 @@ SOON = 0.3  # largest first panel, relative to the shortest relaxation time
 
 
 @dataclass(frozen=True)
-class Swing:
-    """A course between two times, s: its slope is Re(a exp(i w (t - begin))), 1/s; w = 0 of a straight line."""
+class AmplitudeSegment:
+    """A part of an amplitude between two times, s, with slope Re(a exp(i w (t - begin))), 1/s; w = 0 for a straight
+    line.
+    """
 
     begin: float
     end: float
@@ -39,7 +41,7 @@ class Swing:
     w: float = 0.0
 
     def left(self, rate: float, t: float) -> float:
-        """int exp(-rate (t - s)) dc over what has passed of it at time t."""
+        """Return int exp(-rate (t - s)) dc over the part before time t."""
         passed = min(self.end, t) - self.begin
         if passed <= 0.0:
             return 0.0
@@ -51,19 +53,19 @@ class Swing:
 
 
 @dataclass(frozen=True)
-class Driven:
-    """What drives a bar: jumps (time s, share), and what it does between them."""
+class Amplitude:
+    """Amplitude of a load or displacement: jumps (time s, share), and segments between them."""
 
     jumps: Sequence[tuple[float, float]]
-    swings: Sequence[Swing]
+    swings: Sequence[AmplitudeSegment]
 
     def left(self, rate: float, t: float) -> float:
-        """int exp(-rate (t - s)) dc(s) up to time t, jumps at t among it; for rate = 0 the share itself."""
+        """Return int exp(-rate (t - s)) dc(s) up to time t, including jumps at t; for rate = 0 the amplitude."""
         jumped = sum(size * math.exp(-rate * (t - at)) for at, size in self.jumps if at <= t)
         return jumped + sum(swing.left(rate, t) for swing in self.swings)
 
     def breaks(self, t: float) -> list[float]:
-        """Where it is not smooth up to time t, s."""
+        """Return the times up to t at which it is not smooth, s."""
         found = {0.0, t, *(at for at, _ in self.jumps), *(at for s in self.swings for at in (s.begin, s.end))}
         for swing in self.swings:
             if swing.w:
@@ -76,8 +78,8 @@ class Driven:
 class RelaxingBar:
     """A bar in uniaxial stress, one end held: E(t) = E (1 - sum g (1 - exp(-t/tau))), nu constant. SI units.
 
-    Its end is moved (`force` false, `amount` in m) or pulled (in N) by the course `driven`, up to the time `now`.
-    Raises Refused where the bar is not of that kind.
+    Its end is moved (`force` false, `amount` in m) or pulled (in N) by the amplitude `driven`, up to the time `now`.
+    Raises NotApplicable if the bar is not of that kind.
     """
 
     length: float  # m
@@ -91,14 +93,16 @@ class RelaxingBar:
     tau: tuple[float, ...]  # s
     force: bool
     amount: float
-    driven: Driven
+    driven: Amplitude
     now: float  # s
 
     def __post_init__(self) -> None:
         if self.force and 1.0 - sum(self.g) < 1e-9:
-            raise Refused("all of its stress relaxes, and under a force it flows", "move its end, or leave some stress")
+            raise NotApplicable(
+                "all of its stress relaxes, and under a force it flows", "move its end, or leave some stress"
+            )
         if len(set(self.tau)) < len(self.tau):
-            raise Refused("two terms of its series relax in the same time", "add their shares up")
+            raise NotApplicable("two terms of its series relax in the same time", "add their shares up")
 
     @property
     def _rates(self) -> Array:
@@ -106,7 +110,7 @@ class RelaxingBar:
 
     @cached_property
     def _creep(self) -> tuple[Array, Array, Array]:
-        """Poles of the creep (k,), -1/s, what the strain has of each, and what the stress of each branch has (k, k)."""
+        """Poles of the creep (k,), -1/s, the strain's share of each, and each branch's stress (k, k)."""
         a, g = self._rates, np.array(self.g)
         product = np.polynomial.polynomial.polyfromroots
         N = product(-a)
@@ -121,7 +125,7 @@ class RelaxingBar:
         return r, strain, branches
 
     def strain_at(self, t: float) -> float:
-        """Along the axis."""
+        """Return the axial strain."""
         if not self.force:
             return self.amount / self.length * self.driven.left(0.0, t)
         r, strain, _ = self._creep
@@ -130,7 +134,7 @@ class RelaxingBar:
         return self.amount / (self.area * self.young) * float(creep)
 
     def branches_at(self, t: float) -> Array:
-        """The stress of each term (k,), Pa."""
+        """Return the stress of each branch (k,), Pa."""
         if not self.force:
             each = [g * self.driven.left(rate, t) for g, rate in zip(self.g, self._rates, strict=True)]
             return self.young * self.amount / self.length * np.array(each)
@@ -139,24 +143,26 @@ class RelaxingBar:
         return found
 
     def stress_at(self, t: float) -> float:
-        """Along the axis, Pa."""
+        """Return the axial stress, Pa."""
         return self.young * (1.0 - sum(self.g)) * self.strain_at(t) + float(self.branches_at(t).sum())
 
     @property
     def pull(self) -> float:
-        """The force of its moved end now, N."""
+        """Present force of its moved end, N."""
         return self.area * self.stress_at(self.now)
 
     @property
     def stored(self) -> float:
-        """Energy of all springs now, J."""
+        """Present energy of all springs, J."""
         lasting = 0.5 * self.young * (1.0 - sum(self.g)) * self.strain_at(self.now) ** 2
         springs = float((self.branches_at(self.now) ** 2 / np.array(self.g)).sum()) / (2.0 * self.young)
         return self.area * self.length * (lasting + springs)
 
     @cached_property
     def dissipated(self) -> float:
-        """Since the start, J: int sum sigma_i^2 / (E g_i tau_i) dt, by Gauss's rule in panels that narrow to breaks."""
+        """Dissipated energy since the start, J: int sum sigma_i^2 / (E g_i tau_i) dt, by Gauss panels refined at
+        breaks.
+        """
         if self.now <= 0.0:
             return 0.0
         xi, w = np.polynomial.legendre.leggauss(POINTS)
@@ -178,7 +184,7 @@ class RelaxingBar:
         return ROUNDING * abs(self.strain_at(self.now)) * self.length
 
     def displacement(self, X: Array) -> Array:
-        """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused for what is no point."""
+        """Return displacements (n, 3), m, of points X (n, 3) of the undeformed body. Raises NotApplicable."""
         points = as_points(X)
         n, strain = np.asarray(self.axis), self.strain_at(self.now)
         along = (points - np.asarray(self.root)) @ n
@@ -190,15 +196,15 @@ class RelaxingBar:
 
 @dataclass(frozen=True)
 class Prony(Reference):
-    """A straight bar whose stress relaxes by a Prony series, in small strain: relaxation, creep, ramps and cycles.
+    """A viscoelastic bar with a Prony series, in small strain: relaxation, creep, ramps and cycles.
 
     E(t) = E (1 - sum g (1 - exp(-t / tau))) along the bar, Poisson's ratio constant. Its end is moved, and the force
-    follows by the hereditary integral of the course; or it is pulled, and the strain follows by the creep function,
-    whose poles are the roots of the Laplace transform of E(t). Ramps, smooth ones, swings, pulses and what acts at once
-    are integrated in closed form. Metrics `force`, `displacement`, `strain_energy` and `dissipation` may be held
-    against it. It takes a box, a cylinder or a tube of one `viscous(...)` material that relaxes as a whole, or whose
-    law has `poisson = 0.5`; one end face held along the axis alone, the other displaced along it or under a `traction`,
-    and a `quasistatic` analysis.
+    follows from the hereditary integral; or it is pulled, and the strain follows from the creep function, whose poles
+    are the roots of the Laplace transform of E(t). Ramps, smooth ramps, sines, pulses and steps are integrated in
+    closed form. It can be compared with the metrics `force`, `displacement`, `strain_energy` and `dissipation`. It
+    applies to a box, a cylinder or a tube of one `viscous(...)` material that relaxes as a whole, or whose law has
+    `poisson = 0.5`; one end face held along the axis only, the other displaced along it or under a `traction`, and a
+    `quasistatic` analysis.
     Source: Christensen (1982), "Theory of Viscoelasticity", chapter 1; Tschoegl (1989), "The Phenomenological Theory of
     Linear Viscoelastic Behavior", chapter 3.
     """
@@ -212,5 +218,5 @@ class Prony(Reference):
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equation exactly"
 
     def solve(self, bar: RelaxingBar) -> RelaxingBar:
-        """What it says: the closed forms are those of the bar itself."""
+        """Return the bar itself, which has the closed forms."""
         return bar

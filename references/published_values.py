@@ -1,4 +1,4 @@
-"""Values that somebody published or measured, written in the scene: each with its uncertainty and its source."""
+"""Published or measured values written in the scene, each with its uncertainty and its source."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from softmark.references.reference_base import How, Kind, Reference
 
 
 class GivenValues(Reference):
-    """Values that a scene gives with how far each may be off: one, or one for each state of the analysis.
+    """Values that a scene gives with their uncertainties: one, or one for each state of the analysis.
 
-    Derived classes have `values` and `source_`, and name by `lists` what else is one for all or one for each.
+    Derived classes have `values` and `source_`, and list in `lists` the other fields that are given once or for each
+    value.
     """
 
     how: ClassVar[How] = "measured"
@@ -22,11 +23,11 @@ class GivenValues(Reference):
 
     @property
     def each(self) -> tuple[KnownValue, ...]:
-        """The values, SI."""
+        """Values, SI."""
         raise NotImplementedError
 
     def in_state(self, number: int, value: float) -> Self:
-        """What is known in one state of the analysis, counted from 0."""
+        """Return the reference for one state of the analysis, counted from 0."""
         count = len(self.values.values)
         if count == 1 or number >= count:  # too few are refused when a scene is checked
             return self
@@ -35,36 +36,36 @@ class GivenValues(Reference):
         return replace(self, **one)  # type: ignore[type-var]
 
     def load(self) -> KnownValue:
-        """The value of this state; the last of several."""
+        """Return the value of this state; the last of several."""
         return self.each[-1]
 
     def amounts(self, name: str) -> tuple[float, ...]:
-        """Of the field `name` what belongs to each value, in its unit: amounts, or shares of its size."""
+        """Return the amounts of the field `name` for each value, in its unit; fractions are converted."""
         share = vars(self)[name].dimension != self.values.dimension
         each = zip(self.values.values, self.chosen(name), strict=True)
         return tuple(u * abs(v) if share else u for v, u in each)
 
     def chosen(self, name: str) -> tuple[float, ...]:
-        """Of the field `name` what belongs to each value; without one each, the last holds for those after it."""
+        """Return the entries of the field `name` for each value; the last holds for any that follow."""
         own = vars(self)[name].values
         return tuple(own[min(i, len(own) - 1)] for i in range(len(self.values.values)))
 
 
 @dataclass(frozen=True)
 class Values(GivenValues):
-    """Values that were published or measured, written in the scene: one, or one for each state of the analysis.
+    """Published or measured values written in the scene: one, or one for each state of the analysis.
 
-    The metric `value_error` holds a number of a model against them, a displacement, a force, a stress, a frequency: it
-    tells how far the two are apart, and whether that is within the uncertainty. Of an analysis with states a list has a
-    value for each, in their order, and one value alone holds in every state.
+    The metric `value_error` compares a number of a model with them, a displacement, a force, a stress, a frequency: it
+    gives their difference, and whether it is within the uncertainty. For an analysis with states a list has a value for
+    each, in their order, and a single value holds in every state.
 
-    `uncertainty` is how far a value may be from the true one, below which differences say nothing: one for all or one
-    for each, an amount in the unit of the values or a share of them (an amount where they are plain numbers). Of a
-    number that is known by its printed digits alone it is half the last one: 53.4 mm is 53.4 mm +- 0.05 mm.
+    `uncertainty` is the largest distance of a value from the truth, below which differences are not significant: one
+    for all or one for each, an amount in the unit of the values or a fraction of them (an amount if they are plain
+    numbers). For a number known only by its printed digits it is half the last digit: 53.4 mm is 53.4 mm +- 0.05 mm.
 
-    `kind` says what they are worth as a truth: a theory's, a measurement, what one code computed, digitised from a
-    figure. What several codes computed is a `consensus`.
-    Source: whoever published or measured them, as the scene says by `source`.
+    `kind` states the kind of truth: a theory, a measurement, computed by one code, digitised from a figure. Results of
+    several codes are a `consensus`.
+    Source: the publication or the authors of the measurement, given by `source` in the scene.
     """
 
     values: Annotated[Any, "amounts", "what is known, with its unit: one, or a list with one for each state"]
@@ -83,16 +84,16 @@ class Values(GivenValues):
 
     @property
     def each(self) -> tuple[KnownValue, ...]:
-        """The values with their uncertainties, SI."""
+        """Values with their uncertainties, SI."""
         known = zip(self.values.values, self.amounts("uncertainty"), strict=True)
         return tuple(KnownValue(value, own, self.source_) for value, own in known)
 
 
 @dataclass(frozen=True)
 class KnownValue:
-    """A value and how far it may be from the true one, SI.
+    """A value with its uncertainty, SI.
 
-    `band`, of one on which several `codes` agreed: the least and the largest of theirs, about the value.
+    `band`, for a value on which several `codes` agree: the least and the largest of their values.
     """
 
     value: float
@@ -103,27 +104,27 @@ class KnownValue:
 
     @property
     def resolution(self) -> float:
-        """Its uncertainty, in its unit."""
+        """Uncertainty of the value, in its unit."""
         return self.uncertainty
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The least and the largest that agree with it."""
+        """The least and the largest number that agree with it."""
         return self.band or (self.value - self.uncertainty, self.value + self.uncertainty)
 
     @property
     def sides(self) -> tuple[float, float]:
-        """How far it may be off below and above."""
+        """Uncertainty below and above."""
         if self.band is None:
             return self.uncertainty, self.uncertainty
         return self.value - self.band[0], self.band[1] - self.value
 
     def beside(self, found: float) -> float:
-        """How far it may be off on the side on which a number lies."""
+        """Return the uncertainty on the side on which a number lies."""
         return self.sides[found > self.value]
 
     def holds(self, found: float) -> bool:
-        """Whether a number agrees with it."""
+        """Return whether a number agrees with it."""
         if self.band is None:
             return abs(found - self.value) <= self.uncertainty
         return self.band[0] <= found <= self.band[1]

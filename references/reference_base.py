@@ -1,4 +1,4 @@
-"""What every reference says of where it is known from."""
+"""Base class of all references."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ About = Literal["cantilever", "torsion", "inflation", "bar", "tendons", "sphere"
 
 
 class Reference:
-    """A reference, and by what it is known.
+    """A reference, and the way it is obtained, `how`.
 
-    `solved`: `solve(cantilever)` gives a CentreLine; so do others of what they are `about`: of a TwistedCylinder, a
-    BlownBall, a PulledBar, a RelaxingBar, a DrivenRod, a RoundCore, a Column, a PressedColumn, a Squeezed, a Pressed, a
-    StoppedBar, a Stack or what makes a Frame what that does. `measured`: `load()` gives a MeasuredSurface,
-    MeasuredPoints, a MeasuredCurve or a KnownValue.
-    `refined`: from models of the scene that are refined, its `methods`. `scanned`: from the shape that the model `of`
-    computes, which `load(points, triangles)` takes.
+    `solved`: `solve(cantilever)` returns a CentreLine; a reference that is `about` something else returns the solution
+    of that: of a TwistedCylinder, a BlownBall, a PulledBar, a RelaxingBar, a DrivenRod, a RoundCore, a Column, a
+    PressedColumn, a CompressedPorousBody, an Indentation, a StoppedBar, a Stack or a function that makes a Frame.
+    `measured`: `load()` returns a MeasuredSurface, MeasuredPoints, a MeasuredCurve or a KnownValue. `refined`: from
+    refined models of the scene, its `methods`. `scanned`: from the shape that the model `of` computes, which
+    `load(points, triangles)` takes.
     """
 
     how: ClassVar[How] = "solved"
@@ -39,37 +39,37 @@ class Reference:
 
     @classmethod
     def usually(cls) -> str:
-        """What kind of truth it is where the scene says no other, as people read it: `one code`."""
+        """Return the default kind of truth as text: `one code`."""
         return (cls.usual or KINDS[cls.how]).replace("_", " ")
 
     @property
     def kind(self) -> str:
-        """What kind of truth it is, as people read it: everything that names a reference says so."""
+        """Kind of truth as text, shown wherever the reference is named."""
         said: str = vars(self).get("kind_") or ""
         return said.replace("_", " ") or self.usually()
 
     @property
     def registered(self) -> str:
-        """How what was measured is moved onto the body: `none`, `clamp` or `icp`."""
+        """How measured data is moved onto the body: `none`, `clamp` or `icp`."""
         found: str = vars(self).get("register", "none")
         return found
 
     @property
     def file(self) -> str:
-        """The file that it is read from, "" of none."""
+        """File that it is read from; "" if none."""
         found: str = vars(self).get("path", "")
         return found
 
     @property
     def files(self) -> tuple[str, ...]:
-        """The files that it is read from."""
+        """Files that it is read from."""
         return (self.file,) if self.file else ()
 
     @property
     def own_young(self) -> float | None:
-        """Young's modulus that it takes in place of the material's, Pa."""
+        """Young's modulus used instead of the material's, Pa."""
         return vars(self).get("young")
 
     def unfit(self) -> tuple[Any, Any] | None:
-        """Why its table cannot be used, and what to do, as far as a look at it tells; None where nothing is wrong."""
+        """Return why its table cannot be used, and the remedy, before numbers are read; None if it can."""
         return None

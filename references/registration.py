@@ -1,11 +1,11 @@
-"""Rigid motions that bring one measurement onto another, with what they leave stated.
+"""Rigid registration of one measurement to another, with the remaining distances.
 
-    kabsch         points onto points, each onto its own
-    icp            points onto a surface, each onto the closest point of it
-    face_to_face   a flat face onto a flat face
+    kabsch         points to corresponding points
+    icp            points to a surface, each to its closest point
+    face_to_face   a flat face to a flat face
 
-To register a deformed shape onto a model hides the model's error in the motion. What may be registered is
-what does not deform: the face that is glued, or two reconstructions of one and the same state.
+Registration of a deformed shape to a model hides the model's error in the motion. Register only parts that do not
+deform: the glued face, or two reconstructions of one and the same state.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
 from softmark.references.measured_data import Residual
-from softmark.references.surface_geometry import SearchedSurface, area_centroid, area_vectors
+from softmark.references.surface_geometry import SurfaceSearch, area_centroid, area_vectors
 
 if TYPE_CHECKING:
     import numpy as np
@@ -35,8 +35,8 @@ LEAST_DAMPING = 1e-9  # keeps undetermined motions at zero
 
 
 @dataclass(frozen=True)
-class Rigid:
-    """x -> R x + t."""
+class RigidMotion:
+    """Rigid motion x -> R x + t."""
 
     rotation: Array = field(default_factory=lambda: np.eye(3))  # R (3, 3)
     shift: Array = field(default_factory=lambda: np.zeros(3))  # t (3,), m
@@ -45,13 +45,13 @@ class Rigid:
         """Move points (n, 3), m."""
         return points @ self.rotation.T + self.shift
 
-    def then(self, later: Rigid) -> Rigid:
-        """This motion, and `later` after it."""
-        return Rigid(later.rotation @ self.rotation, later.rotation @ self.shift + later.shift)
+    def then(self, later: RigidMotion) -> RigidMotion:
+        """Return this motion followed by `later`."""
+        return RigidMotion(later.rotation @ self.rotation, later.rotation @ self.shift + later.shift)
 
     @property
     def angle(self) -> float:
-        """The angle it turns by, rad."""
+        """Rotation angle, rad."""
         twice = np.array([self.rotation[2, 1] - self.rotation[1, 2], self.rotation[0, 2] - self.rotation[2, 0],
                           self.rotation[1, 0] - self.rotation[0, 1]])  # fmt: skip
         return math.atan2(float(np.linalg.norm(twice)), float(np.trace(self.rotation)) - 1)
@@ -59,16 +59,16 @@ class Rigid:
 
 @dataclass(frozen=True)
 class Registration:
-    """A motion, what it leaves and how it was found."""
+    """A registration: motion, remaining distances and the method."""
 
-    motion: Rigid
+    motion: RigidMotion
     residual: Residual
     steps: int = 0
     converged: bool = True
 
 
 def kabsch(source: Array, target: Array, weights: Array | None = None) -> Registration:
-    """The rigid motion of points (n, 3) that minimises sum w |R x + t - y|^2; no mirror image.
+    """Return the rigid motion of points (n, 3) that minimises sum w |R x + t - y|^2, without reflection.
 
     Source: Kabsch 1976, Acta Crystallographica A32:922; Umeyama 1991, IEEE PAMI 13:376, for the sign.
     """
@@ -76,20 +76,20 @@ def kabsch(source: Array, target: Array, weights: Array | None = None) -> Regist
     mean_x, mean_y = (w @ p / w.sum() for p in (source, target))
     U, _, Vt = np.linalg.svd((target - mean_y).T @ (w[:, None] * (source - mean_x)))
     R = U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U) * np.linalg.det(Vt))]) @ Vt
-    motion = Rigid(R, mean_y - R @ mean_x)
+    motion = RigidMotion(R, mean_y - R @ mean_x)
     return Registration(motion, Residual.of(np.linalg.norm(motion(source) - target, axis=1)))
 
 
-def icp(points: Array, target: SearchedSurface, start: Rigid | None = None, keep: float = 1.0) -> Registration:
-    """The motion of points (n, 3) that minimises the sum of squares of their distances to a surface.
+def icp(points: Array, target: SurfaceSearch, start: RigidMotion | None = None, keep: float = 1.0) -> Registration:
+    """Return the motion of points (n, 3) that minimises the sum of squares of their distances to a surface.
 
-    Steps of Levenberg and Marquardt on the distances, whose gradients are the directions from the closest
-    points. A motion that the surface does not determine, such as that of a cylinder about its axis, stays as
-    it was. `keep`: the share of the points that lie closest is registered; the residual is of all of them.
-    Source: Chen and Medioni 1992, Image and Vision Computing 10:145; Fitzgibbon 2003, same journal 21:1145.
+    It takes Levenberg-Marquardt steps on the distances, whose gradients are the directions from the closest points. A
+    motion that the surface does not determine, such as that of a cylinder about its axis, stays unchanged. `keep`: the
+    fraction of the points, the closest ones, that is registered; the residual is of all of them. Source: Chen and
+    Medioni 1992, Image and Vision Computing 10:145; Fitzgibbon 2003, same journal 21:1145.
     """
     extent = float(np.ptp(target.points, axis=0).max())
-    match = _Match.of(points, start or Rigid(), target, keep)
+    match = _Match.of(points, start or RigidMotion(), target, keep)
     damping, steps, settled = FIRST_DAMPING, 0, match.cost == 0
     while not settled and steps < STEPS:
         steps += 1
@@ -106,9 +106,9 @@ def icp(points: Array, target: SearchedSurface, start: Rigid | None = None, keep
 
 @dataclass(frozen=True)
 class _Match:
-    """Points that a motion has placed, and their closest points on the target."""
+    """Moved points and their closest points on the target."""
 
-    motion: Rigid
+    motion: RigidMotion
     placed: Array  # (n, 3)
     goals: Array  # (n, 3)
     directions: Array  # (n, 3): the gradient of each distance
@@ -117,7 +117,7 @@ class _Match:
     cost: float
 
     @classmethod
-    def of(cls, points: Array, motion: Rigid, target: SearchedSurface, keep: float) -> _Match:
+    def of(cls, points: Array, motion: RigidMotion, target: SurfaceSearch, keep: float) -> _Match:
         placed = motion(points)
         found = target.closest(placed)
         normals = area_vectors(target.points, target.triangles[found.triangles])
@@ -129,20 +129,20 @@ class _Match:
         cost = float((found.distances[kept] ** 2).sum())
         return cls(motion, placed, found.points, along, found.distances, kept, cost)
 
-    def step(self, extent: float, damping: float) -> Rigid:
-        """The motion that makes the distances zero to first order, held back by `damping`."""
+    def step(self, extent: float, damping: float) -> RigidMotion:
+        """Return the motion that makes the distances zero to first order, reduced by `damping`."""
         x, n = self.placed[self.kept], self.directions[self.kept]
         middle = x.mean(axis=0)
         J = np.hstack([np.cross((x - middle) / extent, n), n])  # (m, 6): of a turn times extent, of a shift
         r = np.einsum("mi,mi->m", n, x - self.goals[self.kept])
         K = J.T @ J
         change = -np.linalg.solve(K + damping * np.trace(K) * np.eye(6), J.T @ r)
-        R = turn(change[:3] / extent)
-        return Rigid(R, middle + change[3:] - R @ middle)
+        R = rotation_matrix(change[:3] / extent)
+        return RigidMotion(R, middle + change[3:] - R @ middle)
 
 
-def turn(omega: Array) -> Array:
-    """The rotation (3, 3) by |omega| rad about omega (3,). Source: Rodrigues 1840."""
+def rotation_matrix(omega: Array) -> Array:
+    """Return the rotation (3, 3) by |omega| rad about omega (3,). Source: Rodrigues 1840."""
     angle = float(np.linalg.norm(omega))
     if angle == 0:
         return np.eye(3)
@@ -150,23 +150,23 @@ def turn(omega: Array) -> Array:
     return np.eye(3) + math.sin(angle) * K + (1 - math.cos(angle)) * (K @ K)
 
 
-def shortest_turn(a: Array, b: Array) -> Array:
-    """The smallest rotation (3, 3) that turns the unit vector a (3,) into b (3,), which is not -a."""
+def shortest_rotation(a: Array, b: Array) -> Array:
+    """Return the smallest rotation (3, 3) of the unit vector a (3,) to b (3,), which is not -a."""
     axis, cosine = np.cross(a, b), float(a @ b)
     sine = float(np.linalg.norm(axis))
-    return turn(axis / sine * math.atan2(sine, cosine)) if sine > 0 else np.eye(3)
+    return rotation_matrix(axis / sine * math.atan2(sine, cosine)) if sine > 0 else np.eye(3)
 
 
 def face_to_face(points: Array, triangles: Ints, onto: Array, onto_triangles: Ints) -> Registration:
-    """The motion of a flat face onto a flat face: mean normal onto mean normal, centre of area onto centre of area.
+    """Return the motion of a flat face onto a flat face: mean normal to mean normal, centroid to centroid.
 
-    It does not turn about the normal, which two discs leave open. The residual is the distance of the points
-    of the face from the plane it came to lie on: how flat it is, not where its rim lies.
+    It does not rotate about the normal, which is undetermined for two discs. The residual is the distance of the face's
+    points from the target plane: its flatness, not the position of its rim.
     """
     normals = [area_vectors(p, t).sum(axis=0) for p, t in ((points, triangles), (onto, onto_triangles))]
     a, b = (n / np.linalg.norm(n) for n in normals)
-    R = shortest_turn(a, b)
+    R = shortest_rotation(a, b)
     goal = area_centroid(onto, onto_triangles)
-    motion = Rigid(R, goal - R @ area_centroid(points, triangles))
+    motion = RigidMotion(R, goal - R @ area_centroid(points, triangles))
     placed = motion(points[np.unique(triangles)])
     return Registration(motion, Residual.of((placed - goal) @ b))

@@ -1,7 +1,7 @@
-"""Incompressible isotropic solids by their energy: what closed forms of rubber ask of a law.
+"""Energies of incompressible isotropic solids, for closed forms of rubber.
 
-The energies are written out here once more: a reference shares no code with the solvers that it judges. Stretches come
-as their logarithms e (3, n), whose sum is 0, so that small strains keep their digits.
+They are implemented independently: a reference shares no code with the solvers that it checks. Stretches are given by
+their logarithms e (3, n), whose sum is 0, so that small strains keep their digits.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
-from softmark.references.straight_cantilever import Refused
+from softmark.references.straight_cantilever import NotApplicable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -62,33 +62,33 @@ LAWS: dict[str, tuple[Of, Of]] = {
 KNOWN = (*LAWS, "ogden")
 
 
-def must_keep_its_volume(poisson: float) -> None:
-    """Raises Refused for a Poisson's ratio other than 0.5, of which closed forms of rubber are."""
+def require_incompressible(poisson: float) -> None:
+    """Raise NotApplicable for a Poisson's ratio other than 0.5, which closed forms of rubber require."""
     if poisson != INCOMPRESSIBLE:
-        raise Refused(f"a Poisson's ratio of {poisson:g} lets the volume change",
+        raise NotApplicable(f"a Poisson's ratio of {poisson:g} lets the volume change",
                       "the closed form is that of `poisson = 0.5`, which `formulation = mixed` takes")  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Rubber:
-    """A law by its name, with the constants that scenes give it. Raises Refused for one that is not known."""
+    """A law by its name, with the constants of scenes. Raises NotApplicable for an unknown law."""
 
     law: str
     constants: tuple[tuple[str, Any], ...]  # names and values, SI
 
     def __post_init__(self) -> None:
         if self.law not in KNOWN:
-            raise Refused(
+            raise NotApplicable(
                 f"`{self.law}` has no closed form here", f"it takes {', '.join(KNOWN)}, or neo-Hookean solids"
             )
 
     @classmethod
     def neo_hookean(cls, mu: float) -> Rubber:
-        """mu/2 (I1 - 3), mu in Pa."""
+        """Return the law mu/2 (I1 - 3), mu in Pa."""
         return cls("mooney_rivlin", (("c1", 0.5 * mu), ("c2", 0.0)))
 
     def energy(self, e: Array) -> Array:
-        """W, J/m^3 (n,)."""
+        """Return W, J/m^3 (n,)."""
         c = dict(self.constants)
         if self.law == "ogden":
             found: Array = sum(m / a * np.expm1(a * e).sum(axis=0) for m, a in zip(c["mu"], c["alpha"], strict=True))
@@ -97,7 +97,9 @@ class Rubber:
         return found
 
     def tensions(self, e: Array) -> Array:
-        """dW/de, the principal stresses but for one pressure, Pa (3, n), 0 at rest; NaN beyond the law's domain."""
+        """Return dW/de, the principal stresses up to a common pressure, Pa (3, n), 0 at rest; NaN beyond the law's
+        domain.
+        """
         c = dict(self.constants)
         if self.law == "ogden":
             found: Array = sum(m * np.expm1(a * e) for m, a in zip(c["mu"], c["alpha"], strict=True))
@@ -108,5 +110,5 @@ class Rubber:
 
 
 def _invariants(e: Array) -> tuple[Array, Array]:
-    """I1 - 3 and I2 - 3 (n,)."""
+    """Return I1 - 3 and I2 - 3 (n,)."""
     return np.expm1(2.0 * e).sum(axis=0), np.expm1(-2.0 * e).sum(axis=0)

@@ -1,4 +1,4 @@
-"""A thick-walled ball of incompressible rubber that a pressure within blows up, past the largest pressure too."""
+"""Inflation of a thick-walled sphere of incompressible rubber by an inner pressure, also beyond the pressure maximum."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import as_points
 from softmark.references.reference_base import About, Reference
-from softmark.references.rubber_energies import Rubber, must_keep_its_volume
-from softmark.references.straight_cantilever import Refused, Vector
+from softmark.references.rubber_energies import Rubber, require_incompressible
+from softmark.references.straight_cantilever import NotApplicable, Vector
 
 if TYPE_CHECKING:
     import numpy as np
@@ -28,15 +28,15 @@ ROUNDING = 16.0 * 2.0**-52  # relative, of a pressure
 
 @dataclass(frozen=True)
 class BlownBall:
-    """A ball with a hollow around its centre, of rubber that keeps its volume. SI units.
+    """A thick-walled sphere of incompressible rubber. SI units.
 
-    Its hollow opens by the stretch l, and what lies at R comes to r, r^3 = R^3 + (l^3 - 1) A^3. The stress grows
-    through the wall as (t_theta - t_r) 2 / r, which with s = r/R comes to
+    Its hollow expands by the stretch l, and a point at R moves to r, r^3 = R^3 + (l^3 - 1) A^3. Equilibrium of the
+    wall, dt_r/dr = (t_theta - t_r) 2 / r, gives with s = r/R
 
         p = int from m to l of 2 (t_theta - t_r) / (s (s^3 - 1)) ds, m^3 = 1 + (l^3 - 1) A^3/B^3,
 
-    and of W(s^-2, s, s) the difference of tensions is s W'(s) / 2. The state is the first with this pressure on the way
-    from rest. Raises Refused where no state has it, or where the body is not of that kind.
+    and for W(s^-2, s, s) the stress difference is s W'(s) / 2. The state is the first with this pressure on the way
+    from rest. Raises NotApplicable if no state has it, or if the body is not of that kind.
     """
 
     inner: float  # m, A
@@ -48,13 +48,15 @@ class BlownBall:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.outer) and 0.0 < self.inner < self.outer):
-            raise Refused(f"the radii are {self.inner:g} and {self.outer:g}", "the hollow is smaller than the ball")
-        must_keep_its_volume(self.poisson)
+            raise NotApplicable(
+                f"the radii are {self.inner:g} and {self.outer:g}", "the hollow is smaller than the ball"
+            )
+        require_incompressible(self.poisson)
         if not (math.isfinite(self.pressure) and self.pressure > 0.0):
-            raise Refused(f"the pressure is {self.pressure:g} Pa", "it acts in the hollow, and outward")
+            raise NotApplicable(f"the pressure is {self.pressure:g} Pa", "it acts in the hollow, and outward")
 
     def at(self, e: Array) -> Array:
-        """Pressures (n,), Pa, at logarithms of the hollow's stretch (n,); NaN beyond the domain of the law."""
+        """Return pressures (n,), Pa, at logarithms of the hollow's stretch (n,); NaN beyond the law's domain."""
         least = np.log1p(np.expm1(3.0 * e) * (self.inner / self.outer) ** 3) / 3.0
         x, w = self._rule
         half = 0.5 * (e - least)
@@ -73,7 +75,7 @@ class BlownBall:
 
     @cached_property
     def path(self) -> tuple[Array, Array]:
-        """Logarithms of the stretch, from rest outward, and pressures, Pa, as far as the law's domain goes."""
+        """Logarithms of the stretch, from rest outward, and pressures, Pa, up to the end of the law's domain."""
         e = np.arange(STEP, math.log(LARGEST), STEP)
         with np.errstate(all="ignore"):
             p = self.at(e)
@@ -83,7 +85,7 @@ class BlownBall:
 
     @cached_property
     def limit(self) -> tuple[float, float] | None:
-        """The stretch of the hollow and the pressure, Pa, at the first maximum; None where it grows on and on."""
+        """Stretch of the hollow and pressure, Pa, at the first maximum; None if the pressure always increases."""
         e, p = self.path
         falls = np.flatnonzero(p[1:] < p[:-1])
         if not len(falls):
@@ -99,7 +101,7 @@ class BlownBall:
 
     @cached_property
     def opened(self) -> float:
-        """The logarithm of the hollow's stretch in the first state with this pressure. Raises Refused."""
+        """Logarithm of the hollow's stretch in the first state with this pressure. Raises NotApplicable."""
         e, p = self.path
         above = np.flatnonzero(p >= self.pressure)
         limit = self.limit
@@ -109,7 +111,9 @@ class BlownBall:
             low, high = (float(e[above[0] - 1]) if above[0] else 0.0), float(e[above[0]])
         else:
             most = float(p.max()) if len(p) else 0.0
-            raise Refused(f"no state has a pressure of {self.pressure:g} Pa", f"it comes to {most:.6g} Pa at most")
+            raise NotApplicable(
+                f"no state has a pressure of {self.pressure:g} Pa", f"it comes to {most:.6g} Pa at most"
+            )
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
             if not low < middle < high:
@@ -119,19 +123,19 @@ class BlownBall:
 
     @property
     def stretch(self) -> float:
-        """Of the hollow."""
+        """Stretch of the hollow."""
         return math.exp(self.opened)
 
     @property
     def estimated_error(self) -> float:
-        """What rounding of the pressure makes of the hollow, m: much where the pressure hardly changes."""
+        """Error of the hollow's radius by rounding of the pressure, m: large near a pressure maximum."""
         e = self.opened
         slope = (self._one(e + 1e-5) - self._one(e - 1e-5)) / 2e-5
         least = ROUNDING * self.outer * self.stretch
         return least + ROUNDING * abs(self.pressure / slope) * self.inner * self.stretch if slope else math.inf
 
     def displacement(self, X: Array) -> Array:
-        """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused for what is no point, or has none."""
+        """Return displacements (n, 3), m, of points X (n, 3) of the undeformed body. Raises NotApplicable."""
         away = as_points(X) - np.asarray(self.centre)
         R = np.linalg.norm(away, axis=1)
         more = math.expm1(3.0 * self.opened) * self.inner**3
@@ -142,14 +146,14 @@ class BlownBall:
 
 @dataclass(frozen=True)
 class Inflation(Reference):
-    """A thick-walled ball of incompressible rubber that a pressure within blows up.
+    """Inflation of a thick-walled sphere of incompressible rubber by an inner pressure.
 
-    It is the first state with that pressure on the way from rest.
-    Of many laws the pressure has a maximum, beyond which the ball grows while it falls, and often a minimum, from which
-    on it rises again: a pressure above the maximum is met only there, as on a path that `static(path = arc_length)`
-    follows, and a report has the `limit` of both. It takes a `spherical_shell(part = octant)`, or a `quarter_ring` of
-    circles that turns, held by `symmetric` on its planes, with `poisson = 0.5`, of `neo_hookean`, `mooney_rivlin`,
-    `ogden`, `yeoh`, `gent`, `fung`, `veronda_westmann` or `arruda_boyce`, and one `pressure` on all of its hollow.
+    It is the first state with that pressure on the way from rest. For many laws the pressure has a maximum, beyond
+    which the sphere grows while the pressure falls, and often a minimum, from which it rises again: a pressure above
+    the maximum is reached only there, as on a path that `static(path = arc_length)` follows, and a report has the
+    `limit` of both. It applies to a `spherical_shell(part = octant)`, or a revolved `quarter_ring` of circles, held by
+    `symmetric` on its planes, with `poisson = 0.5`, of `neo_hookean`, `mooney_rivlin`, `ogden`, `yeoh`, `gent`, `fung`,
+    `veronda_westmann` or `arruda_boyce`, and one `pressure` on all of its hollow.
     Source: Green and Shield 1950, Finite elastic deformation of incompressible isotropic bodies, Proc. R. Soc. A 202,
     407-419; Ogden 1984, Non-linear elastic deformations, section 5.3.
     """
@@ -162,6 +166,6 @@ class Inflation(Reference):
     error_meaning: ClassVar[str] = "rounding of the displacement, m: one integral, by Gauss's rule to rounding"
 
     def solve(self, ball: BlownBall) -> BlownBall:
-        """What it says; that no state has this pressure is said at once. Raises Refused."""
+        """Return the sphere itself. Raises NotApplicable immediately if no state has this pressure."""
         ball.opened  # noqa: B018
         return ball

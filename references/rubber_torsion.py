@@ -1,4 +1,4 @@
-"""Torsion of a cylinder of incompressible rubber by any angle: a closed form with a torque and a thrust."""
+"""Torsion of an incompressible rubber cylinder by any angle: a closed form with torque and axial thrust."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import as_points
 from softmark.references.reference_base import About, Reference
-from softmark.references.rubber_energies import Rubber, must_keep_its_volume
-from softmark.references.straight_cantilever import Refused, Vector
+from softmark.references.rubber_energies import Rubber, require_incompressible
+from softmark.references.straight_cantilever import NotApplicable, Vector
 
 if TYPE_CHECKING:
     import numpy as np
@@ -25,17 +25,17 @@ ROUNDING = 16.0 * 2.0**-52  # relative, of a displacement
 
 @dataclass(frozen=True)
 class TwistedCylinder:
-    """A solid circular cylinder of rubber that keeps its volume, one end held, the other turned. SI units.
+    """A solid circular cylinder of incompressible rubber, one end held, the other rotated. SI units.
 
-    Every section turns by tau z about the axis, z from the held end, and nothing else moves (Rivlin 1949), whatever the
-    law is. At r it is sheared by g = tau r, with principal stretches of exp(e), 1 and exp(-e), sinh e = g/2, and axes
-    in the plane of theta and z. With the stresses that the law has for these, and the side free of tractions,
+    Every section rotates by tau z about the axis, z from the held end, without any other displacement (Rivlin 1949),
+    for every law. At r it is sheared by g = tau r, with principal stretches of exp(e), 1 and exp(-e), sinh e = g/2, and
+    axes in the plane of theta and z. With the law's stresses for these, and the side free of tractions,
 
         torque = 2 pi int r^2 t_theta_z dr, thrust = -pi int r (2 (t_zz - t_rr) - (t_theta_theta - t_rr)) dr,
 
-    and energy = 2 pi L int r W dr: of a neo-Hookean solid mu tau pi R^4 / 2, mu tau^2 pi R^4 / 4 and mu tau^2 pi R^4
-    L / 4. The thrust is what the ends press with: free, the cylinder grows longer (Poynting).
-    Raises Refused where the cylinder is not of that kind.
+    and energy = 2 pi L int r W dr: for a neo-Hookean solid mu tau pi R^4 / 2, mu tau^2 pi R^4 / 4 and mu tau^2 pi R^4 L
+    / 4. The thrust is the compressive force on the ends: with free ends, the cylinder becomes longer (Poynting). Raises
+    NotApplicable if the cylinder is not of that kind.
     """
 
     length: float  # m
@@ -49,40 +49,40 @@ class TwistedCylinder:
     def __post_init__(self) -> None:
         for name, value in (("length", self.length), ("radius", self.radius)):
             if not (math.isfinite(value) and value > 0.0):
-                raise Refused(f"the {name} is {value:g}", "it must be positive")
-        must_keep_its_volume(self.poisson)
+                raise NotApplicable(f"the {name} is {value:g}", "it must be positive")
+        require_incompressible(self.poisson)
         if not math.isfinite(self.angle):
-            raise Refused("the angle is not finite", "give a finite angle")
+            raise NotApplicable("the angle is not finite", "give a finite angle")
 
     @property
     def twist(self) -> float:
-        """tau, rad/m."""
+        """Twist per length tau, rad/m."""
         return self.angle / self.length
 
     @property
     def torque(self) -> float:
-        """Of the turned end about the axis, N m."""
+        """Torque of the rotated end about the axis, N m."""
         r, w, e, (along, _, across) = self._sheared
         sine = 1.0 / np.cosh(e)  # of twice the angle between theta and the axis that is stretched
         return float(2.0 * math.pi * math.copysign(1.0, self.angle) * w @ (r**2 * 0.5 * (along - across) * sine))
 
     @property
     def thrust(self) -> float:
-        """What both ends press the cylinder together with, N."""
+        """Compressive force on both ends, N."""
         r, w, e, (along, radial, across) = self._sheared
         cosine, mean, half = np.tanh(e), 0.5 * (along + across) - radial, 0.5 * (along - across)
         return float(-math.pi * w @ (r * (2.0 * (mean - half * cosine) - (mean + half * cosine))))
 
     @property
     def energy(self) -> float:
-        """That is stored, J."""
+        """Stored energy, J."""
         r, w, e, _ = self._sheared
         W = self.rubber.energy(np.stack([e, 0.0 * e, -e]))
         return float(2.0 * math.pi * self.length * w @ (r * W))
 
     @property
     def _sheared(self) -> tuple[Array, Array, Array, Array]:
-        """Radii and weights of Gauss's rule (n,), m, logarithms of the stretch e (n,), and stresses (3, n), Pa."""
+        """Gauss radii and weights (n,), m, logarithms of the stretch e (n,), and stresses (3, n), Pa."""
         x, w = np.polynomial.legendre.leggauss(POINTS)
         r = 0.5 * self.radius * (x + 1.0)
         e = np.arcsinh(0.5 * abs(self.twist) * r)
@@ -94,7 +94,7 @@ class TwistedCylinder:
         return ROUNDING * (self.length + self.radius)
 
     def displacement(self, X: Array) -> Array:
-        """Of points X (n, 3) of the undeformed body (n, 3), m: sections turn. Raises Refused for what is no point."""
+        """Return displacements (n, 3), m, of points X (n, 3) of the undeformed body. Raises NotApplicable."""
         from_root = as_points(X) - np.asarray(self.root)
         n = np.asarray(self.axis)
         angle = self.twist * (from_root @ n)
@@ -106,14 +106,14 @@ class TwistedCylinder:
 
 @dataclass(frozen=True)
 class Torsion(Reference):
-    """A cylinder of incompressible rubber that is twisted by any angle: displacements, torque and thrust.
+    """A cylinder of incompressible rubber twisted by any angle: displacements, torque and thrust.
 
-    Every section turns in its plane by its share of the angle, whatever the law; of neo-Hookean rubber the ends carry a
-    torque mu tau pi R^4 / 2 and a thrust mu tau^2 pi R^4 / 4, tau the angle by the length, and of others what integrals
-    over the radius say. Metrics `moment`, `force` and `strain_energy` may be held against them. It takes a solid
+    Every section rotates in its plane by its share of the angle, for every law; for neo-Hookean rubber the ends carry a
+    torque mu tau pi R^4 / 2 and a thrust mu tau^2 pi R^4 / 4, tau the angle per length, and for others integrals over
+    the radius. It can be compared with the metrics `moment`, `force` and `strain_energy`. It applies to a solid
     cylinder with `poisson = 0.5` of `neo_hookean`, `neo_hookean_isochoric`, `mooney_rivlin`, `ogden`, `yeoh`, `gent`,
     `fung`, `veronda_westmann` or `arruda_boyce`, one end of it `fixed` and the other `turned` about the cylinder's
-    axis, both whole, and nothing else that holds or loads it.
+    axis, both whole, without other supports or loads.
     Source: Rivlin 1949, Large elastic deformations of isotropic materials VI, Phil. Trans. R. Soc. A 242, 173-195.
     """
 
@@ -126,7 +126,7 @@ class Torsion(Reference):
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equation exactly"
 
     def solve(self, cylinder: TwistedCylinder) -> TwistedCylinder:
-        """What it says: the closed form is that of the cylinder itself. Raises Refused beyond the domain of its law."""
+        """Return the cylinder itself, which has the closed form. Raises NotApplicable beyond its law's domain."""
         if not math.isfinite(cylinder.torque):
-            raise Refused("it is twisted beyond what its law has a stress for", "turn it by less")
+            raise NotApplicable("it is twisted beyond what its law has a stress for", "turn it by less")
         return cylinder

@@ -1,4 +1,4 @@
-"""A bar whose end meets a rigid plane: Signorini's problem in one dimension."""
+"""Signorini's problem in one dimension: a bar whose end meets a rigid plane."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ else:
 
 @dataclass(frozen=True)
 class StoppedBar:
-    """A bar held at one end that a force pulls and a plane before its other end stops. SI units.
+    """A bar held at one end, pulled by a force and stopped by a plane at its other end. SI units.
 
-    Free, it grows by e = P L / (E A); where that is more than the gap g it grows by g, and the plane carries
-    P - E A g / L. `away` is the gap, when the plane has come to its place; negative where it presses the bar.
+    Without the plane it lengthens by e = P L / (E A); if that exceeds the gap g it lengthens by g, and the plane
+    carries P - E A g / L. `away` is the gap with the plane in its final position; negative if it compresses the bar.
     """
 
     length: float  # m
@@ -38,60 +38,60 @@ class StoppedBar:
 
     @property
     def stiffness(self) -> float:
-        """E A / L, N/m."""
+        """Axial stiffness E A / L, N/m."""
         return self.young * self.section / self.length
 
     @property
     def longer(self) -> float:
-        """By how much, m."""
+        """Lengthening, m."""
         return min(self.load / self.stiffness, self.away)
 
     @property
     def gap(self) -> float:
-        """What is left between them, m."""
+        """Remaining gap, m."""
         return self.away - self.longer
 
     @property
     def push(self) -> float:
-        """What the plane presses its end with, N."""
+        """Force of the plane on its end, N."""
         return max(self.load - self.stiffness * self.away, 0.0)
 
     @property
     def carried(self) -> float:
-        """What pulls in it, N."""
+        """Axial force, N."""
         return self.stiffness * self.longer
 
     @property
     def area(self) -> float:
-        """Of contact, m^2."""
+        """Contact area, m^2."""
         return self.section if self.push > 0.0 else 0.0
 
     @property
     def largest_pressure(self) -> float:
-        """The same everywhere, Pa."""
+        """Uniform pressure, Pa."""
         return self.push / self.section
 
     def pressure(self, r: Array) -> Array:
-        """The same at all distances from the middle (n,): Pa."""
+        """Return the uniform pressure, Pa, at distances from the centre (n,)."""
         return np.full(len(r), self.largest_pressure)
 
     @property
     def energy(self) -> float:
-        """That is stored, J."""
+        """Stored energy, J."""
         return 0.5 * self.carried * self.longer
 
     @property
     def strain(self) -> float:
-        """Along it."""
+        """Axial strain."""
         return self.longer / self.length
 
     @property
     def off(self) -> dict[str, float]:
-        """By how much, relative, its force may be off: strain that is not small."""
+        """Relative error of the force: strain that is not small."""
         return {"strain": abs(self.strain)}
 
     def displacement(self, X: Array) -> Array:
-        """Of points X (n, 3) of the undeformed body (n, 3), m: in proportion along it. Raises Refused."""
+        """Return displacements (n, 3), m, of points X (n, 3), linear along the bar. Raises NotApplicable."""
         from_root, n = as_points(X) - np.asarray(self.root), np.asarray(self.axis)
         along = from_root @ n
         narrow = -self.narrowing * np.asarray(self.across, dtype=float)
@@ -100,23 +100,23 @@ class StoppedBar:
 
     @property
     def estimated_error(self) -> float:
-        """m: rounding."""
+        """Rounding of a displacement, m."""
         return 1e-13 * abs(self.longer)
 
 
 @dataclass(frozen=True)
 class Signorini(Reference):
-    """A bar or a block that a rigid plane stops or presses, with no friction: stress is the same everywhere.
+    """A bar or a block that a rigid plane stops or presses, without friction, under uniform stress.
 
-    Held at one end along its axis, pulled or pressed by a force at the other, it grows as far as the plane lets it:
-    u = min(P L / (E A), gap), and the plane carries P - E A gap / L where it is met. A plane that is moved toward the
-    bar presses it, and pressure is the same all over the face, as the patch test of contact asks (Taylor and
-    Papadopoulos 1991); of blocks that press each other that is `patch_test(...)`. Strain is small.
+    Held at one end along its axis, loaded by a force at the other, it lengthens up to the plane: u = min(P L / (E A),
+    gap), and the plane carries P - E A gap / L once in contact. A plane that is moved toward the bar compresses it,
+    with uniform pressure on the face, as the patch test of contact requires (Taylor and Papadopoulos 1991); for blocks
+    that press each other use `patch_test(...)`. Strain is small.
 
-    It takes a box, a cylinder, or a rectangle in `plane_strain` or `axisymmetric`, one end held along its normal, sides
-    free or on planes of symmetry; one `between` a rigid plane across the axis, or a box, and the body, without
-    friction; and at most a `traction` on all of the end that meets it. With `poisson = 0` the end
-    may be `fixed`. Metrics `displacement`, `force`, `contact_area` and `contact_pressure` may be held against it.
+    It applies to a box, a cylinder, or a rectangle in `plane_strain` or `axisymmetric`, one end held along its normal,
+    sides free or on planes of symmetry; one `between` a rigid plane across the axis, or a box, and the body, without
+    friction; and at most a `traction` on all of the end that meets it. With `poisson = 0` the end may be `fixed`. It
+    can be compared with the metrics `displacement`, `force`, `contact_area` and `contact_pressure`.
     Source: Signorini 1933; Taylor and Papadopoulos 1991, On a patch test for contact problems in two dimensions.
     """
 
@@ -129,5 +129,5 @@ class Signorini(Reference):
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equations exactly"
 
     def solve(self, bar: StoppedBar) -> StoppedBar:
-        """What it says: the closed form is that of the bar itself."""
+        """Return the bar itself, which has the closed form."""
         return bar

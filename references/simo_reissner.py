@@ -1,4 +1,4 @@
-"""The geometrically exact planar rod, which bends, stretches and shears."""
+"""Geometrically exact planar rod with bending, stretch and shear."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from softmark.records import dataclass
 from softmark.references.beam_centre_line import CentreLine
 from softmark.references.elastica_collocation import solve_rod
 from softmark.references.reference_base import Reference
-from softmark.references.straight_cantilever import Cantilever, Refused
+from softmark.references.straight_cantilever import Cantilever, NotApplicable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -23,18 +23,18 @@ else:
 class SimoReissner(Reference):
     """The cantilever under its own weight, geometrically exact, with shear and axial strain.
 
-    With t = (cos phi, sin phi) normal to the section and n = (-sin phi, cos phi) in it, the line moves by
-    r' = (1 + Gamma1) t + Gamma2 n. The weight outboard of s is a dead force w (L - s) along gravity, so
-    N = EA Gamma1 = w (L - s) sin(phi), Q = kappa G A Gamma2 = w (L - s) cos(phi), and the balance of moments
-    M' + r' x (force) = 0 with M = EI phi' leaves one equation for the rotation of the section,
+    With t = (cos phi, sin phi) normal to the section and n = (-sin phi, cos phi) in it, the centre line obeys r' = (1 +
+    Gamma1) t + Gamma2 n. The weight beyond s is a dead force w (L - s) along gravity, so N = EA Gamma1 = w (L - s)
+    sin(phi), Q = kappa G A Gamma2 = w (L - s) cos(phi), and the balance of moments M' + r' x (force) = 0 with M = EI
+    phi' leaves one equation for the rotation of the section,
 
     phi'' = -(w / EI) (L - s) cos(phi) [1 + w (L - s) (1/EA - 1/(kappa G A)) sin(phi)],
     phi(0) = 0, phi'(L) = 0.
 
-    The shear factor kappa is Cowper's (1966). Assumes a straight uniform beam, clamped at one end and
-    horizontal there, stiffnesses that do not change with strain, and rigid sections: of the theories of a
-    line, the closest to a moderately thick soft solid. Refused where w L (1/(kappa G A) - 1/EA) is above 1:
-    there the shear strain is far outside the linear law, and the equilibrium need not be unique.
+    The shear factor kappa is Cowper's (1966). It assumes a straight uniform beam, clamped at one end and horizontal
+    there, constant stiffnesses, and rigid sections: of the rod theories, the closest to a moderately thick soft solid.
+    It is refused if w L (1/(kappa G A) - 1/EA) is above 1: there the shear strain is far outside the linear law, and
+    the equilibrium need not be unique.
     Source: Reissner 1972, ZAMP 23:795; Simo 1985, Comput. Methods Appl. Mech. Eng. 49:55.
     """
 
@@ -50,36 +50,39 @@ class SimoReissner(Reference):
     )
 
     def solve(self, cantilever: Cantilever) -> CentreLine:
-        """The bent centre line. Raises Refused, and NotSolved where 1e-10 relative is not reached."""
+        """Return the bent centre line. Raises NotApplicable, and NotSolved if 1e-10 relative is not reached."""
         weight = cantilever.weight_per_length * cantilever.length  # N
         stretch, shear = weight / cantilever.axial_stiffness, weight / cantilever.shear_stiffness
         if shear - stretch > 1:
-            raise Refused(
+            raise NotApplicable(
                 f"the weight shears the root by {shear:.3g}, where the equilibrium need not be unique",
                 "make the beam stiffer or lighter, or leave this reference out",
             )
-        return solve_rod(Flexible(cantilever.load_parameter, stretch, shear), cantilever)
+        return solve_rod(ShearDeformableRod(cantilever.load_parameter, stretch, shear), cantilever)
 
 
 @dataclass(frozen=True)
-class Flexible:
-    """A rod that bends, stretches and shears, in the scale of its length."""
+class ShearDeformableRod:
+    """A rod with bending, stretch and shear, scaled by its length."""
 
     k: float  # w L^3 / (EI)
     stretch: float  # w L / (EA), the axial strain of the hanging rod at its root
     shear: float  # w L / (kappa G A), the shear strain of the straight rod at its root
 
     def bending(self, s: Array, phi: Array) -> Array:
-        """g = k (1 - s) x'."""
+        """Return g = k (1 - s) x'."""
         return self.k * (1 - s) * np.cos(phi) * (1 + self._difference(s) * np.sin(phi))
 
     def bending_slope(self, s: Array, phi: Array) -> Array:
-        """dg/dphi = k (1 - s) [-sin(phi) + (stretch - shear) (1 - s) cos(2 phi)]."""
+        """Return dg/dphi = k (1 - s) [-sin(phi) + (stretch - shear) (1 - s) cos(2 phi)]."""
         return self.k * (1 - s) * (-np.sin(phi) + self._difference(s) * np.cos(2 * phi))
 
     def strain(self, s: Array, phi: Array) -> tuple[Array, Array]:
-        """x' - 1 and y', with x' = (1 + Gamma1) cos(phi) - Gamma2 sin(phi) and y' = (1 + Gamma1) sin(phi)
-        + Gamma2 cos(phi), Gamma1 = stretch (1 - s) sin(phi), Gamma2 = shear (1 - s) cos(phi)."""
+        """Return x' - 1 and y', the rates of the displacements.
+
+        x' = (1 + Gamma1) cos(phi) - Gamma2 sin(phi) and y' = (1 + Gamma1) sin(phi) + Gamma2 cos(phi), Gamma1 = stretch
+        (1 - s) sin(phi), Gamma2 = shear (1 - s) cos(phi).
+        """
         sin, cos = np.sin(phi), np.cos(phi)
         axial = -2 * np.sin(phi / 2) ** 2 + self._difference(s) * sin * cos
         return axial, sin + (1 - s) * (self.stretch * sin**2 + self.shear * cos**2)

@@ -1,4 +1,4 @@
-"""The textbook cantilever: what a model of small strain and small rotation tends to."""
+"""Textbook cantilever of small deflection: the limit of models of small strain and small rotation."""
 
 from __future__ import annotations
 
@@ -22,12 +22,11 @@ else:
 class SmallDeflection(Reference):
     """The cantilever under its own weight, Bernoulli-Euler theory of small deflections.
 
-    v(x) = w x^2 (6 L^2 - 4 L x + x^2) / (24 EI) along gravity, w L^4 / (8 EI) at the tip; nothing along the
-    axis.
-    A point at the offset y below the centre line moves by -y v'(x) along the axis.
+    v(x) = w x^2 (6 L^2 - 4 L x + x^2) / (24 EI) along gravity, w L^4 / (8 EI) at the tip; nothing along the axis. A
+    point at the offset y below the centre line moves by -y v'(x) along the axis.
 
-    Assumes rotations so small that the load keeps its lever: relative to the large-deflection theory the
-    error grows as k^2, with k = w L^3 / (EI), and is about 1 % at k = 1. No shear, no stretch.
+    It assumes rotations so small that the lever arm of the load is constant: relative to the large-deflection theory
+    the error grows as k^2, with k = w L^3 / (EI), and is about 1 % at k = 1. No shear, no stretch.
     Source: Timoshenko 1955, Strength of Materials, part I, chapter 5 (uniformly loaded cantilever).
     """
 
@@ -38,7 +37,7 @@ class SmallDeflection(Reference):
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equation exactly"
 
     def solve(self, cantilever: Cantilever) -> CentreLine:
-        """The bent centre line, exact but for rounding."""
+        """Return the bent centre line, exact up to rounding."""
         k, L = cantilever.load_parameter, cantilever.length
         return CentreLine(
             cantilever,
@@ -52,5 +51,5 @@ class SmallDeflection(Reference):
 
 
 def _polynomial(scale: float, coefficients: tuple[int, ...], L: float) -> np.polynomial.Polynomial:
-    """scale times the polynomial of x / L."""
+    """Return scale times the polynomial of x / L."""
     return np.polynomial.Polynomial(scale * np.array(coefficients), domain=[0, L], window=[0, 1])

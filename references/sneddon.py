@@ -1,4 +1,4 @@
-"""A rigid cone or a flat punch that is pressed into a face without friction: Sneddon's contact."""
+"""Sneddon's contact: frictionless indentation by a rigid cone or flat punch."""
 
 from __future__ import annotations
 
@@ -6,25 +6,24 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.reference_base import About, Reference
-from softmark.references.straight_cantilever import Refused
+from softmark.references.straight_cantilever import NotApplicable
 
 if TYPE_CHECKING:
     from softmark.references.half_space_indentation import HalfSpace
-    from softmark.references.indentation import Pressed
+    from softmark.references.indentation import Indentation
 
 
 @dataclass(frozen=True)
 class Sneddon(Reference):
-    """A rigid cone, or a flat round punch, that is pressed into a face without friction: force and displacements.
+    """Sneddon's contact of a rigid cone or flat round punch with a face, without friction: force, displacements.
 
     With E* = E / (1 - nu^2) and the angle between the axis and the side of the cone: force 2/pi E* tan(angle) d^2,
-    radius of contact 2/pi tan(angle) d; of a punch 2 a E* d. Pressure has no limit under the tip and at the edge:
-    the largest is not told. Displacements are those of a half-space, of every point of it.
+    contact radius 2/pi tan(angle) d; for a punch 2 a E* d. Pressure is unbounded under the tip and at the edge: the
+    largest is not available. Displacements are those of a half-space, at every point.
 
-    It takes what `hertz` takes, with one rigid cone or flat round punch whose axis is normal to the face. Cones that
-    are sharp strain the body by much; how much the force may be off is in the report (`off`) but for that.
-    Metrics `displacement`, `force`, `contact_area` and, beside the tip and the edge, `pressure_along` may be held
-    against it.
+    It applies to the same cases as `hertz`, with one rigid cone or flat round punch whose axis is normal to the face.
+    Sharp cones cause large strain; this error of the force is not in the report, others are (`off`). It can be compared
+    with the metrics `displacement`, `force`, `contact_area` and, away from the tip and the edge, `pressure_along`.
     Source: Sneddon 1965, Int. J. Eng. Sci. 3, 47-57; Boussinesq 1885; Love 1939, Quart. J. Math. 10, 161.
     """
 
@@ -36,14 +35,14 @@ class Sneddon(Reference):
     source: ClassVar[str] = "Sneddon 1965, Int. J. Eng. Sci. 3, 47-57"
     error_meaning: ClassVar[str] = "what a half-space moves where the body ends, m, and rounding"
 
-    def must_hold(self, pressed: Pressed) -> None:
-        """Raises Refused where an assumption is broken."""
+    def must_hold(self, pressed: Indentation) -> None:
+        """Raise NotApplicable if an assumption is violated."""
         pressed.must_slip_freely()
         if pressed.kind not in ("cone", "punch"):
-            raise Refused(f"what presses is a {pressed.kind}", "use `hertz(...)`")
+            raise NotApplicable(f"what presses is a {pressed.kind}", "use `hertz(...)`")
         pressed.must_be_half_space()
 
-    def solve(self, pressed: Pressed) -> HalfSpace:
-        """What it says. Raises Refused where an assumption is broken."""
+    def solve(self, pressed: Indentation) -> HalfSpace:
+        """Return the solution. Raises NotApplicable if an assumption is violated."""
         self.must_hold(pressed)
         return pressed.half_space

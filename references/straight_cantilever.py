@@ -1,7 +1,7 @@
-"""The straight beam that every reference of this folder is solved for, in numbers alone.
+"""The straight cantilever in numbers, for which the beam references are solved.
 
-A reference knows no scene and no mesh: whoever asks for one reduces the scene to a `Cantilever`. What cannot
-be reduced is `Refused`, with the reason and what to change.
+A reference knows no scene and no mesh: the caller reduces the scene to a `Cantilever`. If that is impossible it raises
+`NotApplicable`, with the reason and the remedy.
 
 To add a section, write a frozen dataclass with the members of `Section`.
 """
@@ -20,8 +20,8 @@ ALIGNMENT = 1e-9
 a direction, and far too little to bend the beam differently."""
 
 
-class Refused(Exception):
-    """The reference does not hold for what was asked. `reason` says why, `remedy` what to change."""
+class NotApplicable(Exception):
+    """The reference does not apply to this case. `reason` is the cause, `remedy` what to change."""
 
     def __init__(self, reason: str, remedy: str) -> None:
         super().__init__(f"{reason}; {remedy}")
@@ -30,22 +30,22 @@ class Refused(Exception):
 
 
 class Section(Protocol):
-    """The cross-section of a beam, uniform along it and symmetric about the plane of bending."""
+    """Cross-section of a beam, uniform along it and symmetric about the plane of bending."""
 
     @property
     def extents(self) -> tuple[float, float]:
-        """Along gravity and across, m."""
+        """Extents along gravity and across, m."""
 
     @property
     def area(self) -> float:
-        """A, m^2."""
+        """Area A, m^2."""
 
     @property
     def second_moment(self) -> float:
-        """I, m^4: the integral over the section of the squared distance from the bending axis."""
+        """Second moment I, m^4: the integral over the section of the squared distance from the bending axis."""
 
     def shear_factor(self, poisson: float) -> float:
-        """kappa, 1: mean shear strain times kappa G A is the shear force."""
+        """Return kappa, 1: mean shear strain times kappa G A is the shear force."""
 
 
 @dataclass(frozen=True)
@@ -59,21 +59,21 @@ class Disc:
 
     @property
     def extents(self) -> tuple[float, float]:
-        """Its diameter, m."""
+        """Diameter in both directions, m."""
         return 2.0 * self.radius, 2.0 * self.radius
 
     @property
     def area(self) -> float:
-        """A = pi R^2, m^2."""
+        """Area A = pi R^2, m^2."""
         return math.pi * self.radius**2
 
     @property
     def second_moment(self) -> float:
-        """I = pi R^4 / 4, m^4."""
+        """Second moment I = pi R^4 / 4, m^4."""
         return math.pi * self.radius**4 / 4
 
     def shear_factor(self, poisson: float) -> float:
-        """kappa = 6 (1 + nu) / (7 + 6 nu). Source: Cowper 1966, J. Appl. Mech. 33:335."""
+        """Return kappa = 6 (1 + nu) / (7 + 6 nu). Source: Cowper 1966, J. Appl. Mech. 33:335."""
         return 6 * (1 + poisson) / (7 + 6 * poisson)
 
 
@@ -90,21 +90,21 @@ class Ring:
 
     @property
     def extents(self) -> tuple[float, float]:
-        """Its outer diameter, m."""
+        """Outer diameter in both directions, m."""
         return 2.0 * self.radius, 2.0 * self.radius
 
     @property
     def area(self) -> float:
-        """A = pi (R^2 - r^2), m^2."""
+        """Area A = pi (R^2 - r^2), m^2."""
         return math.pi * (self.radius**2 - self.inner**2)
 
     @property
     def second_moment(self) -> float:
-        """I = pi (R^4 - r^4) / 4, m^4."""
+        """Second moment I = pi (R^4 - r^4) / 4, m^4."""
         return math.pi * (self.radius**4 - self.inner**4) / 4
 
     def shear_factor(self, poisson: float) -> float:
-        """kappa = 6 (1 + nu) (1 + m^2)^2 / ((7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2), m = r / R.
+        """Return kappa = 6 (1 + nu) (1 + m^2)^2 / ((7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2), m = r / R.
 
         Source: Cowper 1966, J. Appl. Mech. 33:335.
         """
@@ -131,24 +131,24 @@ class Rectangle:
 
     @property
     def area(self) -> float:
-        """A = h b, m^2."""
+        """Area A = h b, m^2."""
         return self.height * self.width
 
     @property
     def second_moment(self) -> float:
-        """I = b h^3 / 12, m^4."""
+        """Second moment I = b h^3 / 12, m^4."""
         return self.width * self.height**3 / 12
 
     def shear_factor(self, poisson: float) -> float:
-        """kappa = 10 (1 + nu) / (12 + 11 nu). Source: Cowper 1966, J. Appl. Mech. 33:335."""
+        """Return kappa = 10 (1 + nu) / (12 + 11 nu). Source: Cowper 1966, J. Appl. Mech. 33:335."""
         return 10 * (1 + poisson) / (12 + 11 * poisson)
 
 
 @dataclass(frozen=True)
 class Cantilever:
-    """A straight uniform beam, clamped at `root`, that gravity bends across its axis. SI units throughout.
+    """A straight uniform beam, clamped at `root`, bent by gravity normal to its axis. SI units.
 
-    Raises Refused where the beam or its load is not of that kind.
+    Raises NotApplicable if the beam or its load is not of that kind.
     """
 
     length: float  # m
@@ -171,71 +171,71 @@ class Cantilever:
 
     @property
     def weight_per_length(self) -> float:
-        """w = rho A |g|, N per metre of the undeformed beam."""
+        """Weight w = rho A |g|, N per metre of the undeformed beam."""
         return self.density * self.section.area * math.hypot(*self.gravity)
 
     @property
     def shear_modulus(self) -> float:
-        """G = E / (2 (1 + nu)), Pa."""
+        """Shear modulus G = E / (2 (1 + nu)), Pa."""
         return self.young / (2 * (1 + self.poisson))
 
     @property
     def bending_stiffness(self) -> float:
-        """EI, N m^2."""
+        """Bending stiffness EI, N m^2."""
         return self.young * self.section.second_moment
 
     @property
     def axial_stiffness(self) -> float:
-        """EA, N."""
+        """Axial stiffness EA, N."""
         return self.young * self.section.area
 
     @property
     def shear_stiffness(self) -> float:
-        """kappa G A, N."""
+        """Shear stiffness kappa G A, N."""
         return self.section.shear_factor(self.poisson) * self.shear_modulus * self.section.area
 
     @property
     def load_parameter(self) -> float:
-        """k = w L^3 / (EI), 1: the one number that the shape of an inextensible beam depends on."""
+        """Load parameter k = w L^3 / (EI), 1, which alone determines the shape of an inextensible beam."""
         return self.weight_per_length * self.length**3 / self.bending_stiffness
 
     @property
     def down(self) -> Vector:
-        """The unit vector of gravity."""
+        """Unit vector of gravity."""
         g = math.hypot(*self.gravity)
         return (self.gravity[0] / g, self.gravity[1] / g, self.gravity[2] / g)
 
 
 def _refuse_unless_positive(name: str, value: float) -> None:
     if not (math.isfinite(value) and value > 0):
-        raise Refused(f"the {name} is {value:g}", f"give a {name} that is finite and above zero")
+        raise NotApplicable(f"the {name} is {value:g}", f"give a {name} that is finite and above zero")
 
 
 def _refuse_unless_finite(name: str, vector: Vector) -> None:
     if not all(map(math.isfinite, vector)):
-        raise Refused(f"the {name} is {vector}", f"give a {name} of three finite numbers")
+        raise NotApplicable(f"the {name} is {vector}", f"give a {name} of three finite numbers")
 
 
 def _refuse_poisson(poisson: float) -> None:
     if not -1 < poisson <= 0.5:
-        raise Refused(f"Poisson's ratio is {poisson:g}", "give one above -1 and at most 0.5")
+        raise NotApplicable(f"Poisson's ratio is {poisson:g}", "give one above -1 and at most 0.5")
 
 
 def _refuse_axis(axis: Vector) -> None:
     _refuse_unless_finite("axis", axis)
     if abs(math.hypot(*axis) - 1) > ALIGNMENT:
-        raise Refused(f"the axis has length {math.hypot(*axis):.10g}", "divide it by its length")
+        raise NotApplicable(f"the axis has length {math.hypot(*axis):.10g}", "divide it by its length")
 
 
 def _refuse_gravity(gravity: Vector, axis: Vector) -> None:
     _refuse_unless_finite("gravity", gravity)
     g = math.hypot(*gravity)
     if g == 0:
-        raise Refused("gravity is zero, so nothing bends the beam", "add a gravity load across the axis")
+        raise NotApplicable("gravity is zero, so nothing bends the beam", "add a gravity load across the axis")
     along = sum(a * b for a, b in zip(gravity, axis, strict=True)) / g
     if abs(along) > ALIGNMENT:
         angle = math.degrees(math.acos(max(-1.0, min(1.0, along))))
-        raise Refused(
+        raise NotApplicable(
             f"gravity meets the axis of the beam at {angle:.6g} degrees, and this reference needs 90",
             "turn the beam or gravity until they are perpendicular, or leave this reference out",
         )

@@ -1,7 +1,7 @@
-"""Geometry of triangulated surfaces: areas, normals, volumes, closest points and what a ray meets.
+"""Geometry of triangulated surfaces: areas, normals, volumes, closest points and ray intersections.
 
-Points are (n, 3) in m, triangles (t, 3) indices into them, counter-clockwise from outside. Nothing here knows
-where a surface came from. Closest points are exact: a k-d tree only leaves out triangles that cannot hold them.
+Points are (n, 3) in m, triangles (t, 3) indices into them, counter-clockwise from outside. Closest points are exact: a
+k-d tree only excludes triangles that cannot contain them.
 """
 
 from __future__ import annotations
@@ -30,23 +30,23 @@ SLACK = 1e-12
 
 
 def area_vectors(points: Array, triangles: Ints) -> Array:
-    """(b - a) x (c - a) / 2 of each triangle, (t, 3), m^2: its outward normal, as long as its area."""
+    """Return (b - a) x (c - a) / 2 of each triangle, (t, 3), m^2: its outward normal, as long as its area."""
     a, b, c = (points[triangles[:, i]] for i in range(3))
     return np.asarray(np.cross(b - a, c - a) / 2)
 
 
 def areas(points: Array, triangles: Ints) -> Array:
-    """Area of each triangle, (t,), m^2."""
+    """Return the area of each triangle, (t,), m^2."""
     return np.asarray(np.linalg.norm(area_vectors(points, triangles), axis=1))
 
 
 def unit_normals(points: Array, triangles: Ints) -> Array:
-    """Outward unit normal of each triangle, (t, 3); zero where a triangle has no area."""
+    """Return the outward unit normal of each triangle, (t, 3); zero for a triangle without area."""
     return _units(area_vectors(points, triangles))
 
 
 def vertex_normals(points: Array, triangles: Ints) -> Array:
-    """Outward unit normal at each point, (n, 3): the normals around it, weighted by their angles there.
+    """Return the outward unit normal at each point, (n, 3): adjacent normals, weighted by their angles there.
 
     Source: Baerentzen and Aanaes 2005, IEEE Transactions on Visualization and Computer Graphics 11:243.
     """
@@ -61,7 +61,7 @@ def vertex_normals(points: Array, triangles: Ints) -> Array:
 
 
 def signed_volume(points: Array, triangles: Ints) -> float:
-    """Volume that a closed surface encloses, m^3, negative if it is inside out: sum of a . (b x c) / 6."""
+    """Return the volume inside a closed surface, m^3, negative if it is inverted: sum of a . (b x c) / 6."""
     if len(triangles) == 0:
         return 0.0
     a, b, c = (points[triangles[:, i]] - points[triangles[0, 0]] for i in range(3))
@@ -69,13 +69,13 @@ def signed_volume(points: Array, triangles: Ints) -> float:
 
 
 def area_centroid(points: Array, triangles: Ints) -> Array:
-    """Centre of area of a surface, (3,), m."""
+    """Return the centroid of a surface, (3,), m."""
     weights = areas(points, triangles)
     return np.asarray(weights @ points[triangles].mean(axis=1) / weights.sum())
 
 
-def open_edges(triangles: Ints) -> int:
-    """How many edges do not belong to exactly two triangles that run along them in opposite directions."""
+def count_open_edges(triangles: Ints) -> int:
+    """Return how many edges do not belong to exactly two triangles with opposite directions."""
     if len(triangles) == 0:
         return 0
     a, b = (np.concatenate([triangles[:, (i + k) % 3] for i in range(3)]) for k in (0, 1))
@@ -85,8 +85,8 @@ def open_edges(triangles: Ints) -> int:
     return int(((forth != 1) | (back != 1)).sum())
 
 
-def parts(count: int, triangles: Ints) -> Ints:
-    """The part of the surface that each triangle belongs to, (t,): parts that share points are one."""
+def find_connected_parts(count: int, triangles: Ints) -> Ints:
+    """Return the connected part of the surface of each triangle, (t,): parts that share points are one."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -96,8 +96,8 @@ def parts(count: int, triangles: Ints) -> Ints:
     return np.asarray(labels[triangles[:, 0]], dtype=np.int64)
 
 
-def used(points: Array, triangles: Ints) -> tuple[Array, Ints]:
-    """The surface without points that no triangle uses."""
+def drop_unused_points(points: Array, triangles: Ints) -> tuple[Array, Ints]:
+    """Return the surface without points that no triangle uses."""
     kept, renumbered = np.unique(triangles, return_inverse=True)
     return points[kept], renumbered.reshape(triangles.shape).astype(np.int64)
 
@@ -111,8 +111,8 @@ def _units(vectors: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Closest:
-    """The points of a surface that lie closest to queries."""
+class ClosestPoints:
+    """Points of a surface that are closest to query points."""
 
     points: Array  # (n, 3), m
     distances: Array  # (n,), m
@@ -120,15 +120,15 @@ class Closest:
 
 
 @dataclass(frozen=True)
-class SearchedSurface:
-    """A surface that is asked for closest points many times. Its triangles are at least one."""
+class SurfaceSearch:
+    """A surface prepared for many closest-point queries. It has at least one triangle."""
 
     points: Array  # (n, 3), m
     triangles: Ints  # (t, 3)
 
-    def closest(self, queries: Array) -> Closest:
-        """The exact closest points of queries (n, 3), m."""
-        found = Closest(np.empty_like(queries), np.empty(len(queries)), np.empty(len(queries), dtype=np.int64))
+    def closest(self, queries: Array) -> ClosestPoints:
+        """Return the exact closest points of queries (n, 3), m."""
+        found = ClosestPoints(np.empty_like(queries), np.empty(len(queries)), np.empty(len(queries), dtype=np.int64))
         bound = self._bound(queries)
         for chunk in self._chunks(queries, bound):
             which, triangle = self._pairs(queries[chunk], bound[chunk])
@@ -140,7 +140,7 @@ class SearchedSurface:
         return found
 
     def _bound(self, queries: Array) -> Array:
-        """A distance that the closest point does not exceed, (n,): to the triangle of the nearest centre."""
+        """Return an upper bound of the distance (n,): to the triangle with the nearest centre."""
         nearest = self._centre_tree.query(queries)[1]
         points = closest_in_triangles(queries, self.points[self.triangles[nearest]])
         distances = np.linalg.norm(points - queries, axis=1)
@@ -148,7 +148,7 @@ class SearchedSurface:
         return np.asarray(distances * (1 + SLACK) + SLACK * scale)
 
     def _chunks(self, queries: Array, bound: Array) -> Iterator[slice]:
-        """Slices of the queries that have about PAIRS candidates each, and one query at least."""
+        """Yield slices of the queries with about PAIRS candidates each, and at least one query."""
         counts = sum(
             np.asarray(tree.query_ball_point(queries, bound + radius, return_length=True))
             for tree, _, radius in self._classes
@@ -158,7 +158,7 @@ class SearchedSurface:
         return (slice(a, b) for a, b in pairwise(edges) if b > a)
 
     def _pairs(self, queries: Array, bound: Array) -> tuple[Ints, Ints]:
-        """Every query (p,) with every triangle (p,) whose bounding ball comes within its bound."""
+        """Return every query (p,) with every triangle (p,) whose bounding ball is within its bound."""
         which, triangle = [], []
         for tree, members, radius in self._classes:
             near = tree.query_ball_point(queries, bound + radius)
@@ -175,7 +175,7 @@ class SearchedSurface:
 
     @cached_property
     def _radii(self) -> Array:
-        """Radius of a ball about the centre of each triangle that holds it, (t,), m."""
+        """Radius of the bounding ball about the centre of each triangle, (t,), m."""
         apart = self.points[self.triangles] - self._centres[:, None]
         return np.asarray(np.linalg.norm(apart, axis=2).max(axis=1) * (1 + SLACK))
 
@@ -187,9 +187,9 @@ class SearchedSurface:
 
     @cached_property
     def _classes(self) -> list[tuple[Any, Ints, float]]:
-        """Triangles of about the same size: a tree of their centres, their numbers, the largest radius.
+        """Triangles grouped by size: a tree of their centres, their numbers, the largest radius.
 
-        One large triangle among small ones would make every search reach as far as it does.
+        One large triangle among small ones would otherwise widen every search.
         """
         from scipy.spatial import cKDTree
 
@@ -199,7 +199,7 @@ class SearchedSurface:
 
 
 def _least(which: Ints, values: Array, count: int) -> Ints:
-    """For each of `count` groups, where the first of its least values stands, (count,)."""
+    """Return the position of the first least value in each of `count` groups, (count,)."""
     least = np.full(count, np.inf)
     np.minimum.at(least, which, values)
     candidates = np.flatnonzero(values == least[which])[::-1]
@@ -209,7 +209,7 @@ def _least(which: Ints, values: Array, count: int) -> Ints:
 
 
 def closest_in_triangles(p: Array, corners: Array) -> Array:
-    """The point of each triangle, corners (n, 3, 3), that is closest to p (n, 3).
+    """Return the point of each triangle, corners (n, 3, 3), that is closest to p (n, 3).
 
     Source: Ericson 2005, Real-Time Collision Detection, section 5.1.5 (regions of Voronoi).
     """
@@ -233,7 +233,7 @@ def closest_in_triangles(p: Array, corners: Array) -> Array:
 
 
 def _share(part: Array, whole: Array) -> Array:
-    """part / whole between 0 and 1, and 0 where there is no whole: a triangle without area."""
+    """Return part / whole between 0 and 1, and 0 if whole is 0: a triangle without area."""
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(whole != 0, part / np.where(whole != 0, whole, 1.0), 0.0)
     return np.clip(share, 0.0, 1.0)
@@ -243,7 +243,7 @@ def _share(part: Array, whole: Array) -> Array:
 
 
 def ray_distances(origins: Array, directions: Array, points: Array, triangles: Ints) -> Array:
-    """How far rays go, in lengths of their directions, until they meet a surface; inf where they do not.
+    """Return how far rays go, in lengths of their directions, until they meet a surface; inf if they do not.
 
     A hit at the origin itself counts as zero. Source: Moeller and Trumbore 1997, J. Graphics Tools 2:21.
     """
@@ -272,6 +272,8 @@ def _ray_block(o: Array, d: Array, a: Array, ab: Array, ac: Array) -> Array:
 
 
 def normal_distances(origins: Array, normals: Array, points: Array, triangles: Ints) -> Array:
-    """Signed distance along unit normals to a surface, (n,), m: the nearer hit of both ways; inf without one."""
+    """Return the signed distance along unit normals to a surface, (n,), m: the nearer hit of both directions; inf
+    without one.
+    """
     out, back = (ray_distances(origins, sign * normals, points, triangles) for sign in (1.0, -1.0))
     return np.where(out <= back, out, -back)

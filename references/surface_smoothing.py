@@ -1,4 +1,4 @@
-"""Smoothing of triangulated surfaces that does not shrink them."""
+"""Volume-preserving smoothing of triangulated surfaces."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ FACTOR = 0.5
 
 
 def taubin(points: Array, triangles: Ints, steps: int) -> Array:
-    """Points (n, 3) after `steps` pairs of a shrinking and a growing step of the umbrella operator.
+    """Return points (n, 3) after `steps` pairs of a shrinking and a growing step of the umbrella operator.
 
-    x <- x + lambda L x, then x <- x + mu L x, with L x the mean of the neighbours less x and
-    1 / lambda + 1 / mu = k, so mu = 1 / (k - 1 / lambda) < -lambda. The volume stays to second order.
+    x <- x + lambda L x, then x <- x + mu L x, with L x the mean of the neighbours minus x and 1 / lambda + 1 / mu = k,
+    so mu = 1 / (k - 1 / lambda) < -lambda. The volume is preserved to second order.
     Source: Taubin 1995, SIGGRAPH, 351-358.
     """
     growth = 1 / (PASS_BAND - 1 / FACTOR)
@@ -37,7 +37,7 @@ def taubin(points: Array, triangles: Ints, steps: int) -> Array:
 
 
 def _neighbour_mean(count: int, triangles: Ints) -> Any:
-    """The sparse matrix (n, n) that averages the neighbours of each point; one without any stays."""
+    """Return the sparse matrix (n, n) that averages the neighbours of each point; isolated points stay."""
     from scipy.sparse import coo_matrix, diags_array
 
     a = np.concatenate([triangles[:, i] for i in (0, 1, 2, 1, 2, 0)])

@@ -1,13 +1,15 @@
-"""A rod that tendons drive, as a boundary-value problem: the equations of Rucker and Webster (2011) by collocation.
+"""Tendon-driven rod as a boundary-value problem: the equations of Rucker and Webster (2011) by collocation.
 
-In axes of the section, with strains v = R^T p', u = (R^T R')^v and what the rod carries n = C_n (v - e1), m = C_m u,
+In axes of the section, with strains v = R^T p', u = (R^T R')^v and internal force n = C_n (v - e1) and moment m = C_m
+u,
 
     n' + u x n + R^T f + sum of f_i = 0,   m' + u x m + v x n + sum of a_i x f_i = 0
 
-f the weight and f_i what tendon i does to the rod along its way: a string under a tension T at p + R a that is bent
-by c = R^T (p + R a)'' pushes its guides by T (|y|^2 - y y^T) c / |y|^3, y = v + u x a + a'. As c has v' and u', each
-station has six linear equations for them. Where tendons end, what rod and tendons carry together does not jump: the
-pull T y / |y| at an anchor is the rod's. All is in the scale of the length and of the bending stiffness.
+f the weight and f_i the force of tendon i on the rod along its route: a string under a tension T at p + R a with
+curvature c = R^T (p + R a)'' pushes its guides by T (|y|^2 - y y^T) c / |y|^3, y = v + u x a + a'. Since c contains v'
+and u', each station has six linear equations for them. Where tendons end, the total force of rod and tendons is
+continuous: the pull T y / |y| at an anchor acts on the rod. Everything is scaled by the length and the bending
+stiffness.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import BEYOND, as_points
 from softmark.references.elastica_collocation import NotSolved
-from softmark.references.straight_cantilever import Refused, Vector
+from softmark.references.straight_cantilever import NotApplicable, Vector
 
 if TYPE_CHECKING:
     import numpy as np
@@ -40,10 +42,10 @@ STATES = 13  # state variables of a station: position, quaternion, force and mom
 
 
 @dataclass(frozen=True)
-class Route:
-    """A tendon: where it begins and ends along the axis, m, its places there in the section, m, and its tension, N.
+class TendonRoute:
+    """A tendon: its ends along the axis, m, its positions there in the section, m, and its tension, N.
 
-    `winding` (rad) is by how much it turns about the axis between them, right-handed.
+    `winding` (rad) is its rotation about the axis between them, right-handed.
     """
 
     begin: float
@@ -54,7 +56,7 @@ class Route:
     tension: float
 
     def beside(self, s: Array) -> tuple[Array, Array, Array]:
-        """Its arm (3, k), m, at stations s (k,), m, and two derivatives: what is straight unwound, wound again."""
+        """Return its position in the section (3, k), m, at stations s (k,), m, and two derivatives, including winding."""
         span = self.end - self.begin
         w, line = 1j * self.winding / span, complex(*self.first)
         rate = (complex(*self.last) * np.exp(-1j * self.winding) - line) / span
@@ -79,27 +81,27 @@ class DrivenRod:
     frame: tuple[Vector, Vector, Vector]
     weight: Vector  # N/m
     tip: Vector  # N
-    routes: tuple[Route, ...]
+    routes: tuple[TendonRoute, ...]
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(c) and c > 0.0 for c in (self.length, *self.stiffness)):
-            raise Refused("a length or a stiffness is not positive", "give them all above zero")
+            raise NotApplicable("a length or a stiffness is not positive", "give them all above zero")
         for route in self.routes:
             if not (0.0 <= route.begin < route.end <= self.length * (1.0 + BEYOND)):
-                raise Refused("a tendon does not run along the beam", "give it two ends apart along the axis")
+                raise NotApplicable("a tendon does not run along the beam", "give it two ends apart along the axis")
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """A part of the rod between stations, in the scale of its length, and the tendons that run all along it."""
+class RodSection:
+    """A part of the rod between stations, scaled by its length, and the tendons along all of it."""
 
     begin: float
     end: float
-    routes: tuple[Route, ...]
+    routes: tuple[TendonRoute, ...]
 
 
-class Equations:
-    """Of a driven rod, for loads and tensions of a `share` of their full size; stretches side by side over [0, 1]."""
+class RodEquations:
+    """Equations of a driven rod, for a fraction `share` of loads and tensions; rod sections side by side over [0, 1]."""
 
     def __init__(self, rod: DrivenRod, share: float) -> None:
         L, EI = rod.length, max(rod.stiffness[4:])
@@ -108,17 +110,17 @@ class Equations:
         across = np.array(rod.frame)  # rows: what is in space, along the rod at rest
         self.weight = share * scale * L * (across @ np.array(rod.weight))
         self.tip = share * scale * (across @ np.array(rod.tip))
-        routes = tuple(_scaled(route, L, share * scale) for route in rod.routes)
+        routes = tuple(_scale_route(route, L, share * scale) for route in rod.routes)
         ends = sorted({0.0, 1.0, *(e for r in routes for e in (r.begin, r.end))})
         cuts = [0.0, *(b for a, b in itertools.pairwise(ends) if b - a > BEYOND)]
         cuts[-1] = 1.0
         self.stretches = [
-            Stretch(a, b, tuple(r for r in routes if r.begin < 0.5 * (a + b) < r.end))
+            RodSection(a, b, tuple(r for r in routes if r.begin < 0.5 * (a + b) < r.end))
             for a, b in itertools.pairwise(cuts)
         ]
 
     def straight(self, z: Array) -> Array:
-        """The undeformed rod at places z (k,) of every stretch (13 stretches, k)."""
+        """Return the undeformed rod at positions z (k,) of every section (13 sections, k)."""
         y = np.zeros((len(self.stretches), STATES, len(z)))
         y[:, 3] = 1.0
         for own, part in zip(y, self.stretches, strict=True):
@@ -126,20 +128,20 @@ class Equations:
         return y.reshape(-1, len(z))
 
     def strains(self, y: Array) -> tuple[Array, Array]:
-        """v and u (3, k) of states y (13, k)."""
+        """Return v and u (3, k) of states y (13, k)."""
         v, u = y[7:10] / self.C[:3, None], y[10:13] / self.C[3:, None]
         v[0] += 1.0
         return v, u
 
     def rates(self, z: Array, y: Array) -> Array:
-        """Derivatives of all stretches by z, (13 stretches, k)."""
+        """Return derivatives of all sections by z, (13 sections, k)."""
         parts = []
         for own, part in zip(np.split(y, len(self.stretches)), self.stretches, strict=True):
             span = part.end - part.begin
             parts.append(span * self._rates(part.begin + z * span, own, part.routes))
         return np.concatenate(parts)
 
-    def _rates(self, s: Array, y: Array, routes: Sequence[Route]) -> Array:
+    def _rates(self, s: Array, y: Array, routes: Sequence[TendonRoute]) -> Array:
         v, u = self.strains(y)
         R = _rotation(y[3:7])
         n, m = y[7:10], y[10:13]
@@ -162,11 +164,11 @@ class Equations:
             force -= known
             moment -= _cross(a, known)
         slopes = np.linalg.solve(left, np.concatenate([force, moment]).T[:, :, None])[:, :, 0].T
-        turning = 0.5 * _spun(y[3:7], u)
+        turning = 0.5 * _quaternion_rate(y[3:7], u)
         return np.concatenate([np.einsum("ijk,jk->ik", R, v), turning, self.C[:, None] * slopes])
 
-    def carried(self, s: float, y: Array, routes: Sequence[Route]) -> Array:
-        """What rod and tendons carry together at a station (6,), in axes of the section."""
+    def carried(self, s: float, y: Array, routes: Sequence[TendonRoute]) -> Array:
+        """Return the total force and moment of rod and tendons at a station (6,), in axes of the section."""
         v, u = self.strains(y[:, None])
         total = y[7:13].copy()
         for route in routes:
@@ -177,7 +179,7 @@ class Equations:
         return total
 
     def ends(self, first: Array, last: Array) -> Array:
-        """What must be nothing: the clamp, what is continuous between stretches, and the free end (13 stretches,)."""
+        """Return the boundary residual: clamp, continuity between sections, and free end (13 sections,)."""
         a, b = np.split(first, len(self.stretches)), np.split(last, len(self.stretches))
         found = [a[0][:7] - np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])]
         for k, (here, there) in enumerate(itertools.pairwise(self.stretches)):
@@ -189,31 +191,35 @@ class Equations:
 
 
 @dataclass(frozen=True)
-class DrivenShape:
-    """The rod as it came to rest: the solution of every stretch, and how far off it may be, m."""
+class DrivenRodSolution:
+    """The rod in equilibrium: the solution of every section, and its error, m."""
 
     rod: DrivenRod
-    stretches: tuple[Stretch, ...]
+    stretches: tuple[RodSection, ...]
     solution: Callable[[Array], Array]  # of z
     estimated_error: float
 
     def displacement(self, X: Array) -> Array:
-        """Displacement (n, 3), m, of points X (n, 3), m: sections are rigid. Raises Refused beyond the ends."""
+        """Return displacements (n, 3), m, of points X (n, 3), m: sections are rigid. Raises NotApplicable beyond the
+        ends.
+        """
         points, frame = as_points(X), np.array(self.rod.frame)
         offset = (points - np.array(self.rod.root)) @ frame.T  # (n, 3): along, across
         L = self.rod.length
         if ((offset[:, 0] < -BEYOND * L) | (offset[:, 0] > (1 + BEYOND) * L)).any():
-            raise Refused("some points lie beyond the ends of the beam", "ask for points between its two end sections")
+            raise NotApplicable(
+                "some points lie beyond the ends of the beam", "ask for points between its two end sections"
+            )
         s = np.clip(offset[:, 0] / L, 0.0, 1.0)
-        y = states(self.stretches, self.solution, s)
+        y = states_at(self.stretches, self.solution, s)
         offset[:, 0] = 0.0
         moved = L * y[:3].T + np.einsum("ijk,kj->ki", _rotation(y[3:7]), offset)
         found: Array = np.array(self.rod.root) + moved @ frame - points
         return found
 
 
-def states(stretches: Sequence[Stretch], solution: Callable[[Array], Array], s: Array) -> Array:
-    """Of stations s (k,) in the scale of the length (13, k)."""
+def states_at(stretches: Sequence[RodSection], solution: Callable[[Array], Array], s: Array) -> Array:
+    """Return the states at stations s (k,), scaled by the length (13, k)."""
     which = np.clip(np.searchsorted([p.end for p in stretches], s), 0, len(stretches) - 1)
     found = np.empty((STATES, len(s)))
     for k, part in enumerate(stretches):
@@ -223,60 +229,60 @@ def states(stretches: Sequence[Stretch], solution: Callable[[Array], Array], s: 
     return found
 
 
-def driven(rod: DrivenRod) -> DrivenShape:
-    """The rod under its full load, found from none in steps of the load. Raises NotSolved.
+def solve_driven_rod(rod: DrivenRod) -> DrivenRodSolution:
+    """Return the rod under its full load, reached from zero in load steps. Raises NotSolved.
 
-    Its error is what changes where every step of collocation is halved, with what rounding leaves.
+    Its error is the change under halving of every collocation interval, plus rounding.
     """
     z = np.linspace(0.0, 1.0, NODES)
-    y = Equations(rod, 0.0).straight(z)
+    y = RodEquations(rod, 0.0).straight(z)
     share, step = 0.0, 0.25
     while share < 1.0:
         there = min(1.0, share + step)
-        found = _solved(Equations(rod, there), z, y, ROUGH, MOST_ROUGH)
+        found = _solved(RodEquations(rod, there), z, y, ROUGH, MOST_ROUGH)
         if found.status == 0:
             share, y, step = there, found.sol(z), 2.0 * step
         elif (step := 0.5 * step) < SHORTEST:
             raise NotSolved(f"the load could be raised to {100 * share:.3g} % only: {found.message}", (share,))
-    full = Equations(rod, 1.0)
+    full = RodEquations(rod, 1.0)
     coarse = _solved(full, z, y, FINE)
     halved = np.sort(np.concatenate([coarse.x, 0.5 * (coarse.x[1:] + coarse.x[:-1])]))
     fine = _solved(full, halved, coarse.sol(halved), FINE)
     if fine.status != 0:
         raise NotSolved(f"a residual of {FINE:.0e} is not reached: {fine.message}", tuple(coarse.rms_residuals[-1:]))
     s = np.linspace(0.0, 1.0, 201)
-    apart = states(full.stretches, coarse.sol, s) - states(full.stretches, fine.sol, s)
+    apart = states_at(full.stretches, coarse.sol, s) - states_at(full.stretches, fine.sol, s)
     error = float(np.abs(apart[:7]).max()) + 1e3 * float(np.finfo(float).eps)
-    return DrivenShape(rod, tuple(full.stretches), fine.sol, error * rod.length)
+    return DrivenRodSolution(rod, tuple(full.stretches), fine.sol, error * rod.length)
 
 
-def _solved(equations: Equations, z: Array, y: Array, tolerance: float, most: int = MOST_NODES) -> Any:
+def _solved(equations: RodEquations, z: Array, y: Array, tolerance: float, most: int = MOST_NODES) -> Any:
     from scipy.integrate import solve_bvp
 
     with np.errstate(all="ignore"):
         return solve_bvp(equations.rates, equations.ends, z, y, tol=tolerance, max_nodes=most)
 
 
-def _scaled(route: Route, length: float, force: float) -> Route:
-    """In the scale of the length, its tension times what makes forces comparable."""
+def _scale_route(route: TendonRoute, length: float, force: float) -> TendonRoute:
+    """Return the tendon scaled by the length, its tension by the unit of force."""
     first, last = ((u / length, v / length) for u, v in (route.first, route.last))
-    return Route(route.begin / length, route.end / length, first, last, route.winding, force * route.tension)
+    return TendonRoute(route.begin / length, route.end / length, first, last, route.winding, force * route.tension)
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """a x b of (3, k)."""
+    """Return a x b of (3, k)."""
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 def _hat(a: Array) -> Array:
-    """The matrices (k, 3, 3) of a x, for a (3, k)."""
+    """Return the matrices (k, 3, 3) of a x, for a (3, k)."""
     found = np.zeros((a.shape[1], 3, 3))
     found[:, 0, 1], found[:, 0, 2], found[:, 1, 2] = -a[2], a[1], -a[0]
     return found - found.swapaxes(1, 2)
 
 
 def _rotation(q: Array) -> Array:
-    """R (3, 3, k) of quaternions (4, k), scalar first, whatever their length."""
+    """Return R (3, 3, k) of quaternions (4, k), scalar first, of any length."""
     w, x, y, z = q / np.sqrt((q * q).sum(axis=0))
     return np.array([
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -285,8 +291,8 @@ def _rotation(q: Array) -> Array:
     ])  # fmt: skip
 
 
-def _spun(q: Array, u: Array) -> Array:
-    """q u (4, k): twice the rate of a quaternion whose frame turns by u about its own axes."""
+def _quaternion_rate(q: Array, u: Array) -> Array:
+    """Return q u (4, k): twice the rate of a quaternion whose frame rotates by u about its own axes."""
     w, x, y, z = q
     return np.stack([
         -x * u[0] - y * u[1] - z * u[2], w * u[0] + y * u[2] - z * u[1],

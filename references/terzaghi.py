@@ -1,4 +1,4 @@
-"""A column of saturated porous matter that is pressed along its axis and cannot widen: Terzaghi's consolidation."""
+"""Terzaghi's consolidation: a saturated porous column loaded along its axis without lateral expansion."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from softmark.records import dataclass
 from softmark.references.beam_centre_line import as_points
 from softmark.references.diffusion_modes import ModalResponse, count_needed_modes, require_convergence
-from softmark.references.prony import Driven
+from softmark.references.prony import Amplitude
 from softmark.references.reference_base import About, Reference
 from softmark.references.straight_cantilever import Vector
 
@@ -25,8 +25,8 @@ Drains = Literal["driven", "held", "both"]  # which ends are open
 
 
 @dataclass(frozen=True)
-class Upright:
-    """What stands between a held end and a driven one, cannot widen, and lets fluid out by its ends. SI units."""
+class ConfinedColumn:
+    """A porous column between a held end and a driven one, laterally confined, drained at its ends. SI units."""
 
     length: float  # m
     area: float  # m^2
@@ -36,19 +36,20 @@ class Upright:
 
     @property
     def way(self) -> float:
-        """Which the fluid goes at most, m."""
+        """Longest drainage path, m."""
         return 0.5 * self.length if self.drains == "both" else self.length
 
     def _outward(self, y: Array) -> Array:
-        """Displacements (k,) away from the plane that nothing passes, m, at distances y (k,) from it."""
+        """Return displacements (k,) away from the impermeable plane, m, at distances y (k,) from it."""
         raise NotImplementedError(f"{type(self).__name__} does not say how it moves")
 
     def _folded(self, X: Array) -> tuple[Array, Array, bool]:
-        """Of points X (n, 3) the distance (n,), m, from the plane that lets nothing through, and a sign (n,).
+        """Return distances (n,), m, of points X (n, 3) from the impermeable plane, signs (n,), and whether that plane
+        moves.
 
-        That plane is the held end, the driven one, or the middle between two that are open. What moves by w (outward
-        from there) moves along the axis by sign w, and by what the open end moves besides where the last is true.
-        Raises Refused for what is no point.
+        That plane is the held end, the driven one, or the middle between two drained ends. The axial displacement is
+        sign w, w outward from there, plus that of the plane, w at the open end, if it moves. Raises NotApplicable for
+        invalid points.
         """
         z = (as_points(X) - np.asarray(self.root)) @ np.asarray(self.axis)
         if self.drains == "driven":
@@ -58,7 +59,7 @@ class Upright:
         return np.abs(z - 0.5 * self.length), np.sign(z - 0.5 * self.length), True
 
     def displacement(self, X: Array) -> Array:
-        """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused for what is no point."""
+        """Return displacements (n, 3), m, of points X (n, 3) of the undeformed body. Raises NotApplicable."""
         y, sign, moves = self._folded(X)
         w = self._outward(np.append(y, self.way))
         found: Array = (sign * w[:-1] + (w[-1] if moves else 0.0))[:, None] * np.asarray(self.axis)
@@ -66,7 +67,7 @@ class Upright:
 
     @property
     def travel(self) -> float:
-        """Of its driven end now, m."""
+        """Present displacement of its driven end, m."""
         w = self._outward(np.array([self.way]))
         return float(w[0]) * (2.0 if self.drains == "both" else 1.0)
 
@@ -77,29 +78,29 @@ class Upright:
 
 
 @dataclass(frozen=True)
-class Column(Upright):
-    """A column, one end held along the axis and the other pressed by a porous or a tight plate. SI units.
+class Column(ConfinedColumn):
+    """A column, one end held along the axis and the other loaded by a porous or an impermeable plate. SI units.
 
-    Its strain is small, along the axis alone, and the pressure of the fluid diffuses: p_t = c p_zz - sigma_t with
-    c = k HA and the total stress sigma = HA u_z - p the same everywhere. Under a force the modes are odd multiples of a
-    quarter wave, where it is moved they are those of u_t = c u_zz between two ends that are given, half waves.
+    Its strain is small, along the axis only, and the fluid pressure diffuses: p_t = c p_zz - sigma_t with c = k HA and
+    the uniform total stress sigma = HA u_z - p. Under a force the modes are odd multiples of a quarter wave; under a
+    displacement they are those of u_t = c u_zz between two prescribed ends, half waves.
     """
 
     modulus: float  # Pa, HA = lambda + 2 mu of the drained skeleton
     permeability: float  # m^4/(N s)
     force: bool
     amount: float  # N or m along the axis, of the driven end
-    driven: Driven
+    driven: Amplitude
     now: float  # s
 
     @property
     def time(self) -> float:
-        """Of diffusion along that way, s."""
+        """Diffusion time along the drainage path, s."""
         return self.way**2 / (self.modulus * self.permeability)
 
     @cached_property
     def _waves(self) -> Array:
-        """Wave numbers of its modes, times the way (n,)."""
+        """Wave numbers of its modes, times the drainage path (n,)."""
         count = count_needed_modes(self.driven, self.now, self.time, kinks=not self.force)
         first = 0.5 if self.force else 1.0
         found: Array = np.pi * np.linspace(first, first + count - 1.0, count)
@@ -112,11 +113,11 @@ class Column(Upright):
 
     @property
     def _strain(self) -> float:
-        """In the end, of the whole course."""
+        """Final strain for the whole amplitude."""
         return self.amount / (self.area * self.modulus) if self.force else self.amount / self.length
 
     def _followed(self, y: Array) -> ModalResponse:
-        """What `_outward` is made of."""
+        """Return the modal response of `_outward`."""
         M, h = self._waves, self.way
         sign = np.where(np.arange(len(M)) % 2 == 0, 1.0, -1.0)
         shape = np.sin(M * (y / h)[:, None])
@@ -128,7 +129,7 @@ class Column(Upright):
         return self._followed(y).at(self.driven, self._rates, self.now)
 
     def pressure(self, X: Array) -> Array:
-        """Of the fluid at points X (n, 3) (n,), Pa."""
+        """Return the fluid pressure at points X (n, 3) (n,), Pa."""
         y, _, _ = self._folded(X)
         M, none = self._waves, np.zeros_like(y)
         sign = np.where(np.arange(len(M)) % 2 == 0, 1.0, -1.0)
@@ -142,7 +143,7 @@ class Column(Upright):
 
     @property
     def pull(self) -> float:
-        """The force on its driven end now, N, along the axis."""
+        """Present force on its driven end, N, along the axis."""
         if self.force:
             return self.amount * self.driven.left(0.0, self.now)
         modes = ModalResponse(np.ones(1), np.full((1, len(self._waves)), 2.0), np.zeros(1), np.full(1, self.time / 3.0))
@@ -150,28 +151,28 @@ class Column(Upright):
 
     @property
     def estimated_error(self) -> float:
-        """Of a displacement, m: the modes beyond the last, and rounding."""
+        """Error of a displacement, m: modes beyond the last, and rounding."""
         places = np.linspace(0.0, self.way, 9)[1:]
         missed = self._followed(places).missed(self.driven, self._rates, self.now)
         return missed + ROUNDING * abs(self._strain) * self.length
 
     @property
     def strained(self) -> float:
-        """The largest strain, as far as it is known: of the whole course."""
+        """Largest known strain over the whole amplitude."""
         return abs(self._strain)
 
 
 @dataclass(frozen=True)
 class Terzaghi(Reference):
-    """A column of saturated porous matter that cannot widen, pressed along its axis, in small strain: consolidation.
+    """Consolidation of a saturated porous column, laterally confined and loaded along its axis, in small strain.
 
-    Fluid and solid keep their volumes, so that a load is the fluid's at first; it leaves through the open ends, and the
-    column settles as the pressure diffuses, c = k HA with the drained modulus of confined compression. A sum over modes
-    for any course of ramps, smooth ones, swings, pulses, tables and what acts at once, of the force or of the travel:
-    settlement (creep), relaxation (Mow 1980), pressure of the fluid. It takes a box, a cylinder, or a plane or
-    revolved rectangle of one `biphasic(...)` material; its sides held across them and sealed, one end held along the
-    axis, the other displaced along it or under a `traction`, and one end or both `drained`; and a `quasistatic`
-    analysis. Metrics `displacement`, `force`, `pore_pressure` and `outflow` may be held against it.
+    Fluid and solid are incompressible, so that the fluid carries a load at first; it leaves through the open ends, and
+    the column settles as the pressure diffuses, c = k HA with the drained modulus of confined compression. It is a sum
+    over modes for any amplitude of ramps, smooth ramps, sines, pulses, tables and steps, of the force or of the travel:
+    settlement (creep), relaxation (Mow 1980), fluid pressure. It applies to a box, a cylinder, or a plane or revolved
+    rectangle of one `biphasic(...)` material; its sides held across them and sealed, one end held along the axis, the
+    other displaced along it or under a `traction`, and one end or both `drained`; and a `quasistatic` analysis. It can
+    be compared with the metrics `displacement`, `force`, `pore_pressure` and `outflow`.
     Source: Terzaghi 1923; Verruijt 2016, "Theory and Problems of Poroelasticity", chapter 2; Mow, Kuei, Lai and
     Armstrong 1980, J. Biomech. Eng. 102:73.
     """
@@ -185,6 +186,6 @@ class Terzaghi(Reference):
     error_meaning: ClassVar[str] = "modes that are left out, and rounding of the displacement, m"
 
     def solve(self, column: Column) -> Column:
-        """What it says: the sums are those of the column itself. Raises NotSolved just after a jump."""
+        """Return the column itself, which has the modal sums. Raises NotSolved just after a jump."""
         require_convergence(column.driven, column.now, column.time, moved=not column.force)
         return column

@@ -1,13 +1,13 @@
-"""Points that were tracked from one state of a body to another: beads, ink dots, corners.
+"""Points tracked from one state of a body to another: beads, ink dots, corners.
 
 A table is a CSV file. Lines before its header are titles and are not read. The header names the columns, in any order:
 
     x0, y0, z0     position at rest
     x1, y1, z1     position in state 1; x2, y2, z2 in state 2, and so on
-    i, j, k        optional: indices of points that lie on a grid
-    name           optional: what a point is called
+    i, j, k        optional: indices of points on a grid
+    name           optional: name of a point
 
-Rows in which a position is missing are left out, and the number of them is stated.
+Rows with a missing position are left out, and their number is reported.
 """
 
 from __future__ import annotations
@@ -38,17 +38,17 @@ REST = ("x0", "y0", "z0")
 
 @dataclass(frozen=True)
 class TrackedPoints(Reference):
-    """Points of a body that were tracked while it was loaded: a table of positions at rest and in other states.
+    """Points of a body tracked under load: a table of positions at rest and in other states.
 
     The table is a CSV file whose header names the columns x0, y0, z0 at rest, x1, y1, z1 in state 1 and so on, and
     optionally i, j, k or name; lines before the header are titles. `state` is the one that is compared, or `states`
-    those of each state of the analysis, `rest` the one that displacements start from. `x` and `z` say which directions
-    of the file are the scene's axes, y follows; `unit` is the length of one unit of the file; `origin` is where the
-    file's origin lies.
+    those of each state of the analysis, `rest` the one that displacements start from. `x` and `z` are the file's
+    directions of the scene's axes, y follows; `unit` is the length of one unit of the file; `origin` is the position of
+    the file's origin.
 
-    `uncertainty` is how far any displacement may be from the true one: differences below it say nothing. A path
-    that begins with `data:` names a public data set, which is downloaded once.
-    Source: whoever measured it, as `citation` or the data set says.
+    `uncertainty` is the largest error of any displacement: smaller differences are not significant. A path that begins
+    with `data:` names a public data set, which is downloaded once.
+    Source: the authors of the measurement, given by `citation` or the data set.
     """
 
     path: Annotated[str, "file", "the table, relative to the scene, or a data set such as `data:...`"]
@@ -71,7 +71,7 @@ class TrackedPoints(Reference):
     error_meaning: ClassVar[str] = "uncertainty of a measured displacement, m, as the scene states it"
 
     def unfit(self) -> tuple[str, str] | None:
-        """Why the table is none of tracked points in these states, and what to do, without a number being read."""
+        """Return why the table has no tracked points in these states, and the remedy, without reading numbers."""
         try:
             states = read_table(Path(self.path)).states
         except Unreadable as error:
@@ -83,13 +83,13 @@ class TrackedPoints(Reference):
         return f"the table has no state {lacking:g}", f"its states are {', '.join(map(str, states))}"
 
     def in_state(self, number: int, value: float) -> Self:
-        """The points in one state of the analysis, counted from 0."""
+        """Return the points in one state of the analysis, counted from 0."""
         if self.states is None or number >= len(self.states.values):  # too few are refused when a scene is checked
             return self
         return replace(self, state=int(self.states.values[number]), states=None)
 
     def load(self, beside: Path | None = None) -> MeasuredPoints:
-        """The points at rest and their displacements, in the scene's frame. Raises Unreadable."""
+        """Return the points at rest and their displacements, in the scene's frame. Raises Unreadable."""
         table = read_table(find_file(self.path, beside))
         rest, now = (table.positions(state) for state in (self.rest, self.state))
         there = np.asarray(np.isfinite(np.hstack([rest, now])).all(axis=1))
@@ -111,20 +111,20 @@ class TrackedPoints(Reference):
 
 @dataclass(frozen=True)
 class MarkerTable:
-    """The rows of a table of tracked points, by column."""
+    """Rows of a table of tracked points, by column."""
 
     name: str
     columns: dict[str, tuple[str, ...]]
 
     @property
     def states(self) -> list[int]:
-        """The numbers of the states that have three columns."""
+        """Numbers of the states that have three columns."""
         numbers = (c[1:] for c in self.columns if c[:1] == "x" and c[1:].isdecimal())
         return sorted(int(n) for n in numbers if all(a + n in self.columns for a in "yz"))
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What the points are called: by name, by index, or by row."""
+        """Names of the points: by name, by index, or by row."""
         if "name" in self.columns:
             return self.columns["name"]
         if all(c in self.columns for c in "ijk"):
@@ -132,14 +132,14 @@ class MarkerTable:
         return tuple(str(i + 1) for i in range(len(self.columns[REST[0]])))
 
     def positions(self, state: int) -> Array:
-        """Positions (n, 3) in a state, in the table's units; nan where there is none. Raises Unreadable."""
+        """Return positions (n, 3) in a state, in the table's units; nan if missing. Raises Unreadable."""
         if state not in self.states:
             listed = ", ".join(map(str, self.states))
             raise Unreadable(self.name, f"the table has no state {state}", f"its states are {listed}")
         return np.stack([self._numbers(f"{axis}{state}") for axis in "xyz"], axis=1)
 
     def grid(self, kept: NDArray[np.bool_]) -> NDArray[np.int64] | None:
-        """Indices i, j, k (n, 3) of the points, where the table has them."""
+        """Return the indices i, j, k (n, 3) of the points, if the table has them."""
         if not all(c in self.columns for c in "ijk"):
             return None
         return np.stack([self._numbers(c) for c in "ijk"], axis=1)[kept].astype(np.int64)
@@ -156,7 +156,7 @@ class MarkerTable:
 
 
 def read_table(file: Path) -> MarkerTable:
-    """A table of tracked points. Raises Unreadable."""
+    """Return a table of tracked points. Raises Unreadable."""
     import csv
 
     try:

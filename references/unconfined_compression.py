@@ -1,4 +1,4 @@
-"""A porous disc between rigid plates, open around: unconfined compression."""
+"""Unconfined compression: a porous disc between rigid plates, with an open side."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from softmark.references.diffusion_modes import require_convergence
 from softmark.references.reference_base import About, Reference
 
 if TYPE_CHECKING:
-    from softmark.references.poroelastic_compression import Squeezed
+    from softmark.references.poroelastic_compression import CompressedPorousBody
 
 
 @dataclass(frozen=True)
 class Unconfined(Reference):
-    """A saturated porous disc, pressed between two rigid plates without friction, open all around: cartilage's test.
+    """Unconfined compression of a saturated porous disc between two rigid frictionless plates, open all around.
 
-    At once it is incompressible, three times the shear modulus stiff, and as fluid leaves it comes down to Young's
-    modulus of the drained skeleton. A sum over modes for any course of the travel (relaxation) or of the force (creep);
-    in small strain, fluid and solid keep their volumes. It takes a whole `cylinder`, or a rectangle that turns
-    (`axisymmetric`), of one `biphasic(...)` material, `drained` all around; one plate held along the axis, the other
-    displaced along it or kept `level(...)` under a `traction`; and a `quasistatic` analysis. Metrics `displacement`,
-    `force`, `pore_pressure` and `outflow` may be held against it.
+    At first it is incompressible, with three times the shear modulus as stiffness, and as fluid leaves the stiffness
+    falls to Young's modulus of the drained skeleton. It is a sum over modes for any amplitude of the travel
+    (relaxation) or of the force (creep); in small strain, with incompressible fluid and solid. It applies to a whole
+    `cylinder`, or a revolved rectangle (`axisymmetric`), of one `biphasic(...)` material, `drained` all around; one
+    plate held along the axis, the other displaced along it or kept `level(...)` under a `traction`; and a `quasistatic`
+    analysis. It can be compared with the metrics `displacement`, `force`, `pore_pressure` and `outflow`.
     Source: Armstrong, Lai and Mow 1984, J. Biomech. Eng. 106:165.
     """
 
@@ -33,7 +33,7 @@ class Unconfined(Reference):
     source: ClassVar[str] = "Armstrong, Lai and Mow 1984, J. Biomech. Eng. 106:165"
     error_meaning: ClassVar[str] = "modes that are left out, and rounding of the displacement, m"
 
-    def solve(self, disc: Squeezed) -> Squeezed:
-        """What it says: the sums are those of the disc itself. Raises NotSolved just after a jump."""
+    def solve(self, disc: CompressedPorousBody) -> CompressedPorousBody:
+        """Return the disc itself, which has the modal sums. Raises NotSolved just after a jump."""
         require_convergence(disc.driven, disc.now, disc.time)
         return disc

@@ -1,6 +1,6 @@
-"""A scan of a shape that is known: voxels, blur and noise, then the same reconstruction that a real scan undergoes.
+"""Virtual scan of a known shape: voxels, blur and noise, then the same reconstruction as for a real scan.
 
-What comes back is compared with the shape that went in: the error of the imaging chain, on known truth.
+The result is compared with the original shape: the error of the imaging chain, against a known truth.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from softmark.records import dataclass
 from softmark.references.ct_volume import extract_isosurface
 from softmark.references.measured_data import MeasuredSurface, Unreadable, Vector
 from softmark.references.reference_base import How, Reference
-from softmark.references.surface_geometry import SearchedSurface, open_edges, signed_volume, vertex_normals
+from softmark.references.surface_geometry import SurfaceSearch, count_open_edges, signed_volume, vertex_normals
 from softmark.references.voxel_files import VoxelVolume
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ PAIRS = 4_000_000  # pairs of rays and triangles processed at once
 
 @dataclass(frozen=True)
 class Scanner:
-    """What an imaging device does to a body of value 1 in a background of 0."""
+    """Parameters of a scan of a body of value 1 in a background of 0."""
 
     voxel: Vector  # m
     blur: float = 0.0  # m, standard deviation of its Gaussian point spread
@@ -57,24 +57,24 @@ class ChainError:
 
     @property
     def rms(self) -> float:
-        """Root of the mean of the squares."""
+        """Root mean square of the distances."""
         return math.hypot(self.mean, self.sd)
 
     @property
     def words(self) -> str:
-        """For a note."""
+        """Description for a note."""
         parts = (("mean", self.mean), ("sd", self.sd), ("max", self.max), ("bias", self.bias))
         return ", ".join(f"{name} {1e3 * value:.3g} mm" for name, value in parts)
 
 
 @dataclass(frozen=True)
 class VirtualScan(Reference):
-    """The deformed shape that a model computes, as a scanner would see it: voxels, blur, noise, marching cubes.
+    """The deformed shape of a model as a scanner would record it: voxels, blur, noise, marching cubes.
 
-    The shape is filled into voxels by the share of each that it covers, blurred by a Gaussian, and given white noise;
-    the surface is then found as for `ct_volume`. How far it lies from the shape that was scanned is the
-    error of the imaging chain, which becomes the uncertainty of this reference. The default voxel is that of the CT of
-    Marchal et al. 2008, whose field of view had 512 x 512 x 113 of them.
+    Each voxel gets the fraction of it that the shape covers, blurred by a Gaussian, with white noise; the surface is
+    then found as for `ct_volume`. Its distance from the scanned shape is the error of the imaging chain, which becomes
+    the uncertainty of this reference. The default voxel is that of the CT of Marchal et al. 2008, whose field of view
+    had 512 x 512 x 113 of them.
 
     Needs the extra `imaging`: `pip install "softmark[imaging]"`.
     Source: Marchal, Allard, Duriez and Cotin 2008, ISBMS, LNCS 5104:176 (voxel size); Taubin 1995 (smoothing).
@@ -94,7 +94,7 @@ class VirtualScan(Reference):
     error_meaning: ClassVar[str] = "root mean square distance of the reconstruction from the shape scanned, m"
 
     def load(self, points: Array, triangles: Ints) -> MeasuredSurface:
-        """The reconstruction of a closed surface (n, 3) m, (t, 3); its uncertainty is the error of the chain.
+        """Return the reconstruction of a closed surface (n, 3) m, (t, 3); its uncertainty is the error of the chain.
 
         Raises Unreadable.
         """
@@ -107,20 +107,20 @@ class VirtualScan(Reference):
 
 
 def chain_error(found: Array, faces: Ints, points: Array, triangles: Ints) -> ChainError:
-    """How far a reconstructed surface lies from the true one, over the points of the reconstruction."""
-    truth = SearchedSurface(points, triangles).closest(found)
+    """Return the distances of a reconstructed surface from the true one, over the points of the reconstruction."""
+    truth = SurfaceSearch(points, triangles).closest(found)
     outward = np.einsum("ni,ni->n", found - truth.points, vertex_normals(found, faces))
     d = truth.distances
-    missed = float(SearchedSurface(found, faces).closest(points).distances.max())
+    missed = float(SurfaceSearch(found, faces).closest(points).distances.max())
     return ChainError(float(d.mean()), float(d.std()), float(d.max()), float((np.sign(outward) * d).mean()), missed)
 
 
 def scan(points: Array, triangles: Ints, scanner: Scanner, shape: tuple[int, int, int] | None = None) -> VoxelVolume:
-    """What a scanner makes of a closed surface: values of about 0 outside and 1 inside.
+    """Return the voxels of a scan of a closed surface: values of about 0 outside and 1 inside.
 
-    The grid is cropped to the body and its blur, or has `shape` voxels about the body's middle. Raises Unreadable.
+    The grid is cropped to the body and its blur, or has `shape` voxels about the body's centre. Raises Unreadable.
     """
-    if len(triangles) == 0 or open_edges(triangles):
+    if len(triangles) == 0 or count_open_edges(triangles):
         raise Unreadable(NAME, "the surface that is scanned is not closed", "scan the whole boundary of a body")
     origin, size = _grid(points[np.unique(triangles)], scanner, shape)
     values = coverage(points, triangles, origin, np.asarray(scanner.voxel), size)
@@ -134,7 +134,7 @@ def scan(points: Array, triangles: Ints, scanner: Scanner, shape: tuple[int, int
 
 
 def _grid(body: Array, scanner: Scanner, shape: tuple[int, int, int] | None) -> tuple[Array, tuple[int, int, int]]:
-    """The centre of the first voxel (3,), m, and how many there are along each axis."""
+    """Return the centre of the first voxel (3,), m, and the number of voxels along each axis."""
     voxel = np.asarray(scanner.voxel)
     low, high = body.min(axis=0), body.max(axis=0)
     if shape is not None:
@@ -151,11 +151,11 @@ def _grid(body: Array, scanner: Scanner, shape: tuple[int, int, int] | None) -> 
 
 
 def coverage(points: Array, triangles: Ints, origin: Array, voxel: Array, size: tuple[int, int, int]) -> Array:
-    """The share of each voxel that lies inside a closed surface, (nx, ny, nz).
+    """Return the fraction of each voxel inside a closed surface, (nx, ny, nz).
 
-    Rays along the longest edge of a voxel, RAYS x RAYS of them per voxel: each crossing at the height h fills what lies
-    below it, with the sign of the direction in which the ray leaves or enters. The filled length is exact along
-    the ray, and crossings need no order. Where the surface meets itself, windings add up.
+    Rays run along the longest edge of a voxel, RAYS x RAYS of them per voxel: each crossing at the height h fills the
+    part below it, with the sign of leaving or entering. The filled length is exact along the ray, and crossings need no
+    order. Where the surface intersects itself, windings add up.
     """
     first = (int(np.argmax(voxel)) + 1) % 3  # a cyclic change of axes keeps the surface outside out
     order = [first, (first + 1) % 3, (first + 2) % 3]
@@ -172,17 +172,17 @@ def coverage(points: Array, triangles: Ints, origin: Array, voxel: Array, size: 
 
 
 def _blocks(P: Array, triangles: Ints) -> list[Ints]:
-    """The triangles in lots of about PAIRS rays."""
+    """Return the triangles in blocks of about PAIRS rays."""
     extent = np.ptp(P[triangles][:, :, :2], axis=1) * RAYS + 2
     group = np.cumsum(extent[:, 0] * extent[:, 1]) // PAIRS
     return np.split(triangles, np.flatnonzero(np.diff(group)) + 1)
 
 
 def _crossings(P: Array, triangles: Ints, nx: int, ny: int) -> tuple[Ints, Array, Array]:
-    """Where rays pass triangles: the column of voxels (c,), the height (c,), +1 for leaving and -1 for entering.
+    """Return where rays cross triangles: the column of voxels (c,), the height (c,), +1 for leaving, -1 for entering.
 
-    A ray stands at ((p + 1/2) / RAYS, (q + 1/2) / RAYS). One that meets an edge is counted as if it stood a
-    little aside, so that it passes exactly one of the two triangles.
+    A ray is at ((p + 1/2) / RAYS, (q + 1/2) / RAYS). One that meets an edge is counted as if slightly displaced, so
+    that it crosses exactly one of the two triangles.
     """
     Q = P * np.array([RAYS, RAYS, 1.0]) - np.array([0.5, 0.5, 0.0])  # rays at whole numbers
     flat = Q[triangles][:, :, :2]
@@ -202,7 +202,9 @@ def _crossings(P: Array, triangles: Ints, nx: int, ny: int) -> tuple[Ints, Array
 
 
 def _side(a: Array, b: Array, p: Array) -> Array:
-    """+1 where p lies to the left of the line from a to b, -1 to the right; on it, as a point a little aside."""
+    """Return +1 if p lies to the left of the line from a to b, -1 to the right; a point on it counts as slightly
+    displaced.
+    """
     swapped = (a[:, 0] > b[:, 0]) | ((a[:, 0] == b[:, 0]) & (a[:, 1] > b[:, 1]))
     low, high = np.where(swapped[:, None], b, a), np.where(swapped[:, None], a, b)
     e, f = high - low, p - low
@@ -211,7 +213,7 @@ def _side(a: Array, b: Array, p: Array) -> Array:
 
 
 def _height(corners: Array, p: Array) -> Array:
-    """The height of a ray on the plane of a triangle, kept between its corners: it may be steep."""
+    """Return the height of a ray on the plane of a triangle, limited by its corners: it may be steep."""
     a, e, f = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     d = p - a[:, :2]
     area = e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0]
@@ -225,8 +227,8 @@ def _height(corners: Array, p: Array) -> Array:
 def _fill(filled: Array, column: Ints, height: Array, sign: Array) -> None:
     """Add crossings to columns (c, nz + 1): entry k + 1 counts for the voxels up to k, see `coverage`.
 
-    A crossing in the voxel m fills a share of it, height - m, and all of the m voxels below. In sums from
-    above, that is the share at m and the rest of one at m - 1.
+    A crossing in the voxel m fills a fraction of it, height - m, and all of the m voxels below. In sums from above,
+    that is the fraction at m and the rest of one at m - 1.
     """
     m = np.minimum(np.floor(height).astype(np.int64), filled.shape[1] - 2)
     share = height - m

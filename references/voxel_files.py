@@ -1,6 +1,6 @@
-"""Voxel data: values on a grid and where the grid lies, read from NumPy, NRRD, NIfTI and DICOM files.
+"""Voxel data: values on a grid with its position, read from NumPy, NRRD, NIfTI and DICOM files.
 
-A voxel stands for its centre. Readers are imported when a file needs them; one that is missing is a message.
+A voxel is represented by its centre. Readers are imported when a file needs them; a missing one gives a message.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ class VoxelVolume:
     origin: Array  # b (3,), m
 
     def points(self, indices: Array) -> Array:
-        """Places (n, 3), m, of points given by fractional indices (n, 3)."""
+        """Return positions (n, 3), m, of points given by fractional indices (n, 3)."""
         return np.asarray(indices @ self.axes.T + self.origin)
 
 
-def imported(module: str, name: str) -> Any:
-    """A package of the extra `imaging`. Raises Unreadable with the command that installs it."""
+def import_package(module: str, name: str) -> Any:
+    """Return a package of the extra `imaging`. Raises Unreadable with the command that installs it."""
     try:
         return importlib.import_module(module)
     except ImportError:
@@ -54,16 +54,16 @@ def imported(module: str, name: str) -> Any:
 
 
 def read_volume(file: Path, spacing: Vector | None = None, unit: float | None = None) -> VoxelVolume:
-    """The voxels of a file, or of the DICOM series in a folder.
+    """Return the voxels of a file, or of the DICOM series in a folder.
 
-    `spacing`, m, overrides what the file says and is needed where it says nothing (NumPy); `unit`, m, likewise for the
+    `spacing`, m, overrides that of the file and is needed if the file has none (NumPy); `unit`, m, likewise for the
     unit of its lengths. Raises Unreadable.
     """
     read = _reader(file)
     try:
         with nullcontext() if read in (_dicom, _nrrd) else limited_resources(file):  # these are of several files
             volume = read(file, spacing, unit)
-        volume = _checked(file.name, _spaced(volume, spacing))
+        volume = _checked(file.name, _with_spacing(volume, spacing))
     except Unreadable:
         raise
     except Exception as error:  # readers raise any exception
@@ -98,7 +98,7 @@ def _numpy(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolum
 
 
 def _nrrd(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
-    nrrd = imported("nrrd", file.name)
+    nrrd = import_package("nrrd", file.name)
     with open_regular(file) as opened:
         with limited_resources(file):
             header = nrrd.read_header(opened)
@@ -122,7 +122,7 @@ def _nrrd(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume
 
 
 def _data_file(file: Path, header: Mapping[str, Any]) -> Path | None:
-    """The file beside an NRRD header in which its voxels lie, None where they follow the header. Raises Unreadable.
+    """Return the separate file with the voxels of an NRRD header, None if they follow the header. Raises Unreadable.
 
     Source: Definition of NRRD File Format (teem.sourceforge.net/nrrd/format.html), section 6.
     """
@@ -139,14 +139,14 @@ def _data_file(file: Path, header: Mapping[str, Any]) -> Path | None:
 
 
 def _nifti(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
-    image: Any = imported("nibabel", file.name).load(str(file))
+    image: Any = import_package("nibabel", file.name).load(str(file))
     length = unit or _length(file.name, [image.header.get_xyzt_units()[0]])
     affine = length * np.asarray(image.affine, dtype=float)
     return VoxelVolume(np.asarray(image.get_fdata(dtype=np.float32)), affine[:3, :3], affine[:3, 3])
 
 
 def _length(name: str, said: Iterable[str] | None) -> float:
-    """The length that a file's word for its unit stands for, m. Raises Unreadable without one."""
+    """Return the length of a file's unit name, m. Raises Unreadable without one."""
     words = {str(word).strip().lower() for word in said or ()}
     if len(words) == 1 and (word := words.pop()) in UNITS:
         return UNITS[word]
@@ -155,7 +155,7 @@ def _length(name: str, said: Iterable[str] | None) -> float:
 
 
 def _dicom(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
-    """The series of a folder, or the one that a file belongs to. Source: DICOM PS3.3, C.7.6.2.1.1 (mm)."""
+    """Return the series of a folder, or the one that a file belongs to. Source: DICOM PS3.3, C.7.6.2.1.1 (mm)."""
     with limited_resources(file, sum(one.stat().st_size for one in _slices(file))):
         return _of_slices(file, _series(file))
 
@@ -174,8 +174,8 @@ def _of_slices(file: Path, slices: list[Any]) -> VoxelVolume:
 
 
 def _series(file: Path) -> list[Any]:
-    """The slices of one series: of the file named, or the only one of the folder. Raises Unreadable."""
-    pydicom = imported("pydicom", file.name)
+    """Return the slices of one series: of the file named, or the only one of the folder. Raises Unreadable."""
+    pydicom = import_package("pydicom", file.name)
     found: dict[str, list[Any]] = {}
     for one in _slices(file):
         try:
@@ -195,7 +195,7 @@ def _series(file: Path) -> list[Any]:
 
 
 def _slices(file: Path) -> list[Path]:
-    """The regular files of a series' folder, in the order of their names, each within it. Raises Unreadable."""
+    """Return the regular files of a series' folder, sorted by name, all located in it. Raises Unreadable."""
     folder = file if file.is_dir() else file.parent
     found: list[Path] = []
     for one in sorted(folder.iterdir()):
@@ -211,7 +211,7 @@ def _slices(file: Path) -> list[Path]:
 
 
 def _step(name: str, places: Array) -> Array:
-    """The step from slice to slice (3,), mm. Raises Unreadable where they are not equally spaced."""
+    """Return the step from slice to slice (3,), mm. Raises Unreadable if they are not equally spaced."""
     if len(places) < 2:
         raise Unreadable(name, "the series has a single slice", "give the whole series")
     steps = np.diff(places, axis=0)
@@ -224,7 +224,7 @@ def _step(name: str, places: Array) -> Array:
 
 
 def _pixels(slice_: Any) -> Values:
-    """Values of a slice (rows, columns), in the modality's unit: stored value times slope plus intercept."""
+    """Return the values of a slice (rows, columns), in the modality's unit: stored value times slope plus intercept."""
     slope, intercept = (float(getattr(slice_, f"Rescale{k}", v)) for k, v in (("Slope", 1), ("Intercept", 0)))
     return np.asarray(slice_.pixel_array, dtype=np.float32) * slope + intercept
 
@@ -239,8 +239,8 @@ _READERS: dict[str, Callable[[Path, Vector | None, float | None], VoxelVolume]] 
 }
 
 
-def _spaced(volume: VoxelVolume, spacing: Vector | None) -> VoxelVolume:
-    """The volume with voxels of another size, where one is given, along the axes that it has."""
+def _with_spacing(volume: VoxelVolume, spacing: Vector | None) -> VoxelVolume:
+    """Return the volume with another voxel size, if given, along its axes."""
     if spacing is None:
         return volume
     lengths = np.linalg.norm(volume.axes, axis=0)

@@ -22,7 +22,7 @@ def read(path: Path, moment: float | None = None) -> Deck:
     """Read a deck or mesh at a time of its analysis (by default its end). Raises Unreadable, NotImportable."""
     import numpy as np
 
-    from softmark.references.measured_data import UNPACK, Unreadable, must_be_unpacked
+    from softmark.references.measured_data import UNPACK, Unreadable, require_uncompressed
     from softmark.resource_limits import describe_read_error, limited_resources
 
     reader = READERS.get(path.suffix.lower())
@@ -42,7 +42,7 @@ def read(path: Path, moment: float | None = None) -> Deck:
         if not path.is_file():
             what = "it is a folder" if path.is_dir() else "there is no such file"
             raise Unreadable(path.name, what, "name a file that is there")
-        must_be_unpacked(path)
+        require_uncompressed(path)
         with limited_resources(path), np.errstate(all="ignore"):
             found: Deck = own.read(path) if moment is None else own.read(path, moment)
     except (MemoryError, OSError, RecursionError) as error:

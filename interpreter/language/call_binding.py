@@ -11,14 +11,8 @@ from typing import TYPE_CHECKING, Any
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Fix, Remedy, Second, did_you_mean, write
 from softmark.grammar.name_suggestions import nearest
-from softmark.interpreter.language import (
-    expression_evaluation,
-    field_parsers,
-    field_schema,
-    foreign_aliases,
-    quotient_warnings,
-    units,
-)
+from softmark.interpreter.language import expression_evaluation as evaluation
+from softmark.interpreter.language import field_parsers, field_schema, foreign_aliases, quotient_warnings, units
 from softmark.interpreter.language.bare_constructors import find_bare_constructor
 from softmark.interpreter.language.compiled_scene import Location
 from softmark.interpreter.language.condition_syntax import format_condition, read_condition
@@ -240,7 +234,7 @@ class Binder:
 
     def wrong(self, field: Field, node: tree.Expression, place: Place) -> EvaluationError:
         """Record an error: the field expects another form of value."""
-        found = expression_evaluation.describe_expression(node)
+        found = evaluation.describe_expression(node)
         return place.fail("E207", node.span, f"expected {field.expected}, found {found}", found, field.meaning)
 
     def _quantity(self, field: Field, node: tree.Expression, place: Place) -> float:
@@ -316,11 +310,7 @@ class Binder:
             raise self.wrong(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).value(node)
         if isinstance(value, Quantity) or len(value.values) != 3:
-            found = (
-                expression_evaluation.describe_expression(node)
-                if isinstance(value, Quantity)
-                else str(len(value.values))
-            )
+            found = evaluation.describe_expression(node) if isinstance(value, Quantity) else str(len(value.values))
             raise place.fail("E207", node.span, f"expected three components, found {found}",
                              "not a vector of three",
                              f"{field.meaning}; write it as `(0, 0, 1) {unit}`")  # fmt: skip
@@ -415,15 +405,13 @@ class Binder:
     def _normalised(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
         value = self.compiler.scope.evaluator(self.module, place).value(node)
         if not isinstance(value, VectorValue) or len(value.values) != 3:
-            found = (
-                expression_evaluation.describe_value(value)
-                if isinstance(value, Quantity)
-                else f"{len(value.values)} components"
-            )
+            found = evaluation.describe_value(value)
+            if not isinstance(value, Quantity):
+                found = f"{len(value.values)} components"
             raise place.fail("E207", node.span, f"expected {field.expected}, found {found}", found,
                              field.meaning)  # fmt: skip
         if value.dimension != units.NONE:
-            found = expression_evaluation.describe_value(value)
+            found = evaluation.describe_value(value)
             raise place.fail(
                 "E204",
                 node.span,
@@ -454,7 +442,7 @@ class Binder:
                 raise place.fail(
                     "E212",
                     item.span,
-                    f"expected x, y or z, found {expression_evaluation.describe_expression(item)}",
+                    f"expected x, y or z, found {evaluation.describe_expression(item)}",
                     "not a component",
                     help,
                 )

@@ -9,7 +9,7 @@ from softmark.interpreter.metrics.metric_base import Metric
 from softmark.interpreter.metrics.target_surface import find_target_surface
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
-from softmark.references.surface_geometry import SearchedSurface, open_edges, used
+from softmark.references.surface_geometry import SurfaceSearch, count_open_edges, drop_unused_points
 
 if TYPE_CHECKING:
     from softmark.interpreter.metrics.measurement import MetricInput
@@ -45,8 +45,8 @@ class Hausdorff(Metric):
             raise Undefined("the way from the measured surface to the model needs a probe of a surface")
         known, x = find_target_surface(seen), seen.X + seen.u
         forth = known.closest(x).distances  # (n,)
-        back = SearchedSurface(x, seen.triangles).closest(used(known.points, known.triangles)[0]).distances
-        closed = open_edges(known.triangles) == 0
+        back = SurfaceSearch(x, seen.triangles).closest(drop_unused_points(known.points, known.triangles)[0]).distances
+        closed = count_open_edges(known.triangles) == 0
         details: dict[str, Any] = {
             "to_reference_m": float(forth.max()),
             "to_model_m": float(back.max()),

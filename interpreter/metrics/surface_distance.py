@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from softmark.interpreter.metrics.measurement import Floats, Measurement, MetricInput
-    from softmark.references.surface_geometry import SearchedSurface
+    from softmark.references.surface_geometry import SurfaceSearch
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
@@ -90,13 +90,13 @@ class SurfaceDistance(DistanceStatistic):
         }
         return self.summed(details, d, d if met.all() else None)
 
-    def _nearest(self, seen: MetricInput, x: Floats, target: SearchedSurface) -> tuple[Floats, Floats, dict[str, Any]]:
+    def _nearest(self, seen: MetricInput, x: Floats, target: SurfaceSearch) -> tuple[Floats, Floats, dict[str, Any]]:
         """Return signed distances (n,), closest points (n, 3) and further details."""
         closest = target.closest(x)
         return closest.distances * side_of_surface(x, closest, target), closest.points, {}
 
     def _along_normals(
-        self, seen: MetricInput, x: Floats, target: SearchedSurface
+        self, seen: MetricInput, x: Floats, target: SurfaceSearch
     ) -> tuple[Floats, Floats, dict[str, Any]]:
         """Return signed distances along normals (n,), points found (n, 3) and further details; inf without an
         intersection.

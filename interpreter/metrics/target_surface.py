@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from softmark.interpreter.metrics.undefined_metric import Undefined
-from softmark.references.surface_geometry import Closest, SearchedSurface, unit_normals, vertex_normals
+from softmark.references.surface_geometry import ClosestPoints, SurfaceSearch, unit_normals, vertex_normals
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,22 +20,22 @@ else:
 ROUNDING = 1e-9  # a smaller barycentric coordinate counts as zero: the point lies on an edge
 
 
-def find_target_surface(seen: MetricInput) -> SearchedSurface:
+def find_target_surface(seen: MetricInput) -> SurfaceSearch:
     """Return the target surface: a measured surface, or that of the probe as the reference deforms it.
 
     Raises Undefined if the reference has neither.
     """
     known = seen.known
     if known is not None and known.surface is not None:
-        return SearchedSurface(known.surface.points, known.surface.triangles)
+        return SurfaceSearch(known.surface.points, known.surface.triangles)
     if known is None or known.u is None:
         raise Undefined("the reference is neither a measured surface nor a field of displacements there")
     if seen.triangles is None or not len(seen.triangles):
         raise Undefined("the surface of this reference is that of the probe, which has no triangles")
-    return SearchedSurface(seen.X + known.u, seen.triangles)
+    return SurfaceSearch(seen.X + known.u, seen.triangles)
 
 
-def side_of_surface(x: Floats, closest: Closest, target: SearchedSurface) -> Floats:
+def side_of_surface(x: Floats, closest: ClosestPoints, target: SurfaceSearch) -> Floats:
     """Return 1 for points x (n, 3) outside a surface and -1 inside (n,), from their closest points.
 
     It is the sign of (x - closest) . N, with N the normal of the face; on an edge the sum of both face normals; at a
@@ -52,7 +52,7 @@ def side_of_surface(x: Floats, closest: Closest, target: SearchedSurface) -> Flo
     return np.where(np.einsum("ni,ni->n", x - closest.points, N) < 0.0, -1.0, 1.0)
 
 
-def _edge_normals(target: SearchedSurface) -> Floats:
+def _edge_normals(target: SurfaceSearch) -> Floats:
     """Return the sum of the face normals at each edge (t, 3, 3): [:, i] is the edge opposite to corner i."""
     ends = np.sort(target.triangles[:, [[1, 2], [2, 0], [0, 1]]], axis=2).reshape(-1, 2)
     number = np.unique(ends, axis=0, return_inverse=True)[1].ravel()
@@ -61,7 +61,7 @@ def _edge_normals(target: SearchedSurface) -> Floats:
     return sums[number].reshape(-1, 3, 3)
 
 
-def _barycentric(closest: Closest, target: SearchedSurface) -> Floats:
+def _barycentric(closest: ClosestPoints, target: SurfaceSearch) -> Floats:
     """Return barycentric coordinates of the closest points (n, 3); a third each in triangles without area."""
     apart = target.points[target.triangles[closest.triangles]] - closest.points[:, None]  # (n, 3, 3)
     parts = np.stack([np.cross(apart[:, (i + 1) % 3], apart[:, (i + 2) % 3]) for i in range(3)], axis=1)

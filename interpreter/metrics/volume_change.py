@@ -8,7 +8,7 @@ from softmark.interpreter.metrics.measurement import Measurement
 from softmark.interpreter.metrics.metric_base import Metric
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
-from softmark.references.surface_geometry import open_edges, signed_volume
+from softmark.references.surface_geometry import count_open_edges, signed_volume
 
 if TYPE_CHECKING:
     from softmark.interpreter.metrics.measurement import MetricInput
@@ -35,7 +35,7 @@ class VolumeChange(Metric):
         """Return v / V - 1. Raises Undefined unless the triangles form a closed surface."""
         if seen.triangles is None or not len(seen.triangles):
             raise Undefined("a volume needs a probe of the surface of the body")
-        if gaps := open_edges(seen.triangles):
+        if gaps := count_open_edges(seen.triangles):
             raise Undefined(f"the surface of the probe is not closed ({gaps} edges), so it encloses no volume")
         rest, now = (signed_volume(x, seen.triangles) for x in (seen.X, seen.X + seen.u))
         if rest == 0.0:

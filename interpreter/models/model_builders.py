@@ -20,7 +20,7 @@ from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.models.imported_results.imported_results_declaration import Results
 from softmark.interpreter.models.material_point.material_point_declaration import Homogeneous
 from softmark.interpreter.models.reduced.reduced_declaration import Modal, Pod
-from softmark.interpreter.models.shared.prepared_model import Prepared, Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared
 from softmark.interpreter.models.spring_network.spring_declaration import MassSpring
 from softmark.interpreter.problem.body_case import Case
 from softmark.records import dataclass
@@ -31,7 +31,7 @@ class Builder:
     """Builder of a model that a plugin defines."""
 
     load: Callable[[Any], None]
-    prepare: Callable[[Any, Declared, Case, Workshop], Prepared]
+    prepare: Callable[[Any, Declared, Case, BuildContext], Prepared]
 
 
 PREPARED = ("size", "notes", "mesh", "assembly", "points", "forces", "outside", "warm", "after", "solve")
@@ -68,7 +68,7 @@ def load(model: Any) -> None:
     _builder(model).load(model)
 
 
-def build(declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+def build(declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build a model of a scene as arrays, ready to solve; it may build others through the workshop. Raises Fault."""
     workshop.build = build
     builder = _builder(declared.thing)

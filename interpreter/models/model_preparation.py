@@ -9,12 +9,12 @@ from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.models import model_builders
-from softmark.interpreter.models.shared.prepared_model import Prepared, Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared
 from softmark.interpreter.problem.body_case import Case, case_for
 from softmark.pausing import collection_paused
 
 
-def prepared_model(declared: Declared, case: Case, workshop: Workshop) -> tuple[Prepared, tuple[float, float]]:
+def prepared_model(declared: Declared, case: Case, workshop: BuildContext) -> tuple[Prepared, tuple[float, float]]:
     """Build a model for a case; return it with the wall and CPU seconds, imports excluded. Raises Fault."""
     with collection_paused():
         model_builders.load(declared.thing)

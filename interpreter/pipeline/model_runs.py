@@ -19,8 +19,8 @@ from softmark.interpreter.models.model_preparation import prepared_model
 from softmark.interpreter.models.postprocessing.mesh_stress import stressed
 from softmark.interpreter.models.postprocessing.reaction_and_work import at_rest
 from softmark.interpreter.models.shared import interaction_setup
-from softmark.interpreter.models.shared.material_regions import facts, of_cells
-from softmark.interpreter.models.shared.prepared_model import Moved, Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.material_regions import cell_constants, facts
+from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
 from softmark.interpreter.pipeline import cached_results, probe_sampling
 from softmark.interpreter.pipeline.run_state import StateRun
 from softmark.interpreter.problem.body_case import Case, Fault
@@ -44,7 +44,7 @@ NEAR_REST = 1e-4  # of the displacement in the state before: below, the undeform
 
 def prepare_models(work: StateRun) -> None:
     """Build every model and report all that cannot be built together. Raises SceneError."""
-    faults, workshop = [], Workshop(meshes=work.meshes, scene=work.scene, measured=work.measured)
+    faults, workshop = [], BuildContext(meshes=work.meshes, scene=work.scene, measured=work.measured)
     for name in work.plan.models:
         work.about = "prepare", name
         if cached_results.reuse_prepared_model(work, name):
@@ -132,7 +132,7 @@ def solve_model(work: StateRun, name: str) -> None:
     work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held, kind=kind,
                                     contacts=contact_results(case, prepared, rest, solution.facts),
                                     stress=solution.stress if solution.mesh and asks(work.scene) else None,
-                                    constants=of_cells(case, solution.mesh))  # fmt: skip
+                                    constants=cell_constants(case, solution.mesh))  # fmt: skip
 
 
 def contact_results(
@@ -175,7 +175,7 @@ def _solve_from_previous_state(
     return again, list(map(add, wall, more)), list(map(add, cpu, cpu_more))
 
 
-def _is_nearly_undeformed(found: Solution, before: Moved) -> bool:
+def _is_nearly_undeformed(found: Solution, before: DeformedMesh) -> bool:
     """Return whether a state is negligible compared with the one before, so that its rounding errors would be large in
     it.
     """
@@ -206,8 +206,7 @@ def _filled_surface_facts(case: Case, prepared: Prepared) -> dict[str, Any]:
 
 
 def _solve_timed(work: StateRun, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
-    """Return the solution, and wall and CPU seconds of each repetition; kernels are compiled before the clock starts.
-    """
+    """Return the solution, and wall and CPU seconds of each repetition; kernels are compiled before the clock starts."""
     wall: list[float] = []
     cpu: list[float] = []
     solution = Solution("failed", "not run", {})

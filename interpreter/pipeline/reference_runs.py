@@ -195,8 +195,8 @@ def _keep_reference(
         doubt=more.doubt,
     )
     work.references[declared.name] = ReferenceResult(
-        declared.name, "converged", None, declared.thing.kind, cls.source, error, seen, facts=to_plain_json(facts or {}),
-        means=cls.means,
+        declared.name, "converged", None, declared.thing.kind, cls.source, error, seen,
+        facts=to_plain_json(facts or {}), means=cls.means,
     )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import BodyForce, SurfaceTraction
 from softmark.interpreter.vocabulary.support_words import Holding
 from softmark.references.graded_bar import PulledBar
-from softmark.references.straight_cantilever import Refused
+from softmark.references.straight_cantilever import NotApplicable
 from softmark.solvers.mesh.shape import Prism, add_multiples, cross, dot
 
 if TYPE_CHECKING:
@@ -32,17 +32,19 @@ def bar_of(case: Case) -> PulledBar:
     """Return the bar of a case. Raises Refused if an assumption of the theory is violated."""
     shape = case.shape
     if not isinstance(shape, Prism):
-        raise Refused(f"`{case.body.name}` is no straight body of one section", "it takes a box, a cylinder or a tube")
+        raise NotApplicable(
+            f"`{case.body.name}` is no straight body of one section", "it takes a box, a cylinder or a tube"
+        )
     if case.parts:
-        raise Refused(f"the part `{case.parts[0].name}` is of another material",
+        raise NotApplicable(f"the part `{case.parts[0].name}` is of another material",
                       "say it by one material that varies: `young = ...`")  # fmt: skip
     if isinstance(case.analysis, Dynamic):
-        raise Refused("the analysis is dynamic", "the integral is one of rest")
+        raise NotApplicable("the analysis is dynamic", "the integral is one of rest")
     held = _held_end(case)
     root, axis = end_frame(shape, held)
     material = case.material
     if isinstance(material.poisson, Profile):
-        raise Refused("its Poisson's ratio varies", "the stress is uniaxial only with `poisson = 0`")
+        raise NotApplicable("its Poisson's ratio varies", "the stress is uniaxial only with `poisson = 0`")
     young, density = (_constant_along_axis(case, c, root, axis) for c in (material.young, material.density))
     force, pull = _end_loads(case, 1 - held, axis)
     area = shape.section.area
@@ -56,14 +58,14 @@ def _held_end(case: Case) -> int:
         thing = support.thing
         free = [abs(shape.axis[c]) <= ALIGNED for c in thing.components]
         if not isinstance(thing, Holding) or thing.moves:
-            raise Refused(f"the support `{support.name}` moves it", REMEDY)
+            raise NotApplicable(f"the support `{support.name}` moves it", REMEDY)
         if all(free):
             continue  # without lateral contraction nothing moves across
         if (end := end_of(thing.where, shape)) is None:
-            raise Refused(f"the support `{support.name}` does not take one end face whole", REMEDY)
+            raise NotApplicable(f"the support `{support.name}` does not take one end face whole", REMEDY)
         found.add(end)
     if len(found) != 1:
-        raise Refused("no end is held along the axis" if not found else "both ends are held", REMEDY)
+        raise NotApplicable("no end is held along the axis" if not found else "both ends are held", REMEDY)
     return found.pop()
 
 
@@ -74,19 +76,21 @@ def _end_loads(case: Case, free: int, axis: Any) -> tuple[float, float]:
         match load.thing.action:
             case SurfaceTraction(where=where, traction=traction):
                 if end_of(where, case.prism) != free:
-                    raise Refused(f"the load `{load.name}` does not act on the whole of the free end alone", REMEDY)
+                    raise NotApplicable(
+                        f"the load `{load.name}` does not act on the whole of the free end alone", REMEDY
+                    )
                 force += _component(load, traction, axis)
             case BodyForce(acceleration=g):
                 pull += _component(load, g, axis)
             case _:
-                raise Refused(f"the load `{load.name}` is neither a traction nor gravity", REMEDY)
+                raise NotApplicable(f"the load `{load.name}` is neither a traction nor gravity", REMEDY)
     return force, pull
 
 
 def _component(load: Declared, vector: Any, axis: Any) -> float:
     """Return the axial component of a vector. Raises Refused if it has another one."""
     if math.hypot(*cross(vector, axis)) > ALIGNED * math.hypot(*vector):
-        raise Refused(f"the load `{load.name}` does not act along the axis", REMEDY)
+        raise NotApplicable(f"the load `{load.name}` does not act along the axis", REMEDY)
     return float(dot(vector, axis))
 
 
@@ -133,4 +137,6 @@ def _sections(shape: Any, root: Any, axis: Any) -> Iterator[tuple[Any, list[Any]
 def _must_be_even(constant: Profile, own: float, others: list[float]) -> None:
     """Check that a constant is uniform across a section. Raises Refused."""
     if not all(abs(other - own) <= SAME * abs(own) for other in others):
-        raise Refused(f"its `{constant.name}` varies across its sections", "the integral is one along the axis alone")
+        raise NotApplicable(
+            f"its `{constant.name}` varies across its sections", "the integral is one along the axis alone"
+        )

@@ -10,7 +10,7 @@ from softmark.interpreter.problem.axial_selection import end_frame, end_of
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.load_words import BodyForce
 from softmark.interpreter.vocabulary.support_words import Holding
-from softmark.references.straight_cantilever import ALIGNMENT, Cantilever, Disc, Rectangle, Refused, Ring
+from softmark.references.straight_cantilever import ALIGNMENT, Cantilever, Disc, NotApplicable, Rectangle, Ring
 from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.mesh.tubes import Tube
 
@@ -19,17 +19,17 @@ def cantilever_of(reference: Declared, case: Case) -> Cantilever:
     """Return the cantilever of a case. Raises Refused if an assumption of beam theory is violated."""
     shape = case.shape
     if not isinstance(shape, Cylinder | Tube | Box):
-        raise Refused(f"`{case.body.name}` is not a straight body with a constant section",
+        raise NotApplicable(f"`{case.body.name}` is not a straight body with a constant section",
                       "beam theory needs a cylinder, a tube or a box")  # fmt: skip
     for part in case.parts:
-        raise Refused(f"the part `{part.name}` of `{case.body.name}` is of another material",
+        raise NotApplicable(f"the part `{part.name}` of `{case.body.name}` is of another material",
                       "beam theory knows one material; compare with a model: `self_converged(...)`")  # fmt: skip
     for load in case.loads:
         if not isinstance(load.thing.action, BodyForce):
-            raise Refused(f"the load `{load.name}` is not gravity",
+            raise NotApplicable(f"the load `{load.name}` is not gravity",
                           "this reference knows a beam under its own weight alone")  # fmt: skip
     if not any(case.gravity):
-        raise Refused("there is no gravity, so nothing bends the beam",
+        raise NotApplicable("there is no gravity, so nothing bends the beam",
                       "declare a load across the axis: `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
     root, axis = clamped_end(case)
     young = reference.thing.own_young or case.material.young
@@ -43,15 +43,15 @@ def clamped_end(case: Case) -> tuple[Any, Any]:
     clamped = []
     for support in case.supports:
         if not isinstance(support.thing, Holding) or support.thing.moves or len(support.thing.components) < 3:
-            raise Refused(f"the support `{support.name}` is not a clamp",
+            raise NotApplicable(f"the support `{support.name}` is not a clamp",
                           "use `fixed(body, where = ...)` with all components")  # fmt: skip
         if (end := end_of(support.thing.where, shape)) is None:
-            raise Refused(f"the support `{support.name}` is not the clamp of one end face",
+            raise NotApplicable(f"the support `{support.name}` is not the clamp of one end face",
                           "hold one end and nothing else, as in `where = x <= 0 mm`")  # fmt: skip
         clamped.append(end)
     if len(set(clamped)) != 1:
         count = "no" if not clamped else "more than one"
-        raise Refused(f"{count} end of `{case.body.name}` is clamped",
+        raise NotApplicable(f"{count} end of `{case.body.name}` is clamped",
                       "clamp one end: `fixed(body, where = x <= 0 mm)`")  # fmt: skip
     return end_frame(shape, clamped[0])
 
@@ -71,6 +71,8 @@ def _section(case: Case) -> Disc | Ring | Rectangle:
     first, second = (i for i in range(3) if abs(shape.axis[i]) < 0.5)
     pulls = abs(case.gravity[first]), abs(case.gravity[second])
     if min(pulls) > ALIGNMENT * math.hypot(*pulls):
-        raise Refused("gravity is oblique to the sides of the section", "the beam would bend sideways; turn gravity")
+        raise NotApplicable(
+            "gravity is oblique to the sides of the section", "the beam would bend sideways; turn gravity"
+        )
     height, width = (first, second) if pulls[0] > pulls[1] else (second, first)
     return Rectangle(height=shape.size[height], width=shape.size[width])

@@ -9,7 +9,7 @@ from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.problem.axial_selection import ends_of
 from softmark.interpreter.problem.body_case import Case
 from softmark.records import dataclass
-from softmark.references.straight_cantilever import Refused
+from softmark.references.straight_cantilever import NotApplicable
 from softmark.solvers.mesh.plane_regions import Quadrilateral, Slice
 from softmark.solvers.mesh.shape import Bounds, Vector3, add_multiples, replace_coordinate
 from softmark.solvers.mesh.shapes import Box, Cylinder
@@ -176,5 +176,5 @@ def solid_body(case: Case) -> Rectangular | Round:
         return Round(case.shape)
     found = rectangular(case)
     if found is None:
-        raise Refused(f"`{case.body.name}` is no box, no cylinder and no upright rectangle", "use one of these")
+        raise NotApplicable(f"`{case.body.name}` is no box, no cylinder and no upright rectangle", "use one of these")
     return found

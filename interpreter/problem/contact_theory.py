@@ -18,8 +18,8 @@ from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 from softmark.interpreter.vocabulary.support_words import ByVector, Holding
 from softmark.records import dataclass
 from softmark.references.half_space_indentation import Surroundings
-from softmark.references.indentation import SAID, Pressed
-from softmark.references.straight_cantilever import Refused, Vector
+from softmark.references.indentation import SAID, Indentation
+from softmark.references.straight_cantilever import NotApplicable, Vector
 from softmark.solvers.mesh.shape import add_multiples, cross, dot
 
 NEAR = 1e-6  # of the body's size: how far beside the axis a plane of symmetry may lie
@@ -103,20 +103,22 @@ class Face:
 def face_of(case: Case) -> tuple[Touch, Face]:
     """Return the only contact of a case, and the face below its rigid body. Raises Refused."""
     if isinstance(case.analysis, Dynamic):
-        raise Refused("the analysis is dynamic", "the theory is one of rest")
+        raise NotApplicable("the analysis is dynamic", "the theory is one of rest")
     if case.parts or hasattr(case.material, "passive"):
-        raise Refused(f"`{case.body.name}` is not of one material that is at rest", "use one for all of it")
+        raise NotApplicable(f"`{case.body.name}` is not of one material that is at rest", "use one for all of it")
     if case.planar == "plane_stress":
-        raise Refused("its body is in plane stress", "use `plane_strain(...)`, or a solid")
+        raise NotApplicable("its body is in plane stress", "use `plane_strain(...)`, or a solid")
     if len(case.contacts) != 1:
         count = len(case.contacts) or "no"
-        raise Refused(f"`{case.body.name}` has {count} contacts with rigid bodies", f"it takes {ONE}")
+        raise NotApplicable(f"`{case.body.name}` has {count} contacts with rigid bodies", f"it takes {ONE}")
     touch, body = case.contacts[0], solid_body(case)
     ways = (0,) if isinstance(body, Round) else (1,) if body.turns else (0, 1) if body.flat else (0, 1, 2)
     for face in (Face(body, way, end) for way in ways for end in (0, 1)):
         if _is_above(touch, face):
             return touch, face
-    raise Refused(f"`{touch.rigid.name}` lies above no flat face of `{case.body.name}`", "begin with a gap above one")
+    raise NotApplicable(
+        f"`{touch.rigid.name}` lies above no flat face of `{case.body.name}`", "begin with a gap above one"
+    )
 
 
 def _is_above(touch: Touch, face: Face) -> bool:
@@ -135,13 +137,13 @@ def _is_above(touch: Touch, face: Face) -> bool:
 def rigid_displacement(touch: Touch) -> Vector:
     """Return the displacement of a rigid body by its supports, m. Raises Refused if it rotates or loads press it."""
     if touch.along is not None:
-        raise Refused(f"loads press `{touch.rigid.name}`, and theories take how far it goes as given",
+        raise NotApplicable(f"loads press `{touch.rigid.name}`, and theories take how far it goes as given",
                       "take the force of a scene in which a support moves it: `displaced(...)`")  # fmt: skip
     shift = NONE
     for support in touch.moved:
         thing = at_full_size(support.thing)
         if thing.turns:
-            raise Refused(f"`{support.name}` turns `{touch.rigid.name}`", "move it without a turn")
+            raise NotApplicable(f"`{support.name}` turns `{touch.rigid.name}`", "move it without a turn")
         if isinstance(thing, ByVector):
             shift = add_multiples(shift, (1.0, support.thing.imposed))
     return shift
@@ -156,20 +158,20 @@ def bonding_and_mirrors(case: Case, face: Face) -> tuple[bool, set[tuple[int, in
     for support in case.named_supports:
         thing = at_full_size(support.thing)
         if not isinstance(thing, Holding) or thing.moves:
-            raise Refused(f"the support `{support.name}` moves `{case.body.name}`", FAR)
+            raise NotApplicable(f"the support `{support.name}` moves `{case.body.name}`", FAR)
         if face.taken(thing.where) == {1 - face.end}:
             held |= set(thing.components)
             continue
         side = _symmetric_sides(face, thing)
         if side is None:
-            raise Refused(f"the support `{support.name}` holds what is not the far face", FAR)
+            raise NotApplicable(f"the support `{support.name}` holds what is not the far face", FAR)
         mirrors |= side
     way = {face.way} if isinstance(face.body, Rectangular) else set(range(3)) - set(face.across)
     if not way <= held:
-        raise Refused("nothing holds its far face along its normal", FAR)
+        raise NotApplicable("nothing holds its far face along its normal", FAR)
     bonded = set(face.across) <= held
     if not bonded and held & set(face.across):
-        raise Refused("its far face is held in one direction along it", FAR)
+        raise NotApplicable("its far face is held in one direction along it", FAR)
     return bonded, mirrors
 
 
@@ -187,42 +189,42 @@ def _symmetric_sides(face: Face, thing: Holding) -> set[tuple[int, int]] | None:
     return None
 
 
-def pressed_of(reference: Declared, case: Case) -> Pressed:
+def pressed_of(reference: Declared, case: Case) -> Indentation:
     """Return the indentation problem of a case. Raises Refused if an assumption of the theory is visibly violated."""
     found = _indentation_problem(case)
     reference.thing.must_hold(found)
     return found
 
 
-def _indentation_problem(case: Case) -> Pressed:
+def _indentation_problem(case: Case) -> Indentation:
     """Return the indentation problem for all theories. Raises Refused if an assumption of all theories is violated."""
     touch, face = face_of(case)
     for load in case.loads:
-        raise Refused(f"the load `{load.name}` acts as well", f"it takes {ONE}")
+        raise NotApplicable(f"the load `{load.name}` acts as well", f"it takes {ONE}")
     n = face.normal
     tool = indenter_of(touch.rigid.name, touch.rigid.thing.shape, n, case.planar)
     shift = rigid_displacement(touch)
     gap = dot(add_multiples(tool.foot, (-1.0, face.middle)), n)
     first = add_multiples(tool.foot, (-gap, n))
     if not face.above(first):
-        raise Refused(f"`{touch.rigid.name}` comes down beside the face", "move it above the face")
+        raise NotApplicable(f"`{touch.rigid.name}` comes down beside the face", "move it above the face")
     if face.body_turns and math.hypot(first[0], first[2]) > NEAR * case.shape.diagonal:
-        raise Refused(f"`{touch.rigid.name}` is not on the axis", "put it on the y axis")
+        raise NotApplicable(f"`{touch.rigid.name}` is not on the axis", "put it on the y axis")
     bonded, mirrors = bonding_and_mirrors(case, face)
     depth = -dot(shift, n) - gap
     slid = add_multiples(shift, (-dot(shift, n), n))
     if tool.reach < depth:
-        raise Refused(f"`{touch.rigid.name}` is pressed in by more than its tip is long", "take a longer one")
+        raise NotApplicable(f"`{touch.rigid.name}` is pressed in by more than its tip is long", "take a longer one")
     share = _share(case, face, first, mirrors)
     if share < 1.0 and math.hypot(*slid) > SAME * case.shape.diagonal:
-        raise Refused(f"`{touch.rigid.name}` is dragged off the plane of symmetry", "model the whole")
+        raise NotApplicable(f"`{touch.rigid.name}` is dragged off the plane of symmetry", "model the whole")
     friction = float(touch.thing.friction)
     at = first if friction else add_multiples(first, (1.0, slid))
     if not touch.thing.where.holds(*at, case.shape.diagonal):
-        raise Refused(f"`{touch.name}` leaves the place out that is pressed", "select the whole face")
+        raise NotApplicable(f"`{touch.name}` leaves the place out that is pressed", "select the whole face")
     material = case.material
     nu = float(material.poisson)
-    return Pressed(
+    return Indentation(
         tool.kind, tool.size, depth, 2.0 * float(material.shear_modulus) * (1.0 + nu), nu, at, n,
         Surroundings(face.thickness, face.width(at, mirrors), bonded), friction, slid, share,
         case.body.thing.thickness if case.planar == "plane_strain" else None, tool.edge, _moves_along_face(case, touch, n),
@@ -235,7 +237,7 @@ def _share(case: Case, face: Face, at: Vector, mirrors: set[tuple[int, int]]) ->
     for way, end in mirrors:
         assert isinstance(body, Rectangular)
         if abs(at[way] - (body.high if end else body.low)[way]) > NEAR * case.shape.diagonal:
-            raise Refused("a plane of symmetry does not go through the axis of what presses",
+            raise NotApplicable("a plane of symmetry does not go through the axis of what presses",
                           "put its axis in the plane")  # fmt: skip
         share *= 0.5
     return share

@@ -13,7 +13,7 @@ from softmark.interpreter.problem.tendon_theory import section_stiffness
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce, MomentLoad, PointLoad
 from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Hinged
-from softmark.references.straight_cantilever import Disc, Rectangle, Refused, Ring
+from softmark.references.straight_cantilever import Disc, NotApplicable, Rectangle, Ring
 from softmark.solvers.mesh.frame_shapes import Network
 from softmark.solvers.mesh.shape import transverse
 
@@ -35,17 +35,19 @@ def frame_of(case: Case) -> Callable[[], Frame]:
     """Return a function that builds the frame of a case. Raises Refused if an assumption of the theory is violated."""
     network = case.shape
     if not isinstance(network, Network):
-        raise Refused(f"`{case.body.name}` is no network of beams", "use `network(...)`, or the theory of one beam")
+        raise NotApplicable(
+            f"`{case.body.name}` is no network of beams", "use `network(...)`, or the theory of one beam"
+        )
     if isinstance(case.analysis, Dynamic):
-        raise Refused("the analysis is dynamic", "the theory is one of rest")
+        raise NotApplicable("the analysis is dynamic", "the theory is one of rest")
     for load in case.loads:
         if not isinstance(load.thing.action, BodyForce | PointLoad | LineForce | MomentLoad):
-            raise Refused(f"it knows nothing of the load `{load.name}`", TAKES)
+            raise NotApplicable(f"it knows nothing of the load `{load.name}`", TAKES)
     for support in case.supports:
         if not isinstance(support.thing, Fixed | Displaced | Hinged):
-            raise Refused(f"it knows nothing of the support `{support.name}`", "it takes clamps and hinges")
+            raise NotApplicable(f"it knows nothing of the support `{support.name}`", "it takes clamps and hinges")
         if any(len(_selects_interior(member, network, support)) == 2 for member in network.members):
-            raise Refused(f"`{support.name}` holds a part of a member", "hold points and whole members")
+            raise NotApplicable(f"`{support.name}` holds a part of a member", "hold points and whole members")
     return lambda: _FrameBuilder(case, network).frame()
 
 

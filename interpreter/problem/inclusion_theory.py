@@ -14,7 +14,7 @@ from softmark.interpreter.vocabulary.load_words import PressureLoad, RemoteStres
 from softmark.interpreter.vocabulary.support_words import Symmetric
 from softmark.records import dataclass
 from softmark.references.inclusion import Hookean, RoundCore
-from softmark.references.straight_cantilever import Refused
+from softmark.references.straight_cantilever import NotApplicable
 from softmark.solvers.materials.linear_elastic import LinearElastic
 from softmark.solvers.mesh.plane_regions import QuarterRing, Slice
 from softmark.solvers.mesh.spheres import Sphere, SphericalShell
@@ -45,10 +45,10 @@ def core_of(reference: Declared, case: Case) -> RoundCore:
     """Return the round body of a case. Raises Refused if an assumption of the theory is violated."""
     about = reference.thing.about
     if isinstance(case.analysis, Dynamic):
-        raise Refused("the analysis is dynamic", "the closed form is one of rest")
+        raise NotApplicable("the analysis is dynamic", "the closed form is one of rest")
     for material in (case.body.thing.material, *(part.thing.material for part in case.parts)):
         if not isinstance(material, LinearElastic):
-            raise Refused(f"`{case.body.name}` is not of linear elastic solids", "use `linear_elastic(...)`")
+            raise NotApplicable(f"`{case.body.name}` is not of linear elastic solids", "use `linear_elastic(...)`")
     inner, outer, centre = _hole(case) if about == "hole" else inclusion_in_ball(case)
     planes = (0, 1, 2) if not case.planar else (1,) if case.depth else (0, 1)
     check_symmetry_supports(case, planes, centre, outer)
@@ -71,16 +71,18 @@ def _ring(case: Case) -> tuple[float, float]:
     """Return the radii of a quarter ring of circles. Raises Refused."""
     region = case.shape.region if isinstance(case.shape, Slice) else None
     if not isinstance(region, QuarterRing) or case.parts:
-        raise Refused(f"`{case.body.name}` is no ring of one material", "use `quarter_ring(inner = ..., outer = ...)`")
+        raise NotApplicable(
+            f"`{case.body.name}` is no ring of one material", "use `quarter_ring(inner = ..., outer = ...)`"
+        )
     if region.inner_y not in (None, region.inner) or region.outer_y not in (None, region.outer):
-        raise Refused("its borders are no circles", "leave `inner_y` and `outer_y` out")
+        raise NotApplicable("its borders are no circles", "leave `inner_y` and `outer_y` out")
     return region.inner, region.outer
 
 
 def _hole(case: Case) -> tuple[float, float, Vector3]:
     """Return radii and centre of a plate with a hole. Raises Refused."""
     if case.planar not in ("plane_strain", "plane_stress"):
-        raise Refused(f"`{case.body.name}` is no plate", "use `plane_stress(...)` or `plane_strain(...)`")
+        raise NotApplicable(f"`{case.body.name}` is no plate", "use `plane_stress(...)` or `plane_strain(...)`")
     return *_ring(case), (0.0, 0.0, 0.0)
 
 
@@ -90,13 +92,13 @@ def inclusion_in_ball(case: Case) -> tuple[float, float, Vector3]:
     if case.planar == "axisymmetric":
         return *_ring(case), (0.0, 0.0, 0.0)
     if not isinstance(shape, Sphere | SphericalShell) or shape.part != "octant":
-        raise Refused(f"`{name}` is no octant of a ball", f"use {BALL}")
+        raise NotApplicable(f"`{name}` is no octant of a ball", f"use {BALL}")
     if isinstance(shape, SphericalShell):
         if case.parts:
-            raise Refused(f"`{name}` has a hollow and parts of other materials", "use one or the other")
+            raise NotApplicable(f"`{name}` has a hollow and parts of other materials", "use one or the other")
         return shape.inner, shape.radius, shape.origin
     if len(case.parts) != 1:
-        raise Refused(f"`{name}` has {len(case.parts) or 'no'} parts of other materials", "declare one inclusion")
+        raise NotApplicable(f"`{name}` has {len(case.parts) or 'no'} parts of other materials", "declare one inclusion")
     return _radius(case.parts[0], shape), shape.radius, shape.origin
 
 
@@ -105,10 +107,12 @@ def _radius(part: Declared, shape: Sphere) -> float:
     where: Condition = part.thing.where
     cuts = [cut for cut in cuts_for(where, shape) if cut.axis == "radius"]
     if not depends_on_radius(where, shape.origin, shape.radius) or len(cuts) != 1:
-        raise Refused(f"the part `{part.name}` is no sphere around the centre of the ball",
+        raise NotApplicable(f"the part `{part.name}` is no sphere around the centre of the ball",
                       f"its border is a sphere: `where = x^2 + y^2 + z^2 <= a^2`{_from(shape.origin)}")  # fmt: skip
     if not holds_at_radius(where, shape.origin, 0.5 * cuts[0].at, shape.diagonal):
-        raise Refused(f"the part `{part.name}` is what lies around the inclusion", "declare the inclusion as the part")
+        raise NotApplicable(
+            f"the part `{part.name}` is what lies around the inclusion", "declare the inclusion as the part"
+        )
     return float(cuts[0].at)
 
 
@@ -146,11 +150,11 @@ def check_symmetry_supports(case: Case, planes: tuple[int, ...], centre: Vector3
     for support in case.named_supports:
         normal = support.thing.normal if isinstance(support.thing, Symmetric) else None
         if normal is None or abs(normal[1] - centre[normal[0]]) > IN_PLANE * size:
-            raise Refused(f"the support `{support.name}` is no plane of symmetry through the centre",
+            raise NotApplicable(f"the support `{support.name}` is no plane of symmetry through the centre",
                           "hold it by `symmetric(...)` alone")  # fmt: skip
         found.add(normal[0])
     if missing := [axis for axis in planes if axis not in found]:
-        raise Refused(f"its plane across {'xyz'[missing[0]]} through the centre is not held",
+        raise NotApplicable(f"its plane across {'xyz'[missing[0]]} through the centre is not held",
                       "a part of a ball or a ring stands for all of it by `symmetric(...)` on its planes")  # fmt: skip
 
 
@@ -160,14 +164,14 @@ def _stress(case: Case, inner: float, outer: float, centre: Vector3) -> Vector3:
     for load in case.loads:
         action = load.thing.action
         if not isinstance(action, RemoteStress | PressureLoad):
-            raise Refused(f"the load `{load.name}` acts as well", f"it takes {PULLS}")
+            raise NotApplicable(f"the load `{load.name}` acts as well", f"it takes {PULLS}")
         if not _covers_border(action.where, case, inner, outer, centre):
-            raise Refused(f"the load `{load.name}` does not act on all of the outer border alone",
+            raise NotApplicable(f"the load `{load.name}` does not act on all of the outer border alone",
                           f"it is at one distance: `where = x^2 + y^2 + z^2 >= b^2`{_from(centre)}")  # fmt: skip
         for axis, along in enumerate(_stress_of_load(load, case)):
             total[axis] += along
     if not case.loads:
-        raise Refused("nothing pulls at it", f"it takes {PULLS}")
+        raise NotApplicable("nothing pulls at it", f"it takes {PULLS}")
     return total[0], total[1], total[2]
 
 
@@ -189,7 +193,7 @@ def _stress_of_load(load: Declared, case: Case) -> Vector3:
         return p, p, 0.0 if case.planar and not case.depth else p
     x, y, z = (action.stress * c**2 for c in action.direction)
     if max(map(abs, action.direction)) < 1.0:
-        raise Refused(f"`{load.name}` pulls askew", "a tension along x, y or z is symmetric to all planes")
+        raise NotApplicable(f"`{load.name}` pulls askew", "a tension along x, y or z is symmetric to all planes")
     return x, y, x if case.depth else z  # across the axis of a body of revolution it pulls all around
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from softmark.records import dataclass
 from softmark.references.indentation import Kind
-from softmark.references.straight_cantilever import Refused, Vector
+from softmark.references.straight_cantilever import NotApplicable, Vector
 from softmark.solvers.mesh.revolved_bodies import Cone
 from softmark.solvers.mesh.rigid_shapes import Punch, Tip
 from softmark.solvers.mesh.shape import add_multiples, cross, dot, replace_coordinate
@@ -33,26 +33,28 @@ def indenter_of(name: str, shape: Any, normal: Vector, planar: str) -> Indenter:
     """Return the indenter of a rigid body on a face with outward unit normal. Raises Refused."""
     if isinstance(shape, Sphere):
         if shape.part != "whole":
-            raise Refused(f"`{name}` is a part of a sphere", "use all of it: a rigid body may reach beyond symmetry")
+            raise NotApplicable(
+                f"`{name}` is a part of a sphere", "use all of it: a rigid body may reach beyond symmetry"
+            )
         if planar == "plane_strain":
-            raise Refused(f"in plane strain `{name}` is cut as a cylinder", ALONG)
+            raise NotApplicable(f"in plane strain `{name}` is cut as a cylinder", ALONG)
         return Indenter("sphere", shape.radius, add_multiples(shape.origin, (-shape.radius, normal)))
     if isinstance(shape, Cylinder) and planar == "plane_strain":
         if math.hypot(*shape.axis[:2]) > ALIGNED:
-            raise Refused(f"the axis of `{name}` is not along z", ALONG)
+            raise NotApplicable(f"the axis of `{name}` is not along z", ALONG)
         middle = replace_coordinate(shape.origin, 2, 0.0)  # of the slice
         return Indenter("cylinder", shape.radius, add_multiples(middle, (-shape.radius, normal)))
     if isinstance(shape, Cylinder | Cone | Punch | Tip):
         if planar == "plane_strain":
-            raise Refused(f"in plane strain `{name}` is cut along its axis", ALONG)
+            raise NotApplicable(f"in plane strain `{name}` is cut along its axis", ALONG)
         return _revolved_indenter(name, shape, normal)
-    raise Refused(f"`{name}` is no sphere, cylinder, cone or punch", "use one of these")
+    raise NotApplicable(f"`{name}` is no sphere, cylinder, cone or punch", "use one of these")
 
 
 def _revolved_indenter(name: str, shape: Any, normal: Vector) -> Indenter:
     """Return the end of a body of revolution. Raises Refused if its axis is not normal to the face."""
     if math.hypot(*cross(shape.axis, normal)) > ALIGNED:
-        raise Refused(f"the axis of `{name}` is not normal to the face", "turn it so that it is")
+        raise NotApplicable(f"the axis of `{name}` is not normal to the face", "turn it so that it is")
     first = dot(shape.axis, normal) > 0.0  # whether the end at `origin` comes first
     foot = shape.origin if first else add_multiples(shape.origin, (shape.length, shape.axis))
     if isinstance(shape, Cylinder):
@@ -61,12 +63,12 @@ def _revolved_indenter(name: str, shape: Any, normal: Vector) -> Indenter:
         return Indenter("punch", shape.radius - shape.rounding, foot, shape.rounding)
     if isinstance(shape, Tip):
         if not first:
-            raise Refused(f"`{name}` presses with its blunt end", "turn it round")
+            raise NotApplicable(f"`{name}` presses with its blunt end", "turn it round")
         angle = 0.5 * shape.angle
         return Indenter("cone", angle, foot, shape.rounding, shape.length - 2.0 * shape.rounding)
     here, there = (shape.radius, shape.end) if first else (shape.end, shape.radius)
     if here == 0.0:
         return Indenter("cone", math.atan(there / shape.length), foot, reach=shape.length)
     if there > here:
-        raise Refused(f"the end of `{name}` is a cone that was cut off", "use a cone with a tip, or a cylinder")
+        raise NotApplicable(f"the end of `{name}` is a cone that was cut off", "use a cone with a tip, or a cylinder")
     return Indenter("punch", here, foot)

@@ -13,7 +13,7 @@ from softmark.interpreter.problem.rubber_constants import rubber_of
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import PressureLoad
 from softmark.references.rubber_inflation import BlownBall
-from softmark.references.straight_cantilever import Refused
+from softmark.references.straight_cantilever import NotApplicable
 
 PRESSED = "one `pressure(...)` on all of the hollow, and nothing else"
 
@@ -21,13 +21,13 @@ PRESSED = "one `pressure(...)` on all of the hollow, and nothing else"
 def ball_of(case: Case) -> BlownBall:
     """Return the ball of a case. Raises Refused if an assumption of the theory is violated."""
     if isinstance(case.analysis, Dynamic):
-        raise Refused("the analysis is dynamic", "the closed form is one of rest")
+        raise NotApplicable("the analysis is dynamic", "the closed form is one of rest")
     if case.parts:
-        raise Refused(f"`{case.body.name}` is not of one material", "use one for all of it")
+        raise NotApplicable(f"`{case.body.name}` is not of one material", "use one for all of it")
     inner, outer, centre = inclusion_in_ball(case)
     check_symmetry_supports(case, (0, 1, 2) if not case.planar else (1,), centre, outer)
     if len(case.loads) != 1 or not isinstance(case.loads[0].thing.action, PressureLoad):
-        raise Refused("it is not loaded by one pressure", f"it takes {PRESSED}")
+        raise NotApplicable("it is not loaded by one pressure", f"it takes {PRESSED}")
     load = case.loads[0]
     action, extent = load.thing.action, case.shape.diagonal
     around = depends_on_radius(action.where, centre, outer, bool(case.planar))
@@ -36,5 +36,5 @@ def ball_of(case: Case) -> BlownBall:
         or not holds_at_radius(action.where, centre, inner, extent)
         or holds_at_radius(action.where, centre, outer, extent)
     ):
-        raise Refused(f"the load `{load.name}` does not act on all of the hollow alone", f"it takes {PRESSED}")
+        raise NotApplicable(f"the load `{load.name}` does not act on all of the hollow alone", f"it takes {PRESSED}")
     return BlownBall(inner, outer, rubber_of(case), case.material.poisson, action.pressure, centre)

@@ -21,7 +21,7 @@ from softmark.interpreter.vocabulary.self_contact_words import REACH, Itself
 from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Symmetric
 from softmark.records import dataclass
 from softmark.references.contact_patch_test import Block, BlockMaterial, DeformedStack, Joint, Stack
-from softmark.references.straight_cantilever import Refused, Vector
+from softmark.references.straight_cantilever import NotApplicable, Vector
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.mesh.disjoint_shapes import Apart
 from softmark.solvers.mesh.shape import add_multiples, cross, dot, replace_coordinate
@@ -88,16 +88,16 @@ class BlockPile:
 def stack_of(case: Case) -> Stack:
     """Return the stack of a case. Raises Refused if an assumption is violated."""
     if isinstance(case.analysis, Dynamic):
-        raise Refused("the analysis is dynamic", "the closed form is one of rest")
+        raise NotApplicable("the analysis is dynamic", "the closed form is one of rest")
     if case.planar == "plane_stress":
-        raise Refused("its body is in plane stress", "use `plane_strain(...)`, or a solid")
+        raise NotApplicable("its body is in plane stress", "use `plane_strain(...)`, or a solid")
     piled = piled_of(case)
     solids = tuple(_solid(piled, i) for i in range(len(piled.blocks)))
     joints = tuple(_joint(piled, i) for i in range(len(piled.blocks) - 1))
     ends, mirrors = _held_ends_and_sides(piled, solids)
     loaded, traction, pressure = _end_load(piled, ends)
     if None in ends and not loaded:
-        raise Refused("nothing moves or loads its other end", ENDS)
+        raise NotApplicable("nothing moves or loads its other end", ENDS)
     roots = _roots(piled, joints, mirrors, solids)
     _must_narrow_alike(piled, joints, solids, roots)
     blocks = tuple(
@@ -115,15 +115,17 @@ def _must_meet(stack: Stack) -> None:
     """Check that the positions of all blocks are determined and none vanishes. Raises Refused."""
     if None in stack.ends:
         if stack.touching and stack.traction - stack.pressure >= 0.0:
-            raise Refused("its load does not press the blocks together", "load it inward, or glue them: `tied(...)`")
+            raise NotApplicable(
+                "its load does not press the blocks together", "load it inward, or glue them: `tied(...)`"
+            )
         return
     open_ones = sum(not joint.glued for joint in stack.joints)
     if stack.grown >= 0.0 and open_ones > 1:
         travel, gaps = (units.format_value(v, units.LENGTH) for v in (stack.gaps - stack.grown, stack.gaps))
-        raise Refused(f"its ends come nearer by {travel} and its {open_ones} gaps are {gaps} in all, so that blocks"
+        raise NotApplicable(f"its ends come nearer by {travel} and its {open_ones} gaps are {gaps} in all, so that blocks"
                       " between them are free", "move an end by more")  # fmt: skip
     if stack.grown <= -sum(block.length for block in stack.blocks):
-        raise Refused("its ends come nearer by more than it is long", "move an end by less")
+        raise NotApplicable("its ends come nearer by more than it is long", "move an end by less")
 
 
 # ------------------------------------------------------------------ the blocks
@@ -133,12 +135,12 @@ def piled_of(case: Case) -> BlockPile:
     """Return the blocks of a case, in order along the axis. Raises Refused if their sections differ."""
     name = case.body.name
     if not isinstance(case.shape, Apart):
-        raise Refused(f"`{name}` is in one piece", PIECES)
+        raise NotApplicable(f"`{name}` is in one piece", PIECES)
     thickness = case.body.thing.thickness if case.planar else 0.0
     found = [rectangle(piece, thickness, bool(case.depth)) for piece in _pieces(case.shape)]
     blocks = [block for block in found if block is not None]
     if len(blocks) < len(found):
-        raise Refused(f"`{name}` has pieces that are no boxes and no upright rectangles", PIECES)
+        raise NotApplicable(f"`{name}` has pieces that are no boxes and no upright rectangles", PIECES)
     near = SAME * case.shape.diagonal
     first = blocks[0]
     ways = {
@@ -146,13 +148,13 @@ def piled_of(case: Case) -> BlockPile:
         if abs(block.low[c] - first.low[c]) > near or abs(block.high[c] - first.high[c]) > near
     }  # fmt: skip
     if len(ways) != 1:
-        raise Refused(f"the pieces of `{name}` do not lie end to end with one section", PIECES)
+        raise NotApplicable(f"the pieces of `{name}` do not lie end to end with one section", PIECES)
     way = ways.pop()
     if case.depth and way != 1:
-        raise Refused(f"the pieces of `{name}` lie around each other", "put them on each other along y")
+        raise NotApplicable(f"the pieces of `{name}` lie around each other", "put them on each other along y")
     order = sorted(blocks, key=lambda block: block.low[way])
     if any(a.high[way] > b.low[way] + near for a, b in pairwise(order)):
-        raise Refused(f"pieces of `{name}` overlap", PIECES)
+        raise NotApplicable(f"pieces of `{name}` overlap", PIECES)
     return BlockPile(case, tuple(order), way, order.index(first))
 
 
@@ -183,9 +185,9 @@ def _solid(piled: BlockPile, number: int) -> BlockMaterial:
         if selected == EVERYWHERE:
             material = own
         elif selected != NOWHERE or where is None or where.groups:
-            raise Refused(f"the part `{part.name}` is no whole block", "a part is one block, or several")
+            raise NotApplicable(f"the part `{part.name}` is no whole block", "a part is one block, or several")
     if hasattr(material, "passive"):
-        raise Refused(f"`{case.body.name}` is of a material that pulls", "use one that is at rest")
+        raise NotApplicable(f"`{case.body.name}` is of a material that pulls", "use one that is at rest")
     nu = float(material.poisson)
     young = 2.0 * float(material.shear_modulus) * (1.0 + nu)
     free = 1 if case.planar == "plane_strain" else 2
@@ -200,14 +202,18 @@ def _joint(piled: BlockPile, number: int) -> Joint:
     if len(met) != 1:
         between = f"the joint at {'xyz'[piled.way]} = {units.format_value(low.high[piled.way], units.LENGTH)}"
         count = f"{len(met)} contacts meet" if met else "no contact meets"
-        raise Refused(f"{count} {between}", "one `itself(...)` or `tied(...)` for each joint, on all of both faces")
+        raise NotApplicable(
+            f"{count} {between}", "one `itself(...)` or `tied(...)` for each joint, on all of both faces"
+        )
     thing = met[0].thing
     if isinstance(thing, Itself):
         if gap <= SAME * piled.extent:
-            raise Refused(f"`{met[0].name}` has no gap to close", "leave one between the blocks, or use `tied(...)`")
+            raise NotApplicable(
+                f"`{met[0].name}` has no gap to close", "leave one between the blocks, or use `tied(...)`"
+            )
         return Joint(gap)
     if gap > (thing.reach or REACH * piled.extent):
-        raise Refused(f"`{met[0].name}` does not reach across the joint", "put the blocks on each other")
+        raise NotApplicable(f"`{met[0].name}` does not reach across the joint", "put the blocks on each other")
     return Joint(gap, glued=True)
 
 
@@ -219,7 +225,7 @@ def _joint_contacts(piled: BlockPile, number: int) -> list[Declared]:
         if each == {EVERYWHERE}:
             found.append(pair)
         elif each != {NOWHERE}:
-            raise Refused(f"`{pair.name}` takes a part of a joint alone", "select both of its faces whole")
+            raise NotApplicable(f"`{pair.name}` takes a part of a joint alone", "select both of its faces whole")
     return found
 
 
@@ -234,24 +240,24 @@ def _held_ends_and_sides(
     for support in piled.case.named_supports:
         thing, by = at_full_size(support.thing), support.thing.imposed
         if not isinstance(thing, Fixed | Displaced | Symmetric):
-            raise Refused(f"the support `{support.name}` does not hold one end or one side", ENDS)
+            raise NotApplicable(f"the support `{support.name}` does not hold one end or one side", ENDS)
         along_it = [c for c in thing.components if c in piled.across]
         if any(by[c] for c in along_it):
-            raise Refused(f"the support `{support.name}` moves it across its axis", ENDS)
+            raise NotApplicable(f"the support `{support.name}` moves it across its axis", ENDS)
         taken = piled.ends(thing.where)
         if not taken:
             mirrors |= _mirrors(piled, support, thing)
             continue
         for end in taken:
             if along_it and solids[-end].poisson:
-                raise Refused(f"the end that `{support.name}` holds cannot grow narrower or wider",
+                raise NotApplicable(f"the end that `{support.name}` holds cannot grow narrower or wider",
                               "hold it along its normal alone, so that it slides")  # fmt: skip
             if piled.way in thing.components:
                 if end in ends:
-                    raise Refused(f"`{support.name}` holds an end that is held", "hold each end once")
+                    raise NotApplicable(f"`{support.name}` holds an end that is held", "hold each end once")
                 ends[end] = by[piled.way]
     if not ends:
-        raise Refused("no end is held along its normal", ENDS)
+        raise NotApplicable("no end is held along its normal", ENDS)
     return (ends.get(0), ends.get(1)), mirrors
 
 
@@ -265,10 +271,10 @@ def _mirrors(piled: BlockPile, support: Declared, thing: Any) -> set[tuple[int, 
         c = thing.components[0]
         taken = side.taken(thing.where, c) if len(thing.components) == 1 and c in piled.across else set()
         if len(taken) != 1:
-            raise Refused(f"the support `{support.name}` holds what is no end and no side", SIDES)
+            raise NotApplicable(f"the support `{support.name}` holds what is no end and no side", SIDES)
         end = taken.pop()
         if piled.whole.turns and (end or side.low[0] > SAME * piled.extent):
-            raise Refused(f"`{support.name}` keeps it from growing around its axis", "leave its sides free")
+            raise NotApplicable(f"`{support.name}` keeps it from growing around its axis", "leave its sides free")
         found.add((i, c, end))
     return found
 
@@ -282,7 +288,7 @@ def _roots(piled: BlockPile, joints: tuple[Joint, ...], mirrors: set[tuple[int, 
         for c in piled.across:
             held = {end for j, way, end in mirrors if way == c and _is_tied(joints, i, j)}
             if len(held) > 1 and solids[i].poisson:
-                raise Refused(f"it cannot grow along {'xyz'[c]}", SIDES)
+                raise NotApplicable(f"it cannot grow along {'xyz'[c]}", SIDES)
             if held and not block.turns:
                 root = replace_coordinate(root, c, (block.high if held.pop() else block.low)[c])
         found.append(root)
@@ -306,7 +312,7 @@ def _must_narrow_alike(piled: BlockPile, joints: tuple[Joint, ...], solids: tupl
         if solids[i] != solids[i + 1] or not alike:
             how = f"has friction of {friction:g}" if friction else "glues"
             remedy = ALIKE + (", or leave `friction` out" if friction else ", or let them touch: `itself(...)`")
-            raise Refused(f"`{pair.name}` {how} between blocks that narrow by different amounts", remedy)
+            raise NotApplicable(f"`{pair.name}` {how} between blocks that narrow by different amounts", remedy)
 
 
 def _end_load(piled: BlockPile, ends: tuple[float | None, float | None]) -> tuple[bool, float, float]:
@@ -316,7 +322,7 @@ def _end_load(piled: BlockPile, ends: tuple[float | None, float | None]) -> tupl
         action = load.thing.action
         taken = piled.ends(action.where) if isinstance(action, SurfaceTraction | RemoteStress | PressureLoad) else set()
         if len(taken) != 1 or ends[end := taken.pop()] is not None:
-            raise Refused(f"the load `{load.name}` is none on all of the end that is not held", LOADS)
+            raise NotApplicable(f"the load `{load.name}` is none on all of the end that is not held", LOADS)
         if isinstance(action, PressureLoad):
             pressure += action.pressure
             continue
@@ -324,7 +330,7 @@ def _end_load(piled: BlockPile, ends: tuple[float | None, float | None]) -> tupl
         vector = action.traction if isinstance(action, SurfaceTraction) else _traction_on_face(action, n)
         along = dot(vector, n)
         if math.hypot(*add_multiples(vector, (-along, n))) > SAME * math.hypot(*vector):
-            raise Refused(f"the load `{load.name}` does not act along the axis", LOADS)
+            raise NotApplicable(f"the load `{load.name}` does not act along the axis", LOADS)
         traction += along
     return bool(piled.case.loads), traction, pressure
 

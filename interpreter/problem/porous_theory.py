@@ -18,9 +18,9 @@ from softmark.interpreter.vocabulary.load_words import SurfaceTraction
 from softmark.interpreter.vocabulary.support_words import Drained, Holding, Level
 from softmark.records import dataclass
 from softmark.references.confined_compression import Permeability, PressedColumn
-from softmark.references.poroelastic_compression import Squeezed
+from softmark.references.poroelastic_compression import CompressedPorousBody
 from softmark.references.porous_skeletons import WHOLE, Skeleton
-from softmark.references.straight_cantilever import Refused, Vector
+from softmark.references.straight_cantilever import NotApplicable, Vector
 from softmark.references.terzaghi import Column, Drains
 from softmark.solvers.mesh.shape import add_multiples, cross, replace_coordinate
 
@@ -79,9 +79,9 @@ class Ends:
 def _analysis(case: Case) -> Quasistatic:
     """Return the quasistatic analysis. Raises Refused."""
     if not isinstance(case.analysis, Quasistatic):
-        raise Refused("the analysis follows no time course without inertia", "declare `quasistatic(...)`")
+        raise NotApplicable("the analysis follows no time course without inertia", "declare `quasistatic(...)`")
     if case.parts:
-        raise Refused(f"`{case.body.name}` is not of one material", "use one for all of it")
+        raise NotApplicable(f"`{case.body.name}` is not of one material", "use one for all of it")
     return case.analysis
 
 
@@ -92,19 +92,19 @@ def _ends(case: Case, remedy: str) -> Ends:
     drivers += [load for load in case.loads if any(_vector(load))]
     for support in case.supports:
         if not isinstance(at_full_size(support.thing), Holding):
-            raise Refused(f"the support `{support.name}` holds it otherwise", remedy)
+            raise NotApplicable(f"the support `{support.name}` holds it otherwise", remedy)
     if len(drivers) != 1:
-        raise Refused("it is not driven by one thing alone", remedy)
+        raise NotApplicable("it is not driven by one thing alone", remedy)
     driving = drivers[0]
     vector = _vector(driving)
     ways = [c for c in range(3) if abs(vector[c]) > ALIGNED * math.hypot(*vector)]
     if isinstance(body, Round):
         axis = body.shape.axis
         if math.hypot(*cross(vector, axis)) > ALIGNED * math.hypot(*vector):
-            raise Refused(f"`{driving.name}` does not act along the axis", remedy)
+            raise NotApplicable(f"`{driving.name}` does not act along the axis", remedy)
         ways = [c for c in range(3) if abs(axis[c]) > ALIGNED]
     if len(ways) != 1:
-        raise Refused(f"`{driving.name}` does not act along x, y or z", "turn the scene so that it does")
+        raise NotApplicable(f"`{driving.name}` does not act along x, y or z", "turn the scene so that it does")
     return _ends_along(case, body, ways[0], driving, vector, remedy)
 
 
@@ -115,18 +115,18 @@ def _ends_along(case: Case, body: Body, way: int, driving: Declared, vector: Vec
     ends = Ends(body, way, 0, driving, force, 0.0)  # of which one is held and by how much is found below
     driven = ends.taken(where)
     if len(driven) != 1:
-        raise Refused(f"`{driving.name}` does not take one end face whole and alone", remedy)
+        raise NotApplicable(f"`{driving.name}` does not take one end face whole and alone", remedy)
     held = set()
     for support in case.supports:
         if way not in support.thing.components:
             continue
         if support.thing.components != (way,) and not _are_sides_held(case, ends):
-            raise Refused(f"the support `{support.name}` keeps its end from growing wider", remedy)
+            raise NotApplicable(f"the support `{support.name}` keeps its end from growing wider", remedy)
         if len(own := ends.taken(support.thing.where)) != 1:
-            raise Refused(f"the support `{support.name}` does not take one end face whole and alone", remedy)
+            raise NotApplicable(f"the support `{support.name}` does not take one end face whole and alone", remedy)
         held |= own if support.name != driving.name else set()
     if held != {0, 1} - driven:
-        raise Refused("not one end is held along the axis, and it alone", remedy)
+        raise NotApplicable("not one end is held along the axis, and it alone", remedy)
     ends = replace(ends, held=held.pop())
     return replace(ends, amount=sum(v * a for v, a in zip(vector, ends.axis, strict=True)))
 
@@ -138,7 +138,7 @@ def _vector(declared: Declared) -> Vector:
         shift: Vector = thing.imposed
         return shift
     if not isinstance(thing.action, SurfaceTraction):
-        raise Refused(f"the load `{declared.name}` is no traction", DRIVE)
+        raise NotApplicable(f"the load `{declared.name}` is no traction", DRIVE)
     return thing.action.traction
 
 
@@ -174,9 +174,9 @@ def _check_no_fluid_pressure(case: Case) -> None:
     """Check that no fluid pressure is applied: open faces have pressure 0. Raises Refused."""
     for drain in case.drains:
         if not isinstance(drain.thing, Drained):
-            raise Refused(f"`{drain.name}` presses the fluid", "use `drained(...)`")
+            raise NotApplicable(f"`{drain.name}` presses the fluid", "use `drained(...)`")
     if not case.drains:
-        raise Refused("no face lets fluid through", "declare `drained(...)`")
+        raise NotApplicable("no face lets fluid through", "declare `drained(...)`")
 
 
 def _open_ends(case: Case, ends: Ends) -> Drains:
@@ -185,7 +185,9 @@ def _open_ends(case: Case, ends: Ends) -> Drains:
     found: set[int] = set()
     for drain in case.drains:
         if not (own := ends.taken(drain.thing.where)):
-            raise Refused(f"`{drain.name}` lets fluid through elsewhere than at its ends", "open whole ends alone")
+            raise NotApplicable(
+                f"`{drain.name}` lets fluid through elsewhere than at its ends", "open whole ends alone"
+            )
         found |= own
     if len(found) == 2:
         return "both"
@@ -199,7 +201,7 @@ def _column(case: Case) -> tuple[Quasistatic, Ends, Drains]:
     """Return the analysis, the ends, and which are open. Raises Refused if the sides can move."""
     analysis, ends = _analysis(case), _ends(case, DRIVE)
     if not _are_sides_held(case, ends):
-        raise Refused(f"the sides of `{case.body.name}` can move", SIDES)
+        raise NotApplicable(f"the sides of `{case.body.name}` can move", SIDES)
     return analysis, ends, _open_ends(case, ends)
 
 
@@ -238,23 +240,23 @@ def skeleton_of(case: Case) -> Skeleton:
     if word in WHOLE:
         return Skeleton(word, law.shear_modulus, law.lame_lambda)
     if word == "linear_elastic":
-        raise Refused("`linear_elastic` is a law of small strain", "use `terzaghi(...)`, or `neo_hookean(...)`")
+        raise NotApplicable("`linear_elastic` is a law of small strain", "use `terzaghi(...)`, or `neo_hookean(...)`")
     rubber = rubber_of(replace(case, other_material=law))
     volumetric = vars(law).get("volumetric", "squared")
     return Skeleton(word, law.shear_modulus, law.lame_lambda, rubber, volumetric)
 
 
-def squeezed_of(reference: Declared, case: Case) -> Squeezed:
+def squeezed_of(reference: Declared, case: Case) -> CompressedPorousBody:
     """Return the slab or disc of a case between plates, at its time. Raises Refused if an assumption is violated."""
     analysis, ends = _analysis(case), _ends(case, PLATES)
     if ends.force and not any(isinstance(b.thing, Level) and ends.taken(b.thing.where) == ends.far for b in case.beds):
-        raise Refused(f"the load `{ends.driving.name}` does not keep its plate level", PLATES)
+        raise NotApplicable(f"the load `{ends.driving.name}` does not keep its plate level", PLATES)
     _check_no_fluid_pressure(case)
     dimension, half, root, across = _disc(case, ends) if reference.thing.about == "disc" else _slab(case, ends)
     driven = driven_by(at_full_size(ends.driving.thing).course, analysis.duration)
     shear, modulus = _moduli(case)
     amount = ends.amount * ends.area if ends.force else ends.amount
-    return Squeezed(dimension, half, ends.length, ends.area, root, ends.axis, across, shear, modulus,
+    return CompressedPorousBody(dimension, half, ends.length, ends.area, root, ends.axis, across, shear, modulus,
                     case.material.permeability, ends.force, amount, driven, analysis.now)  # fmt: skip
 
 
@@ -262,18 +264,20 @@ def _slab(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
     """Return dimension, half-width, a point of the symmetry plane, and a lateral vector of a slab. Raises Refused."""
     body = ends.body
     if not isinstance(body, Rectangular) or body.turns:
-        raise Refused(f"`{case.body.name}` is no slab", "use a box, or a rectangle in `plane_strain(...)`")
+        raise NotApplicable(f"`{case.body.name}` is no slab", "use a box, or a rectangle in `plane_strain(...)`")
     sides = [c for c in range(3) if c != ends.way]
     open_ = {c: _open_faces(case, body, c) for c in sides}
     ways = [c for c in sides if open_[c]]
     if len(ways) != 1 or not all(body.taken(d.thing.where, ways[0]) for d in case.drains):
-        raise Refused("its fluid does not leave across one direction alone", "`drained(...)` whole sides across one")
+        raise NotApplicable(
+            "its fluid does not leave across one direction alone", "`drained(...)` whole sides across one"
+        )
     way, other = ways[0], next(c for c in sides if c != ways[0])
     if _held_sides(case, body, other) != {0, 1}:
-        raise Refused(f"it can grow along {'xyz'[other]}", "hold both faces there, or use `plane_strain(...)`")
+        raise NotApplicable(f"it can grow along {'xyz'[other]}", "hold both faces there, or use `plane_strain(...)`")
     held = _held_sides(case, body, way)
     if len(held) != 1 or open_[way] != {0, 1} - held:
-        raise Refused(f"across {'xyz'[way]} not one side is held as a plane of symmetry, and the other free and open",
+        raise NotApplicable(f"across {'xyz'[way]} not one side is held as a plane of symmetry, and the other free and open",
                       "model one half: hold its middle plane, sealed, and open the other side")  # fmt: skip
     root = replace_coordinate(ends.root, way, (body.low, body.high)[held.pop()][way])
     return 1, body.size(way), root, replace_coordinate((0.0, 0.0, 0.0), way, 1.0)
@@ -290,19 +294,19 @@ def _disc(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
     remedy = "use a `cylinder(...)`, or a rectangle beside x = 0 in `axisymmetric(...)`"
     if isinstance(body, Rectangular):
         if not body.turns or body.low[0] != 0.0 or ends.way != 1:
-            raise Refused(f"`{case.body.name}` is no disc", remedy)
+            raise NotApplicable(f"`{case.body.name}` is no disc", remedy)
         if any(body.taken(d.thing.where, 0) != {1} for d in case.drains):
-            raise Refused("its side is not open all around, and it alone", "`drained(...)` all of its side")
+            raise NotApplicable("its side is not open all around, and it alone", "`drained(...)` all of its side")
         if 1 in _held_sides(case, body, 0):
-            raise Refused("its side is held", "leave it free")
+            raise NotApplicable("its side is held", "leave it free")
         return 2, body.high[0], ends.root, none
     if not all(body.around(d.thing.where) for d in case.drains):
-        raise Refused("its side is not open all around, and it alone", "`drained(...)` all of its side")
+        raise NotApplicable("its side is not open all around, and it alone", "`drained(...)` all of its side")
     for support in case.named_supports:
         if ends.taken(support.thing.where) and support.thing.components == (ends.way,):
             continue
         if not all(body.on_plane(support.thing.where, c) for c in support.thing.components):
-            raise Refused(f"the support `{support.name}` holds what would move",
+            raise NotApplicable(f"the support `{support.name}` holds what would move",
                           "across its axis hold only points of the planes through it")  # fmt: skip
     return 2, body.shape.radius, ends.root, none
 

@@ -15,8 +15,8 @@ from softmark.interpreter.vocabulary.amplitude_words import Pulse, Ramp, Sine, S
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
 from softmark.interpreter.vocabulary.load_words import SurfaceTraction
 from softmark.interpreter.vocabulary.support_words import Holding
-from softmark.references.prony import Driven, RelaxingBar, Swing
-from softmark.references.straight_cantilever import Refused
+from softmark.references.prony import Amplitude, AmplitudeSegment, RelaxingBar
+from softmark.references.straight_cantilever import NotApplicable
 from softmark.solvers.materials.viscoelastic import Viscous
 from softmark.solvers.mesh.shape import Prism, add_multiples, cross, dot, replace_coordinate
 
@@ -27,15 +27,19 @@ def bar_of(case: Case) -> RelaxingBar:
     """Return the bar of a case, at its time. Raises Refused if an assumption of the theory is violated."""
     shape, name, material, analysis = case.shape, case.body.name, case.material, case.analysis
     if not isinstance(shape, Prism):
-        raise Refused(f"`{name}` is no straight body of one section", "it takes a box, a cylinder or a tube")
+        raise NotApplicable(f"`{name}` is no straight body of one section", "it takes a box, a cylinder or a tube")
     if case.parts or not isinstance(material, Viscous):
-        raise Refused(f"`{name}` is not of one material that relaxes", "use `viscous(...)` for all of it")
+        raise NotApplicable(f"`{name}` is not of one material that relaxes", "use `viscous(...)` for all of it")
     if not material.branches:
-        raise Refused("no share of its stress relaxes", "give it some, or compare with the theory of an elastic body")
+        raise NotApplicable(
+            "no share of its stress relaxes", "give it some, or compare with the theory of an elastic body"
+        )
     if material.of == "shape" and material.poisson != 0.5:
-        raise Refused("its bulk modulus stays while its shear modulus relaxes", "use `of = whole`, or `poisson = 0.5`")
+        raise NotApplicable(
+            "its bulk modulus stays while its shear modulus relaxes", "use `of = whole`, or `poisson = 0.5`"
+        )
     if not isinstance(analysis, Quasistatic):
-        raise Refused("the analysis follows no time course without inertia", "declare `quasistatic(...)`")
+        raise NotApplicable("the analysis follows no time course without inertia", "declare `quasistatic(...)`")
     held, driving, amount = _ends(case)
     root, axis = end_frame(shape, held)
     force = driving.kind == "load"
@@ -43,7 +47,7 @@ def bar_of(case: Case) -> RelaxingBar:
     now = analysis.now
     sign = dot(amount, axis)
     if math.hypot(*cross(amount, axis)) > ALIGNED * math.hypot(*amount):
-        raise Refused(f"`{driving.name}` does not act along the axis", REMEDY)
+        raise NotApplicable(f"`{driving.name}` does not act along the axis", REMEDY)
     course = at_full_size(driving.thing).course
     area = shape.section.area
     return RelaxingBar(shape.length, area, root, axis, _fixed_point(case, root), material.young, material.poisson, g, tau,
@@ -58,26 +62,26 @@ def _ends(case: Case) -> tuple[int, Declared, Any]:
         thing = at_full_size(support.thing)
         along = [abs(shape.axis[c]) > ALIGNED for c in thing.components]
         if not isinstance(thing, Holding):
-            raise Refused(f"the support `{support.name}` holds it otherwise", REMEDY)
+            raise NotApplicable(f"the support `{support.name}` holds it otherwise", REMEDY)
         if not any(along):
             if thing.moves:
-                raise Refused(f"the support `{support.name}` moves it across its axis", REMEDY)
+                raise NotApplicable(f"the support `{support.name}` moves it across its axis", REMEDY)
             continue
         if not all(along) and case.material.poisson != 0.0:
-            raise Refused(f"the support `{support.name}` keeps its end from growing thinner", REMEDY)
+            raise NotApplicable(f"the support `{support.name}` keeps its end from growing thinner", REMEDY)
         if (end := end_of(thing.where, shape)) is None or end in ends:
-            raise Refused(f"the support `{support.name}` does not take one end face whole and alone", REMEDY)
+            raise NotApplicable(f"the support `{support.name}` does not take one end face whole and alone", REMEDY)
         ends[end] = support
     held = [end for end, support in ends.items() if not at_full_size(support.thing).moves]
     movers = [support for support in ends.values() if at_full_size(support.thing).moves]
     if len(held) != 1 or len(movers) + len(case.loads) != 1:
-        raise Refused("not one end is held and the other moved or pulled by one thing", REMEDY)
+        raise NotApplicable("not one end is held and the other moved or pulled by one thing", REMEDY)
     if movers:
         return held[0], movers[0], at_full_size(movers[0].thing).displacement
     load = case.loads[0]
     action = at_full_size(load.thing).action
     if not isinstance(action, SurfaceTraction) or end_of(action.where, shape) != 1 - held[0]:
-        raise Refused(f"the load `{load.name}` is no traction on the whole of the free end", REMEDY)
+        raise NotApplicable(f"the load `{load.name}` is no traction on the whole of the free end", REMEDY)
     return held[0], load, action.traction
 
 
@@ -95,31 +99,33 @@ def _fixed_point(case: Case, root: Any) -> Any:
             if sum(holds) == 1:
                 found[c] = sides[holds.index(True)][c]
             elif case.material.poisson != 0.0:
-                raise Refused(f"the support `{support.name}` holds no plane along the axis", REMEDY)
+                raise NotApplicable(f"the support `{support.name}` holds no plane along the axis", REMEDY)
     return tuple(found)
 
 
-def driven_by(course: Any, now: float) -> Driven:
+def driven_by(course: Any, now: float) -> Amplitude:
     """Return jumps and slopes of an amplitude up to a time."""
     match course:
         case None:
-            return Driven([(0.0, 1.0)], [])
+            return Amplitude([(0.0, 1.0)], [])
         case Ramp(over=over, start=start):
-            return Driven([], [Swing(start, start + over, 1.0 / over)])
+            return Amplitude([], [AmplitudeSegment(start, start + over, 1.0 / over)])
         case Smooth(over=over, start=start):  # (1 - cos)/2: its slope is w/2 sin
             w = math.pi / over
-            return Driven([], [Swing(start, start + over, -0.5j * w, w)])
+            return Amplitude([], [AmplitudeSegment(start, start + over, -0.5j * w, w)])
         case Sine(frequency=frequency):
             w = 2.0 * math.pi * frequency
-            return Driven([], [Swing(0.0, now, w, w)])
+            return Amplitude([], [AmplitudeSegment(0.0, now, w, w)])
         case Pulse(start=start, until=until):
-            return Driven([(start, 1.0), (until, -1.0)] if start < until else [], [])
+            return Amplitude([(start, 1.0), (until, -1.0)] if start < until else [], [])
         case Table():
             times, shares, _ = course.rows
             rows = list(zip(times, shares, strict=True))
-            slopes = [Swing(max(0.0, a), b, (q - p) / (b - a)) for (a, p), (b, q) in pairwise(rows) if b > 0.0]
-            return Driven([(0.0, course.at(0.0))], slopes)
-    raise Refused("its course is not known to the theory", "use `ramp`, `smooth`, `sine`, `pulse` or `table`")
+            slopes = [
+                AmplitudeSegment(max(0.0, a), b, (q - p) / (b - a)) for (a, p), (b, q) in pairwise(rows) if b > 0.0
+            ]
+            return Amplitude([(0.0, course.at(0.0))], slopes)
+    raise NotApplicable("its course is not known to the theory", "use `ramp`, `smooth`, `sine`, `pulse` or `table`")
 
 
 def at_rest(case: Case, bar: RelaxingBar) -> EquilibriumForces:

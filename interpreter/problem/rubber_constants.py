@@ -6,7 +6,7 @@ from typing import Any
 
 from softmark.interpreter.problem.body_case import Case
 from softmark.references.rubber_energies import KNOWN, LAWS, Rubber
-from softmark.references.straight_cantilever import Refused
+from softmark.references.straight_cantilever import NotApplicable
 from softmark.solvers.materials import MATERIALS
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
@@ -26,5 +26,7 @@ def rubber_of(case: Case) -> Rubber:
         return Rubber.neo_hookean(material.shear_modulus)
     word = word_of(material)
     if word not in KNOWN:
-        raise Refused(f"`{word}` is no rubber that this knows", f"use `neo_hookean(...)`, or one of {', '.join(LAWS)}")
+        raise NotApplicable(
+            f"`{word}` is no rubber that this knows", f"use `neo_hookean(...)`, or one of {', '.join(LAWS)}"
+        )
     return Rubber(word, tuple((name, value) for name, value in vars(material).items() if name not in OTHER))

@@ -17,7 +17,7 @@ from softmark.interpreter.problem.contact_theory import (
 )
 from softmark.interpreter.vocabulary.load_words import SurfaceTraction
 from softmark.references.signorini import StoppedBar
-from softmark.references.straight_cantilever import Refused, Vector
+from softmark.references.straight_cantilever import NotApplicable, Vector
 from softmark.solvers.mesh.rigid_shapes import HalfSpace
 from softmark.solvers.mesh.shape import add_multiples, dot, replace_coordinate
 
@@ -30,14 +30,16 @@ def bar_of(case: Case) -> StoppedBar:
     touch, face = face_of(case)
     material, nu = case.material, float(case.material.poisson)
     if touch.thing.friction and nu:
-        raise Refused(f"the contact has friction of {touch.thing.friction:g}", "leave `friction` out")
+        raise NotApplicable(f"the contact has friction of {touch.thing.friction:g}", "leave `friction` out")
     n = face.normal
     gap = _height(touch.rigid.name, touch.rigid.thing.shape, face) + dot(rigid_displacement(touch), n)
     bonded, mirrors = bonding_and_mirrors(case, face)
     if bonded and nu:
-        raise Refused("its far face cannot grow narrower or wider", "hold it along its normal alone, so that it slides")
+        raise NotApplicable(
+            "its far face cannot grow narrower or wider", "hold it along its normal alone, so that it slides"
+        )
     if not touch.thing.where.holds(*face.middle, case.shape.diagonal):
-        raise Refused(f"`{touch.name}` leaves the place out that is pressed", "select the whole face")
+        raise NotApplicable(f"`{touch.name}` leaves the place out that is pressed", "select the whole face")
     young, narrowing = 2.0 * float(material.shear_modulus) * (1.0 + nu), nu
     if case.planar == "plane_strain":
         young, narrowing = young / (1.0 - nu**2), nu / (1.0 - nu)
@@ -54,15 +56,15 @@ def _height(name: str, shape: Any, face: Face) -> float:
     from softmark.solvers.mesh.shapes import Box
 
     if not isinstance(shape, Box):
-        raise Refused(f"`{name}` is no plane", PLANE)
+        raise NotApplicable(f"`{name}` is no plane", PLANE)
     low, high = shape.bounds
     own_low, own_high = face.body.bounds
     flat = isinstance(face.body, Rectangular) and face.body.flat
     if any(low[c] > own_low[c] or high[c] < own_high[c] for c in face.across if not (flat and face.body_turns)):
-        raise Refused(f"`{name}` does not cover the end", PLANE)
+        raise NotApplicable(f"`{name}` does not cover the end", PLANE)
     way = max(range(3), key=lambda c: abs(n[c]))
     if abs(n[way]) < 1.0 - SAME:
-        raise Refused(f"`{name}` is not across the bar", PLANE)
+        raise NotApplicable(f"`{name}` is not across the bar", PLANE)
     near = low if n[way] > 0.0 else high
     return (near[way] - face.middle[way]) * n[way]
 
@@ -74,10 +76,10 @@ def _load(case: Case, face: Face) -> float:
     load = case.loads[0]
     action = load.thing.action
     if len(case.loads) > 1 or not isinstance(action, SurfaceTraction) or face.taken(action.where) != {face.end}:
-        raise Refused(f"the load `{load.name}` is none on the end that meets the plane", LOADS)
+        raise NotApplicable(f"the load `{load.name}` is none on the end that meets the plane", LOADS)
     along = float(dot(action.traction, face.normal))
     if math.hypot(*add_multiples(action.traction, (-along, face.normal))) > SAME * math.hypot(*action.traction):
-        raise Refused(f"the load `{load.name}` does not act along the bar", LOADS)
+        raise NotApplicable(f"the load `{load.name}` does not act along the bar", LOADS)
     return along * face.area
 
 
@@ -87,6 +89,6 @@ def _root(face: Face, mirrors: set[tuple[int, int]]) -> Vector:
     for way, end in mirrors:
         assert isinstance(face.body, Rectangular)
         if (way, 1 - end) in mirrors:
-            raise Refused(f"it cannot grow along {'xyz'[way]}", f"leave one side free; {FAR}")
+            raise NotApplicable(f"it cannot grow along {'xyz'[way]}", f"leave one side free; {FAR}")
         found = replace_coordinate(found, way, (face.body.high if end else face.body.low)[way])
     return found

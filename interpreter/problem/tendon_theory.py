@@ -9,8 +9,8 @@ from softmark.interpreter.problem.beam_theory import clamped_end
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import BodyForce, PointLoad, TendonLoad
-from softmark.references.straight_cantilever import Disc, Rectangle, Refused, Ring
-from softmark.references.tendon_driven_rod import DrivenRod, Route
+from softmark.references.straight_cantilever import Disc, NotApplicable, Rectangle, Ring
+from softmark.references.tendon_driven_rod import DrivenRod, TendonRoute
 from softmark.solvers.mesh.shape import Vector3, add_multiples, cross
 from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.mesh.tubes import Tube
@@ -22,11 +22,13 @@ def driven_rod_of(case: Case) -> DrivenRod:
     """Return the rod of a case. Raises Refused if an assumption of the theory is violated."""
     shape, name = case.shape, case.body.name
     if not isinstance(shape, Cylinder | Tube | Box):
-        raise Refused(f"`{name}` is not a straight body with a constant section", "use a cylinder, a tube or a box")
+        raise NotApplicable(
+            f"`{name}` is not a straight body with a constant section", "use a cylinder, a tube or a box"
+        )
     if case.parts:
-        raise Refused(f"the part `{case.parts[0].name}` is of another material", "the theory knows one material")
+        raise NotApplicable(f"the part `{case.parts[0].name}` is of another material", "the theory knows one material")
     if isinstance(case.analysis, Dynamic):
-        raise Refused("the analysis is dynamic", "the theory is solved for rest")
+        raise NotApplicable("the analysis is dynamic", "the theory is solved for rest")
     root, axis = clamped_end(case)
     frame = _frame(axis)
     tip = add_multiples(root, (shape.length, axis))
@@ -38,15 +40,15 @@ def driven_rod_of(case: Case) -> DrivenRod:
             case PointLoad(at=at, force=pull) if math.dist(at, tip) <= NEAR * shape.length:
                 force = [a + b for a, b in zip(force, pull, strict=True)]
             case TendonLoad(guides=int()):
-                raise Refused(f"the tendon `{load.name}` is straight between its guides",
+                raise NotApplicable(f"the tendon `{load.name}` is straight between its guides",
                               "the theory knows guides all along: leave `guides` out")  # fmt: skip
             case TendonLoad() as tendon:
                 routes.append(_route(tendon, root, frame))
             case _:
-                raise Refused(f"it knows nothing of the load `{load.name}`",
+                raise NotApplicable(f"it knows nothing of the load `{load.name}`",
                               "it takes tendons, gravity and a force at the centre of the free end")  # fmt: skip
     if not routes:
-        raise Refused("no tendon drives the beam", "declare one: `load pull = tendon(...)`")
+        raise NotApplicable("no tendon drives the beam", "declare one: `load pull = tendon(...)`")
     line = case.material.density * _declared_section(shape, frame).area
     weight = add_multiples((0.0, 0.0, 0.0), (line, case.gravity))
     stiffness = _stiffness(case, frame)
@@ -65,14 +67,14 @@ def _frame(axis: Vector3) -> tuple[Vector3, Vector3, Vector3]:
     return axis, (x, y, z), cross(axis, (x, y, z))
 
 
-def _route(tendon: TendonLoad, root: Vector3, frame: tuple[Vector3, Vector3, Vector3]) -> Route:
+def _route(tendon: TendonLoad, root: Vector3, frame: tuple[Vector3, Vector3, Vector3]) -> TendonRoute:
     """Return a tendon in coordinates of the rod, from its end nearer to the clamp."""
     ends = []
     for point in (tendon.begin, tendon.end):
         away = [p - r for p, r in zip(point, root, strict=True)]
         ends.append([sum(a * e for a, e in zip(away, unit, strict=True)) for unit in frame])
     (begin, *first), (end, *last) = sorted(ends)
-    return Route(max(begin, 0.0), end, (first[0], first[1]), (last[0], last[1]), tendon.winding, tendon.tension)
+    return TendonRoute(max(begin, 0.0), end, (first[0], first[1]), (last[0], last[1]), tendon.winding, tendon.tension)
 
 
 def _declared_section(shape: Any, frame: tuple[Vector3, Vector3, Vector3]) -> Disc | Ring | Rectangle:
@@ -90,7 +92,9 @@ def _stiffness(case: Case, frame: Any) -> tuple[float, float, float, float, floa
     return section_stiffness(_declared_section(case.shape, frame), case.material.young, case.material.poisson)
 
 
-def section_stiffness(section: Disc | Ring | Rectangle, E: float, nu: float) -> tuple[float, float, float, float, float, float]:
+def section_stiffness(
+    section: Disc | Ring | Rectangle, E: float, nu: float
+) -> tuple[float, float, float, float, float, float]:
     """Return EA, GA2, GA3, GJ, EI2 and EI3 of a section, whose height lies along its second axis."""
     G = E / (2.0 * (1.0 + nu))
     shear = section.shear_factor(nu) * G * section.area

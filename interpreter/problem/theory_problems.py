@@ -9,7 +9,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.beam_theory import cantilever_of
 from softmark.interpreter.problem.body_case import Case, Fault, fault
 from softmark.interpreter.vocabulary.support_words import Level
-from softmark.references.straight_cantilever import Refused
+from softmark.references.straight_cantilever import NotApplicable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -50,20 +50,20 @@ def problem_of(reference: Declared, case: Case) -> Any:
         if isinstance(bed.thing, Level) and reference.thing.about in POROUS:
             continue
         why = f"`{bed.name}` puts `{case.body.name}` on springs"
-        raise _assumption_fault(reference, Refused(why, "use `self_converged(...)`, which refines solids"))
+        raise _assumption_fault(reference, NotApplicable(why, "use `self_converged(...)`, which refines solids"))
     if not case.uniform:
         from softmark.interpreter.problem.heterogeneity_limits import must_be_uniform
 
         must_be_uniform(reference, case)
     try:
         if case.porous != (reference.thing.about in POROUS):
-            raise Refused(*(FULL if case.porous else DRY))
+            raise NotApplicable(*(FULL if case.porous else DRY))
         if case.contacts and reference.thing.about not in CONTACT:
-            raise Refused(*CLEAR)
+            raise NotApplicable(*CLEAR)
         if reference.thing.about not in ("relaxing", *POROUS) and case.remembers:
-            raise Refused("the stress of its body relaxes", "compare with the elastic law, or with `prony(...)`")
+            raise NotApplicable("the stress of its body relaxes", "compare with the elastic law, or with `prony(...)`")
         return _problem(reference, case)
-    except Refused as refused:
+    except NotApplicable as refused:
         raise _assumption_fault(reference, refused) from refused
 
 
@@ -124,12 +124,12 @@ def solve_theory(reference: Declared, case: Case) -> Theory:
     problem = problem_of(reference, case)
     try:
         found: Theory = reference.thing.solve(problem)
-    except Refused as refused:
+    except NotApplicable as refused:
         raise _assumption_fault(reference, refused) from refused
     return found
 
 
-def _assumption_fault(reference: Declared, refused: Refused) -> Fault:
+def _assumption_fault(reference: Declared, refused: NotApplicable) -> Fault:
     problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
     return fault("E503", reference.at(), problem, help=refused.remedy)
 

@@ -11,7 +11,7 @@ from softmark.interpreter.results.reaction_results import EquilibriumForces, Rea
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.support_words import Fixed, Turned
 from softmark.references.rubber_torsion import TwistedCylinder
-from softmark.references.straight_cantilever import Refused
+from softmark.references.straight_cantilever import NotApplicable
 from softmark.solvers.mesh.shape import add_multiples, cross
 from softmark.solvers.mesh.shapes import Cylinder
 
@@ -23,19 +23,21 @@ def cylinder_of(case: Case) -> TwistedCylinder:
     """Return the twisted cylinder of a case. Raises Refused if an assumption of the theory is violated."""
     shape, name = case.shape, case.body.name
     if not isinstance(shape, Cylinder):
-        raise Refused(f"`{name}` is no solid cylinder", "the section of any other body warps, or its wall gives way")
+        raise NotApplicable(
+            f"`{name}` is no solid cylinder", "the section of any other body warps, or its wall gives way"
+        )
     if case.parts:
-        raise Refused(f"`{name}` is not of one material", "use one for all of it")
+        raise NotApplicable(f"`{name}` is not of one material", "use one for all of it")
     rubber = rubber_of(case)
     if isinstance(case.analysis, Dynamic):
-        raise Refused("the analysis is dynamic", "the closed form is one of rest")
+        raise NotApplicable("the analysis is dynamic", "the closed form is one of rest")
     for load in case.loads:
-        raise Refused(f"the load `{load.name}` acts as well", "leave loads out")
+        raise NotApplicable(f"the load `{load.name}` acts as well", "leave loads out")
     held, turned = _ends(case)
     root, axis = end_frame(shape, held)
     away = add_multiples(turned.through, (-1.0, root))
     if math.hypot(*cross(turned.axis, axis)) > ALIGNED or math.hypot(*cross(away, axis)) > ALIGNED * shape.radius:
-        raise Refused("it is not turned about its own axis", "the axis and `through` are those of the cylinder")
+        raise NotApplicable("it is not turned about its own axis", "the axis and `through` are those of the cylinder")
     angle = sum(a * b for a, b in zip(turned.rotation, axis, strict=True))
     return TwistedCylinder(shape.length, shape.radius, rubber, case.material.poisson, root, axis, angle)
 
@@ -46,16 +48,16 @@ def _ends(case: Case) -> tuple[int, Turned]:
     for support in case.supports:
         thing = support.thing
         if not isinstance(thing, Fixed | Turned) or len(thing.components) < 3:
-            raise Refused(f"the support `{support.name}` holds it otherwise", REMEDY)
+            raise NotApplicable(f"the support `{support.name}` holds it otherwise", REMEDY)
         if (end := end_of(thing.where, case.prism)) is None:
-            raise Refused(f"the support `{support.name}` does not take one end face whole", REMEDY)
+            raise NotApplicable(f"the support `{support.name}` does not take one end face whole", REMEDY)
         if end in found:
-            raise Refused("two supports take one end", REMEDY)
+            raise NotApplicable("two supports take one end", REMEDY)
         found[end] = thing
     for end, thing in found.items():
         if isinstance(thing, Turned) and isinstance(found.get(1 - end), Fixed):
             return 1 - end, thing
-    raise Refused("no end is fixed while the other is turned", REMEDY)
+    raise NotApplicable("no end is fixed while the other is turned", REMEDY)
 
 
 def at_rest(case: Case, cylinder: TwistedCylinder) -> EquilibriumForces:

@@ -1,13 +1,16 @@
-"""The report: pages that need nothing else, tables for the terminal, files for other programs.
+"""Reports: self-contained HTML pages, tables for the terminal, and files for other programs.
 
-    page       a document: its frame, markup, style sheets and scripts, which go into the page
-    charts     axes, curves, colours, labels: SVG
-    view3d     bodies in three dimensions; drawn without a script and with one
-    run        the report of a run: `html.render`, `terminal`, a file for each section
-    compare    the page of a comparison, and its table for the terminal
-    stability  the page of where models end
-    files      what is written beside the page
+    page         HTML documents: markup, embedded CSV, style sheets and scripts
+    charts       axes, curves, colours and labels as SVG
+    view3d       bodies in three dimensions, as a still picture and interactive
+    run          report of a run: `report_page.render`, `report_terminal.table`, and a file for each section
+    comparison   page and terminal table of `dsl compare`
+    robustness   page and terminal table of `dsl stress`
+    leaderboard  site of `dsl board`
+    notebook     boxes for Jupyter
+    exam_export  models and expected results for other programs
+    files        report.json, report.html, JUnit and ParaView files
 
-To add a section to a run: a file with `section_of(findings) -> str` ("" where it has nothing to show) in `run/tables`
-or `run/figures`, and a line in `SECTIONS` of `run/report_page.py`.
+To add a section to a run: a file with `section_of(findings) -> str` ("" if it has nothing to show) in `run/tables` or
+`run/figures`, and a line in `SECTIONS` of `run/report_page.py`.
 """

@@ -11,24 +11,24 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.models.shared.prepared_model import Moved
+from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 
 INWARD = 1e-6  # of the way to its centroid: where a cell is looked at, so that its border is not
 
 
-def alone(case: Case, mesh: Moved) -> list[tuple[Case, Any]]:
+def alone(case: Case, mesh: DeformedMesh) -> list[tuple[Case, Any]]:
     """A case of each material, and which cells are of it: all of a body of one material."""
     if not case.parts:
         return [(case, slice(None))]
-    from softmark.interpreter.models.shared.region_cells import owners
+    from softmark.interpreter.models.shared.region_cells import materials_of_cells
 
-    owner = np.where((seen := _seen(case, mesh)) < 0, owners(case, mesh.mesh).cells, seen)
+    owner = np.where((seen := _seen(case, mesh)) < 0, materials_of_cells(case, mesh.mesh).cells, seen)
     cases = [replace(case, other_material=material, parts=()) for material in case.materials]
     return [(own, np.flatnonzero(owner == i)) for i, own in enumerate(cases) if (owner == i).any()]
 
 
-def _seen(case: Case, mesh: Moved) -> Any:
+def _seen(case: Case, mesh: DeformedMesh) -> Any:
     """The number of the material that all points of a cell are of (m,), -1 where they are of several."""
     from softmark.interpreter.problem.group_conditions import cell_membership
     from softmark.interpreter.problem.material_layers import material_numbers

@@ -41,7 +41,7 @@ from softmark.solvers.mesh.surface_bodies import Filled
 from softmark.solvers.mesh.tubes import Tube
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.shared.prepared_model import Moved
+    from softmark.interpreter.models.shared.prepared_model import DeformedMesh
     from softmark.interpreter.problem.body_case import Case, Touch
     from softmark.solvers.contact.surface_points import AddedContactPoints
     from softmark.solvers.mesh.shape import Shape
@@ -54,7 +54,7 @@ MISSED = 1e-4  # of the size of a body: what a `where` may leave behind a rigid 
 ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
 
-def of_contacts(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Floats], float]:
+def of_contacts(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Floats], float]:
     """Forces on the nodes (n, 3), N, of every contact by name, and what of them is not sure, N. Raises Unchecked."""
     found, unsure = dict[str, Floats](), 0.0
     for touch in case.contacts:
@@ -63,7 +63,7 @@ def of_contacts(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Floats], 
     return found, unsure
 
 
-def seen(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None]:
+def seen(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Any], str | None]:
     """What a report says of every contact, by name, and why the state is no answer, if a node is behind a rigid body.
 
     `least_gap` is that of all nodes that may touch, m, and `overlap` how deep facets cut into the rigid body between
@@ -98,7 +98,7 @@ def seen(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None
     return {"contact": found}, reason
 
 
-def _passes_between_nodes(case: Case, touch: Touch, mesh: Moved, u: Floats, own: dict[str, Any]) -> bool:
+def _passes_between_nodes(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats, own: dict[str, Any]) -> bool:
     """Return whether facets cut a rigid body in half and it does not push them back. Raises Unchecked.
 
     It pushes them back where its force has a part against the outward normal of the facet that is cut most deeply.
@@ -114,7 +114,7 @@ def _passes_between_nodes(case: Case, touch: Touch, mesh: Moved, u: Floats, own:
     return not -float(force @ normal) > PUSHED * float(np.linalg.norm(force) * np.linalg.norm(normal))
 
 
-def _missed(case: Case, touch: Touch, mesh: Moved, u: Floats) -> float:
+def _missed(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> float:
     """How deep nodes that no contact with a rigid body asks for are behind it, m; those that are held are left out."""
     if touch.thing.where is EVERYWHERE:
         return 0.0
@@ -127,7 +127,7 @@ def _missed(case: Case, touch: Touch, mesh: Moved, u: Floats) -> float:
     return max(0.0, -float(_asked(_where(touch), x)[0].min(initial=0.0)))
 
 
-def _swallowed(case: Case, touch: Touch, mesh: Moved, u: Floats) -> bool:
+def _swallowed(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> bool:
     """Whether a rigid body lies in the body, where no node and no facet is behind it.
 
     Its middle does; where that is in a hollow of it, all of its surface.
@@ -146,7 +146,7 @@ def _swallowed(case: Case, touch: Touch, mesh: Moved, u: Floats) -> bool:
     return bool(len(places)) and all(map(inside, places))
 
 
-def _matter(case: Case, mesh: Moved, u: Floats) -> Callable[[Floats], bool]:
+def _matter(case: Case, mesh: DeformedMesh, u: Floats) -> Callable[[Floats], bool]:
     """Whether a point (3,), m, is in the body, deformed; of one that is plane, or of revolution, by its section."""
     facets, x = np.asarray(mesh.mesh.facets), mesh.points + u
     if case.planar:  # one face of the slice
@@ -168,7 +168,7 @@ def _ends(touch: Touch) -> tuple[Floats, Floats]:
     return corners.min(axis=0), corners.max(axis=0)
 
 
-def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:
+def _seen(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> dict[str, Any]:
     facets, look = _facets(case, touch, mesh), _where(touch)
     x = _flat(case, mesh.points + u)
     nodes = np.setdiff1d(np.unique(facets), _still(case, mesh))
@@ -190,7 +190,7 @@ def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:
     return found | ({"deepest": place.tolist()} if deep < 0.0 else {})
 
 
-def of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Floats, float]:
+def of_contact(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> tuple[Floats, float]:
     """Forces on the nodes (n, 3), N, of one contact, and what of them is not sure, N. Raises Unchecked."""
     facets, barrier = _facets(case, touch, mesh), barrier_of(case, touch, mesh.mesh)
     barrier = barrier.stiffer(mesh.stiffer)
@@ -242,7 +242,7 @@ def _before_planes(
     return g, n
 
 
-def _points(case: Case, touch: Touch, mesh: Moved, facets: Ints) -> tuple[Ints, Floats, Floats]:
+def _points(case: Case, touch: Touch, mesh: DeformedMesh, facets: Ints) -> tuple[Ints, Floats, Floats]:
     """What is kept clear: nodes (p, a) of points, their shares (p, a) and areas (p,), m^2.
 
     Of points inside facets those of every facet by itself, each point in all that have it.
@@ -262,7 +262,7 @@ def _points(case: Case, touch: Touch, mesh: Moved, facets: Ints) -> tuple[Ints, 
     return np.repeat(facets, len(xi), axis=0), np.tile(N, (len(facets), 1)), A
 
 
-def _still(case: Case, mesh: Moved) -> Ints:
+def _still(case: Case, mesh: DeformedMesh) -> Ints:
     """Nodes that supports hold in every way: these neither press nor give way."""
     found: Ints = np.flatnonzero(held(case, mesh).all(axis=1))
     return found
@@ -280,7 +280,7 @@ def _asked(look: rigid_contact_forces.Distance, x: Floats) -> tuple[Floats, Floa
         raise Unchecked(str(many)) from many
 
 
-def _facets(case: Case, touch: Touch, mesh: Moved) -> Ints:
+def _facets(case: Case, touch: Touch, mesh: DeformedMesh) -> Ints:
     """Those that may touch (f, k): that are selected, and of which a node at least is free. Raises Unchecked."""
     where, facets = touch.thing.where, np.asarray(mesh.mesh.facets)
     if where is not EVERYWHERE:

@@ -10,7 +10,7 @@ import numpy as np
 
 from softmark.interpreter.language.spatial_profiles import DirectionProfile
 from softmark.interpreter.models.shared.material_regions import own_points
-from softmark.interpreter.models.shared.prepared_model import Moved
+from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.cell_materials_check import alone
 from softmark.interpreter.verification.heterogeneous_constants_check import values
@@ -162,7 +162,7 @@ def passive(case: Case) -> Case:
     return replace(case, other_material=case.material.passive) if getattr(case.material, "pulls", False) else case
 
 
-def pulls(case: Case, mesh: Moved, u: Floats) -> Floats:
+def pulls(case: Case, mesh: DeformedMesh, u: Floats) -> Floats:
     """What the muscle of a mesh does at its nodes (n, 3), N: counted with the loads, with which it grows."""
     found = np.zeros_like(mesh.points)
     for own, which in alone(case, mesh):

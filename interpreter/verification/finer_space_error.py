@@ -20,8 +20,8 @@ from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.models.postprocessing.mesh_stress import stress_of
 from softmark.interpreter.models.shared import interaction_setup
-from softmark.interpreter.models.shared.material_regions import typical
-from softmark.interpreter.models.shared.prepared_model import Moved, Solution, Workshop
+from softmark.interpreter.models.shared.material_regions import representative_materials
+from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Solution
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.estimation_budget import Budget
 from softmark.interpreter.verification.probe_errors import Floats, Remembered, Unknown
@@ -95,7 +95,7 @@ class Above:
 
 
 def found(
-    scene: Scene, declared: Declared, case: Case, solved: Moved, below: Callable[[], Any], budget: Budget
+    scene: Scene, declared: Declared, case: Case, solved: DeformedMesh, below: Callable[[], Any], budget: Budget
 ) -> Above:
     """The state of the finer space near the nodal displacements of `solved`, a mesh that is deformed. Raises Unknown.
 
@@ -112,9 +112,9 @@ def found(
     _must_fit(estimate_memory(solved.mesh))
     try:
         above = build_finer_space(solved.mesh, None if model.mesh is not None else case.shape)
-        thing = _freed(model, typical(case, solved.mesh), above.mesh.kind)
+        thing = _freed(model, representative_materials(case, solved.mesh), above.mesh.kind)
         budget.check()
-        static, _ = at_rest(thing, replace(declared, thing=thing), case, Workshop(scene=scene), above.mesh)
+        static, _ = at_rest(thing, replace(declared, thing=thing), case, BuildContext(scene=scene), above.mesh)
         problem = static.problem
         x = static.unknowns.begun(above.displaced(solved.displacement).ravel())
         assert x is not None
@@ -136,7 +136,7 @@ def found(
     return Above(thing, case, above, static, state, coarse, budget)
 
 
-def _must_be_worth(assembly: Assembly, solved: Moved, budget: Budget) -> None:
+def _must_be_worth(assembly: Assembly, solved: DeformedMesh, budget: Budget) -> None:
     """Raises Overspent if factorising the finer space, by a power of its unknowns, costs more than the budget left."""
     from softmark.solvers.statics.finer_space_solve import SMALL, is_direct
 
@@ -157,7 +157,7 @@ def _must_fit(needed: float) -> None:
         raise Unknown(f"a finer space would take {gigabytes}")
 
 
-def remembered(model: Fem, case: Case, mesh: Moved) -> Remembered:
+def remembered(model: Fem, case: Case, mesh: DeformedMesh) -> Remembered:
     """What a model found on a mesh, as a field of displacements."""
     from softmark.interpreter.models.shared.deformed_mesh import displacement_of
 
@@ -202,7 +202,7 @@ def told(static: PreparedSolid, case: Case, state: Floats) -> Solution:
 
 
 def alike(
-    scene: Scene, declared: Declared, case: Case, solved: Moved, tangent: Callable[[], Any], budget: Budget
+    scene: Scene, declared: Declared, case: Case, solved: DeformedMesh, tangent: Callable[[], Any], budget: Budget
 ) -> Solution:
     """Solve another model on the mesh of `solved`, starting from its state. Raises Unknown.
 
@@ -214,7 +214,7 @@ def alike(
     from softmark.solvers.statics.static_equilibrium import NotConverged, equilibrium
 
     _must_forget(case)
-    static, _ = at_rest(declared.thing, declared, case, Workshop(scene=scene), solved.mesh)
+    static, _ = at_rest(declared.thing, declared, case, BuildContext(scene=scene), solved.mesh)
     u = np.ascontiguousarray(solved.displacement, dtype=np.float64).ravel()
     try:
         own, known = tangent()

@@ -20,11 +20,11 @@ from softmark.solvers.independent_forces.solid_forces import Floats, Ints
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
-    from softmark.interpreter.models.shared.prepared_model import Moved
+    from softmark.interpreter.models.shared.prepared_model import DeformedMesh
     from softmark.interpreter.problem.body_case import Case
 
 
-def of_beds(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Floats], float]:
+def of_beds(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Floats], float]:
     """Forces on the nodes (n, 3), N, of every bed by its name, and what of it is not sure, N. Raises Unchecked."""
     found, unsure = {}, 0.0
     for bed in case.beds:
@@ -35,7 +35,7 @@ def of_beds(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Floats], floa
     return found, unsure
 
 
-def _of_bed(bed: Declared, case: Case, mesh: Moved, u: Floats) -> tuple[Floats, float]:
+def _of_bed(bed: Declared, case: Case, mesh: DeformedMesh, u: Floats) -> tuple[Floats, float]:
     if isinstance(bed.thing, Level):
         return _of_plate(bed, case, mesh, u), 0.0
     total, unsure = np.zeros_like(u), 0.0
@@ -47,7 +47,7 @@ def _of_bed(bed: Declared, case: Case, mesh: Moved, u: Floats) -> tuple[Floats, 
     return total, unsure
 
 
-def _of_plate(bed: Declared, case: Case, mesh: Moved, u: Floats) -> Floats:
+def _of_plate(bed: Declared, case: Case, mesh: DeformedMesh, u: Floats) -> Floats:
     """Of springs between each point of a face and the mean of all: first the mean, then what pulls at each."""
     from softmark.interpreter.models.shared.foundation_setup import plate_stiffness
 

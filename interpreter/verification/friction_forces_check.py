@@ -11,13 +11,20 @@ from softmark.interpreter.verification.unverified_models import Unchecked
 from softmark.solvers.independent_forces import rigid_friction_forces
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.shared.prepared_model import Moved
+    from softmark.interpreter.models.shared.prepared_model import DeformedMesh
     from softmark.interpreter.problem.body_case import Touch
     from softmark.solvers.independent_forces.solid_forces import Floats, Ints
 
 
 def rubbed(
-    touch: Touch, mesh: Moved, points: tuple[Ints, Floats], x: Floats, n: Floats, p: Floats, spring: float, flat: bool
+    touch: Touch,
+    mesh: DeformedMesh,
+    points: tuple[Ints, Floats],
+    x: Floats,
+    n: Floats,
+    p: Floats,
+    spring: float,
+    flat: bool,
 ) -> Floats:
     """Tractions (m, 3), Pa, at points x (m, 3), m, under pressures p (m,) along normals n (m, 3). Raises Unchecked.
 

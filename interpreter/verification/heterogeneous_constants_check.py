@@ -9,7 +9,7 @@ from scipy import ndimage
 
 from softmark.interpreter.language.spatial_profiles import Profile
 from softmark.interpreter.models.shared.material_regions import some_cells
-from softmark.interpreter.models.shared.prepared_model import Moved
+from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.field_files import Image, load_field, read_field
 from softmark.interpreter.verification.cell_materials_check import alone
@@ -72,7 +72,7 @@ CLOSE = 1e-3  # of the size of an integral: when boxes are small enough
 OFF = 5e-3  # of an integral: the error that the element's quadrature may have
 
 
-def integrated(case: Case, mesh: Moved, pressures: bool) -> tuple[dict[str, Any], str | None]:
+def integrated(case: Case, mesh: DeformedMesh, pressures: bool) -> tuple[dict[str, Any], str | None]:
     """Compare integrals of constants over some cells with adaptive quadrature; return the deviation and any objection.
 
     Adaptive boxes divide the cube that collapses to each cell. Points of the model only show where features may be, and
@@ -282,7 +282,7 @@ def lost(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
     that fraction. A body may also be softer than its cells, by the bounds of layers in series, or stiffer than those
     with pressures (stiffness_bounds.py).
     """
-    from softmark.interpreter.models.shared.material_regions import lost as of_mesh
+    from softmark.interpreter.models.shared.material_regions import largest_quadrature_error as of_mesh
     from softmark.interpreter.models.shared.material_regions import softer_by, stiffer_by
 
     mesh = None if whole.prepared is None else whole.prepared.mesh

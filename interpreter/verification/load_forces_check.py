@@ -15,7 +15,7 @@ import numpy as np
 
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.models.shared.material_regions import mass_points
-from softmark.interpreter.models.shared.prepared_model import Moved
+from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.group_conditions import facet_membership, split_by_groups
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import settled_borders, split_by_sides
@@ -48,7 +48,7 @@ MOST_UNSURE = 1e-6  # of a load: where more of it is, it was not found again
 MARGIN = 0.1  # of its size: how far a curved facet may reach beyond points on it
 
 
-def loads_on(case: Case, mesh: Moved, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
+def loads_on(case: Case, mesh: DeformedMesh, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
     """Nodal forces of all loads (n, 3), N, and how much of them, in N, is not sure. Raises Unchecked."""
     total, unsure = np.zeros_like(mesh.points), 0.0
     for load in case.loads:
@@ -60,7 +60,7 @@ def loads_on(case: Case, mesh: Moved, u: Floats, small: bool, mass: str) -> tupl
     return total, unsure
 
 
-def _load(action: Any, case: Case, mesh: Moved, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
+def _load(action: Any, case: Case, mesh: DeformedMesh, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
     match action:
         case BodyForce(acceleration=g):
             carried = np.zeros(len(mesh.points))

@@ -23,7 +23,7 @@ from softmark.interpreter.verification.cell_materials_check import alone
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
-    from softmark.interpreter.models.shared.prepared_model import Moved
+    from softmark.interpreter.models.shared.prepared_model import DeformedMesh
     from softmark.interpreter.verification.by_model.verifier import Found
     from softmark.solvers.materials.batched_stability import VolumePressure
     from softmark.solvers.materials.volumetric_constraints import MixedSplit
@@ -133,7 +133,7 @@ LOOKS: dict[str, Elliptic | Drucker] = {"gives_way": Elliptic(), "drucker": Druc
 
 
 def _asked(
-    case: Any, mesh: Moved, part: Mesh, which: Any, way: str, F: Floats, w: Floats
+    case: Any, mesh: DeformedMesh, part: Mesh, which: Any, way: str, F: Floats, w: Floats
 ) -> tuple[Any, VolumePressure | None]:
     """The law of some cells in states F (k, 3, 3), and what holds the volume beside it."""
     from softmark.solvers.materials import law_for, mixed_for
@@ -151,7 +151,7 @@ def _asked(
     return split.shape, VolumePressure(split.constraint, modulus, _pressure(split, mesh, part, which, way, F, w))
 
 
-def _pressure(split: MixedSplit, mesh: Moved, part: Mesh, which: Any, way: str, F: Floats, w: Floats) -> Floats:
+def _pressure(split: MixedSplit, mesh: DeformedMesh, part: Mesh, which: Any, way: str, F: Floats, w: Floats) -> Floats:
     """What keeps the volume of cells, at their points (k,), Pa: an unknown, or M times the mean of the constraint."""
     if way == "mixed" and mesh.pressures is not None:
         from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
@@ -164,7 +164,7 @@ def _pressure(split: MixedSplit, mesh: Moved, part: Mesh, which: Any, way: str, 
     return np.broadcast_to(mean, size.shape).ravel()
 
 
-def _strained(case: Any, mesh: Moved, which: Any) -> tuple[Floats, Floats]:
+def _strained(case: Any, mesh: DeformedMesh, which: Any) -> tuple[Floats, Floats]:
     """F at the points of integration of some cells (k, 3, 3), and their volumes (k,), m^3; of a plate in its plane."""
     from softmark.solvers.mesh.element_interpolation import integrate_cells
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import coo_array
 
-from softmark.interpreter.models.shared.prepared_model import Moved
+from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.unverified_models import Unchecked
 from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
@@ -30,12 +30,12 @@ BEYOND = 0.2  # of local coordinates: no iteration leaves its cell by more
 SAME, CLOSE = 1e-9, 1e-6  # of the extent: how near a point is found in its cell, and by a linear continuation
 
 
-def placed(load: PointLoad | LineForce, case: Case, mesh: Moved) -> tuple[Floats, float]:
+def placed(load: PointLoad | LineForce, case: Case, mesh: DeformedMesh) -> tuple[Floats, float]:
     """Nodal forces (n, 3), N, and how much of them, in N, is not sure. Raises Unchecked."""
     return along_line(load, mesh.mesh) if isinstance(load, LineForce) else (_at_points(load, case, mesh), 0.0)
 
 
-def _at_points(load: PointLoad, case: Case, mesh: Moved) -> Floats:
+def _at_points(load: PointLoad, case: Case, mesh: DeformedMesh) -> Floats:
     """The force at its point; of a plane body spread along z by Simpson's rule."""
     if not case.planar:
         return _at_point(load, mesh)
@@ -46,7 +46,7 @@ def _at_points(load: PointLoad, case: Case, mesh: Moved) -> Floats:
     return found
 
 
-def _at_point(load: PointLoad, mesh: Moved) -> Floats:
+def _at_point(load: PointLoad, mesh: DeformedMesh) -> Floats:
     """The force at the nodes around its point: their shares add up to one, and their places to the point."""
     nodes, N = _within_cells(mesh.mesh, np.array([load.at]))
     found: Floats = np.zeros_like(mesh.points)

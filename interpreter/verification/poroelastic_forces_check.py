@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.models.shared.prepared_model import Moved
+from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.group_conditions import facet_membership, split_by_groups
 from softmark.interpreter.verification.cell_materials_check import INWARD
@@ -25,7 +25,7 @@ def skeleton(case: Case) -> Case:
     return replace(case, other_material=case.material.law)
 
 
-def fluid_of(case: Case, mesh: Moved, u: Floats, small: bool) -> tuple[Floats, float, float]:
+def fluid_of(case: Case, mesh: DeformedMesh, u: Floats, small: bool) -> tuple[Floats, float, float]:
     """What its fluid does at the nodes (n, 3), N, what is left of the balance of fluid, and rounding, N.
 
     A volume counts as a force by the shear modulus over the edge of a mean cell. Raises Unchecked.
@@ -55,7 +55,7 @@ def fluid_of(case: Case, mesh: Moved, u: Floats, small: bool) -> tuple[Floats, f
     return f, float(np.hypot(unit * np.linalg.norm(amiss), other)), noise
 
 
-def _not_as_asked(case: Case, mesh: Moved) -> float:
+def _not_as_asked(case: Case, mesh: DeformedMesh) -> float:
     """Error of the fluid pressures that supports prescribe, Pa: a norm over nodes, 0 within rounding."""
     p, found = np.zeros(len(mesh.points)), 0.0
     pressures = -np.asarray(mesh.pressures)
@@ -72,7 +72,7 @@ def _not_as_asked(case: Case, mesh: Moved) -> float:
     return found
 
 
-def held(case: Case, mesh: Moved) -> Any:
+def held(case: Case, mesh: DeformedMesh) -> Any:
     """Which nodes have a pressure that supports hold (n,): of facets in a selection, as they are or from inside.
 
     Moved inward nodes of a selection without its border are in it, and those of a side that is curved no more.

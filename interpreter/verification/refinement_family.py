@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.models import model_builders
-from softmark.interpreter.models.shared.prepared_model import Solution, Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext, Solution
 from softmark.interpreter.models.shared.support_selection import grips
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.validation.refinement_checks import Method, extrapolation_obstacle, methods_of
@@ -226,16 +226,16 @@ def settled(
     for number, (method, size) in enumerate(steps, start=1):
         told = f"{reference.name}: {method.declared.name}, size = {units.format_value(size, units.LENGTH)}"
         say("reference", f"{told} ({number} of {len(steps)})")
-        members.append(_member(method, size, Workshop(scene=scene, measured=measured)))
+        members.append(_member(method, size, BuildContext(scene=scene, measured=measured)))
     families = [members[i : i + len(sizes)] for i in range(0, len(members), len(sizes))]
     where = _sampled(families[0][0].mesh, points)
-    shop = Workshop(scene=scene, measured=measured)
+    shop = BuildContext(scene=scene, measured=measured)
     limits = [_limit_of(m, f, where, shop) for m, f in zip(methods, families, strict=True)]
     best, error = combined(limits, where)
     return Settled(best.displacement, error, _facts(methods, families, limits, best))
 
 
-def _limit_of(method: Method, members: Sequence[Member], where: Sampled, workshop: Workshop) -> Limit:
+def _limit_of(method: Method, members: Sequence[Member], where: Sampled, workshop: BuildContext) -> Limit:
     """The limit of one method; where its meshes miss a part of what supports select, as far off as that may make it."""
     unheld = _unheld(method.case, members)
     family = Family(
@@ -267,7 +267,7 @@ def _unheld(case: Case, members: Sequence[Member]) -> str | None:
     return None
 
 
-def _member(method: Method, size: float, workshop: Workshop) -> Member:
+def _member(method: Method, size: float, workshop: BuildContext) -> Member:
     """Solve one model at one size. Raises Fault, and Unsettled where it finds no equilibrium."""
     declared = method.at(size)
     model_builders.load(declared.thing)

@@ -29,9 +29,9 @@ STIFFER = 2.5  # times the share of the volume
 
 def parts(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
     """The part of the stated error that comes of parts of other materials; none where meshes follow them."""
-    from softmark.interpreter.models.shared.region_cells import missed
+    from softmark.interpreter.models.shared.region_cells import region_errors
 
-    found = missed(whole.case, whole.prepared)
+    found = region_errors(whole.case, whole.prepared)
     if not found:
         return {}
     return {"regions": lambda seen: sum(_apart(whole, seen, left, way) for left, way in found)}

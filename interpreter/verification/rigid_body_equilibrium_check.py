@@ -15,7 +15,7 @@ from softmark.interpreter.verification.unverified_models import Unchecked
 from softmark.interpreter.vocabulary.load_words import BodyForce
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.shared.prepared_model import Moved
+    from softmark.interpreter.models.shared.prepared_model import DeformedMesh
     from softmark.interpreter.problem.body_case import Case, Touch
     from softmark.solvers.independent_forces.solid_forces import Floats
 
@@ -23,7 +23,7 @@ EXACT = 1e-7  # of the forces on it: what may be left
 NOTHING = 1e-10  # of Young's modulus times the square of the size of the body that deforms: no force
 
 
-def checked(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None]:
+def checked(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Any], str | None]:
     """What a report says of the balance of rigid bodies that loads press, and why a state is no answer, if it is none.
 
     u (n, 3), m, are the displacements of the body that deforms.

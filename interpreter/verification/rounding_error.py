@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from softmark.interpreter.models.shared.material_regions import typical
-from softmark.interpreter.models.shared.prepared_model import Moved
+from softmark.interpreter.models.shared.material_regions import representative_materials
+from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.results.run_report import ModelResult
 from softmark.interpreter.verification.frequency_errors import ToneAnswer
@@ -19,13 +19,13 @@ USUAL = 1e6 * EPS  # what rounding does at least where the stiffness was not loo
 LOST = 1e-6  # of a cell that the rounding of coordinates may take: with more, nobody knows what it does
 
 
-def part(result: ModelResult, case: Case, mesh: Moved | None, cells: int, seen: ProbeAnswer) -> float:
+def part(result: ModelResult, case: Case, mesh: DeformedMesh | None, cells: int, seen: ProbeAnswer) -> float:
     """In the unit of what is seen. Raises Unknown."""
     facts, (far, cell) = result.solve, _reach(case, mesh, cells, seen)
     if EPS * far > LOST * cell:
         raise Unknown(f"it lies so far from the origin that rounding takes {EPS * far / cell:.1g} of a cell")
     if isinstance(seen, ToneAnswer):
-        return seen.lost(typical(case, None if mesh is None else mesh.mesh), far, cell)
+        return seen.lost(representative_materials(case, None if mesh is None else mesh.mesh), far, cell)
     if facts.get("rounding") is not None:
         return float(facts["rounding"]) * seen.acting
     if facts.get("condition") is not None:
@@ -42,15 +42,15 @@ def part(result: ModelResult, case: Case, mesh: Moved | None, cells: int, seen: 
     return found * seen.acting
 
 
-def _pulled(case: Case, mesh: Moved | None) -> float:
+def _pulled(case: Case, mesh: DeformedMesh | None) -> float:
     """What muscle would strain a body that nothing holds, however little it moves; 0 of a body without any."""
     if not any(hasattr(material, "passive") for material in case.materials):
         return 0.0
-    known = [m for m in typical(case, None if mesh is None else mesh.mesh) if hasattr(m, "passive")]
+    known = [m for m in representative_materials(case, None if mesh is None else mesh.mesh) if hasattr(m, "passive")]
     return max(float(abs(m.much)) / (3.0 * m.shear_modulus if m.pulls else 1.0) for m in known)
 
 
-def _points(case: Case, mesh: Moved | None, seen: ProbeAnswer) -> Floats:
+def _points(case: Case, mesh: DeformedMesh | None, seen: ProbeAnswer) -> Floats:
     """Those of the mesh; without one those that are looked at, or the ends of the body."""
     if mesh is not None and len(mesh.points):
         return mesh.points
@@ -61,13 +61,13 @@ def _points(case: Case, mesh: Moved | None, seen: ProbeAnswer) -> Floats:
     return np.array(case.shape.bounds)
 
 
-def _extent(case: Case, mesh: Moved | None, seen: ProbeAnswer) -> float:
+def _extent(case: Case, mesh: DeformedMesh | None, seen: ProbeAnswer) -> float:
     """Of the body, m."""
     bounds = np.ptp(_points(case, mesh, seen), axis=0).max()
     return float(bounds) or (along.length if (along := case.shape.swept) is not None else 0.0) or 1.0
 
 
-def _reach(case: Case, mesh: Moved | None, count: int, seen: ProbeAnswer) -> tuple[float, float]:
+def _reach(case: Case, mesh: DeformedMesh | None, count: int, seen: ProbeAnswer) -> tuple[float, float]:
     """The largest coordinate, before or after deformation, and the shortest side of a cell, m."""
     points, cells = _points(case, mesh, seen), None if mesh is None else mesh.cells
     far = float(np.abs(points).max() + np.abs(seen.u).max(initial=0.0))

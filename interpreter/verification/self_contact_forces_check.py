@@ -16,7 +16,7 @@ from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.independent_forces import solid_forces
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.shared.prepared_model import Moved
+    from softmark.interpreter.models.shared.prepared_model import DeformedMesh
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.independent_forces.solid_forces import Floats, Ints
 
@@ -27,7 +27,7 @@ FACING = -0.5  # of two unit normals: surfaces that look at each other
 NEWTON = 6  # iterations for local coordinates of a point on a facet
 
 
-def of_pairs(case: Case, mesh: Moved, u: Floats) -> dict[str, Floats]:
+def of_pairs(case: Case, mesh: DeformedMesh, u: Floats) -> dict[str, Floats]:
     """Forces on the nodes (n, 3), N, of every contact of the body with itself and of every tie, by its name.
 
     The solver's own, where forces that are found without it agree with them as well as these can tell: a barrier also
@@ -70,7 +70,7 @@ def _pressed(pressing: Any, u: Floats) -> Floats:
     return found
 
 
-def _glued(case: Case, tie: Any, pair: Any, mesh: Moved, u: Floats) -> Floats:
+def _glued(case: Case, tie: Any, pair: Any, mesh: DeformedMesh, u: Floats) -> Floats:
     """Nodal forces (n, 3), N, of a tie: springs from points of one surface straight across to the other."""
     from softmark.interpreter.vocabulary.self_contact_words import REACH
 
@@ -128,7 +128,7 @@ def _local(corners: Floats, X: Floats) -> Floats:
     return xi
 
 
-def _rubbed(name: str, pair: Any, mesh: Moved, u: Floats) -> Floats:
+def _rubbed(name: str, pair: Any, mesh: DeformedMesh, u: Floats) -> Floats:
     """What friction does to the nodes (3 n,), N, by formulas of its own, from the springs that a state leaves."""
     from softmark.solvers.independent_forces import deformable_friction_forces
 

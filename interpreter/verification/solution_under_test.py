@@ -13,7 +13,7 @@ import numpy as np
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.models.postprocessing.mesh_stress import stressed
 from softmark.interpreter.models.postprocessing.reaction_and_work import at_rest
-from softmark.interpreter.models.shared.prepared_model import Moved, Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
 from softmark.interpreter.problem.body_case import Case, Fault, case_for
 from softmark.interpreter.results.run_report import ModelResult
 from softmark.interpreter.verification.estimation_budget import Budget
@@ -32,7 +32,7 @@ class Answer:
     prepared: Prepared
     result: ModelResult
     measured: Mapping[str, Any]
-    mesh: Moved | None
+    mesh: DeformedMesh | None
     asked: bool = True
     _kept: dict[str, Any] = field(default_factory=dict)
 
@@ -80,7 +80,7 @@ class Answer:
             self.budget.must_hold(costs, slight)
             from softmark.interpreter.models.model_preparation import prepared_model
 
-            prepared, _ = prepared_model(declared, case, Workshop(scene=self.scene, measured=self.measured))
+            prepared, _ = prepared_model(declared, case, BuildContext(scene=self.scene, measured=self.measured))
             with np.errstate(all="ignore"):
                 found = prepared.solve(self.budget.check)
             found = replace(found, at_rest=at_rest(declared, case, prepared, found))
@@ -101,7 +101,7 @@ class Answer:
         size = {} if factor == 1.0 else {"size": self.solid.thing.size * factor}
         return replace(self.solid, thing=self.solid.thing.plain(**size, **changes))
 
-    def on_nodes(self, costs: float = 1.0) -> Moved:
+    def on_nodes(self, costs: float = 1.0) -> DeformedMesh:
         """Return the deformed mesh for work that `costs` so many times the solution. Raises Unknown."""
         self.budget.must_hold(costs)
         if self.mesh is None:

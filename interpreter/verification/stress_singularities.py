@@ -170,9 +170,9 @@ def _points_along(line: LineForce, step: float) -> Floats:
 
 def _ends(case: Case, mesh: Mesh, facets: NDArray[np.int64], held: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Nodes of cells of several materials on the surface, where nothing is held: not those in planes of symmetry."""
-    from softmark.interpreter.models.shared.region_cells import owners
+    from softmark.interpreter.models.shared.region_cells import materials_of_cells
 
-    number = owners(case, mesh).cells
+    number = materials_of_cells(case, mesh).cells
     low, high = np.full(len(mesh.points), len(case.materials)), np.full(len(mesh.points), -1)
     for k in range(mesh.cells.shape[1]):
         np.minimum.at(low, mesh.cells[:, k], number)

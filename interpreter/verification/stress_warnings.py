@@ -106,10 +106,10 @@ def _beside_ends(metric: Declared, view: View, thing: Any) -> Iterator[Diagnosti
 
 def _beside_parts(metric: Declared, view: View, mesh: Mesh) -> Iterator[Diagnostic]:
     """Of points in cells that a border of parts passes through, or beside these, which agree and are wrong together."""
-    from softmark.interpreter.models.shared.region_cells import owners
+    from softmark.interpreter.models.shared.region_cells import materials_of_cells
     from softmark.solvers.mesh.element_interpolation import locate_points
 
-    own = owners(view.case, mesh)
+    own = materials_of_cells(view.case, mesh)
     mixed = np.take_along_axis(own.shares, own.cells[None], axis=0)[0] < 1.0 - MIXED
     if not mixed.any():
         return

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.models.shared.prepared_model import Moved
+from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case, Touch
 from softmark.interpreter.problem.group_conditions import (
     cell_membership,
@@ -23,7 +23,7 @@ PLACED = 1e-6  # of the motion that a support imposes: what may be lacking of it
 ROUNDED = 1e-9  # of the size of the body: what rounding may leave
 
 
-def held(case: Case, mesh: Moved) -> NDArray[np.bool_]:
+def held(case: Case, mesh: DeformedMesh) -> NDArray[np.bool_]:
     """Which degrees of freedom supports hold (n, 3): of the nodes that they select, and of whole cells and facets.
 
     Cells and facets are taken as selected where all their corners are, seen from a little inside: a selection without
@@ -52,7 +52,7 @@ def held(case: Case, mesh: Moved) -> NDArray[np.bool_]:
     return found
 
 
-def misplaced(case: Case, mesh: Moved) -> tuple[float, str | None]:
+def misplaced(case: Case, mesh: DeformedMesh) -> tuple[float, str | None]:
     """Return the largest deviation of supported nodes from their prescribed motion, relative to the size; its support.
 
     The prescribed motion is computed again, as a vector or a rotation by quaternions. Supports that follow measured

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.models.shared.prepared_model import Moved
+from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.unverified_models import Unchecked
 from softmark.solvers.independent_forces import hereditary_integral, solid_forces
@@ -27,7 +27,7 @@ from softmark.solvers.independent_forces.stress_by_differences import EnergyStre
 MOST = 2e9  # numbers that a past may be looked through
 
 
-def course_of(case: Case, strain: str, mesh: Moved, points: int) -> DisplacementHistory:
+def course_of(case: Case, strain: str, mesh: DeformedMesh, points: int) -> DisplacementHistory:
     """How a body of one material that relaxes came to where it is. Raises Unchecked."""
     material = case.material
     past = getattr(mesh, "past", None)

@@ -289,7 +289,7 @@ Planes = tuple[tuple[Floats, Floats], Floats, Floats]  # t (k, m) and ways, c (k
 
 
 def _deepest_planes(contact: RigidContact, parts: FacetParts, where: Floats, t: Floats, g: Floats) -> Planes:
-    """Return whether an added point presses off the surface of the body, by a multiple of the tolerance."""
+    """Return deepest points of parts, from t (k, m) with gaps g (k,), m, and the planes to keep them in front of."""
     x, y = (np.einsum("kqa,kai->kqi", parts.shapes(at), where) for at in (t[:, None], t[:, None] + parts.beside))
     n = contact.body.look(y.reshape(-1, 3))[1].reshape(y.shape)
     if contact.flat:

@@ -205,7 +205,7 @@ class RigidFriction(RigidContact):
         return bool(np.any((self.pressures(x) > 0.0) & ~self.slip(x).slides))
 
     def way(self, x: Floats, n: Floats) -> tuple[Floats, Floats]:
-        """Return vectors from anchors to points (p, 3), m: in full, and projected to the surface with normals n (p, 3)."""
+        """Return vectors from anchors to points (p, 3), m: in full, and projected across normals n (p, 3)."""
         d = self.places(x) - self.held
         if self.flat:
             d[:, 2] = 0.0
@@ -231,7 +231,7 @@ class RigidFriction(RigidContact):
         return on, sticks, float(own[sticks].sum()) / whole if whole else 0.0
 
     def settled(self, x: Floats) -> Floats:
-        """Return the anchors at the end of a state (p, 3), m: sliding points drag theirs; separated points reset them."""
+        """Return the anchors at the end of a state (p, 3), m: dragged by sliding points, reset by separated ones."""
         slip = self.slip(x)
         return self.pose.back(self.places(x) - slip.along(slip.stretched))
 
@@ -283,7 +283,7 @@ class RigidFriction(RigidContact):
         add_blocks(self.coupled(on, scale * self.A[on, None, None] * blocks), slots[on], data)
 
     def stiffness(self, x: Floats, projected: bool) -> tuple[Ints, Floats]:
-        """Return points with friction (k,), and derivatives of their tractions by their displacements (k, 3, 3), Pa/m."""
+        """Return points with friction (k,), and derivatives of tractions by displacements (k, 3, 3), Pa/m."""
         g, n, H = self.look(x)
         p = self.barrier.pressure(g)
         most = self.friction * p

@@ -18,7 +18,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 
-MOST = 800  # states of surfaces that are kept: of more, every second, and so on
+MOST = 800  # largest number of recorded states; beyond it every second one is dropped
 
 
 @dataclass(frozen=True)
@@ -26,10 +26,8 @@ class ContactResultant:
     """Resultant of one contact on the deformable body over a `step`, s.
 
     `force` (3,), N; `moments` (2, 3), N m about the origin, with current and with undeformed arms; `size`, N, the sum
-    of
-    the magnitudes of the nodal forces; `arms` (2, 3), N m, the sums of magnitudes times arms, likewise. At the end of
-    the
-    step: `gap`, the smallest, and `left`, the mean weighted by contact force, m.
+    of the magnitudes of the nodal forces; `arms` (2, 3), N m, the sums of magnitudes times arms, likewise. At the end
+    of the step: `gap`, the smallest, and `left`, the mean weighted by contact force, m.
     """
 
     force: Floats
@@ -119,8 +117,10 @@ class SurfaceRecord:
         self.nodes += [np.unique(c.skin.M.indices // 3).astype(np.int64) for c in meets]
         self.kept: list[tuple[int, tuple[ContactSurface, ...]]] = []
         self.every, self.count = 1, 0
-        self._last: tuple[float, tuple[ContactSurface, ...]] | None = None  # with the step before it, s
-        self._mean: list[Floats] = []  # what presses at the last time but one
+        self._last: tuple[float, tuple[ContactSurface, ...]] | None = (
+            None  # preceded by the length of the step before it, s
+        )
+        self._mean: list[Floats] = []  # contact forces at the last time but one
 
     def follow(self, contacts: Sequence[Any], meets: Sequence[Any], x: Floats, step: float) -> None:
         """Record the state at the end of a step; at the start the step length is zero."""

@@ -94,8 +94,7 @@ class CriticalStepTracker:
         stiffness.
 
         2/w (sqrt(1 + z^2) - z), z = b w / 2 with damping b K (Belytschko et al. 2014, section 6.2). If the tangent K
-        and the
-        definite tangent K', from which damping is made, differ: the h with h^2 w^2 + 2 b h w'^2 = 4.
+        and the definite tangent K', from which damping is made, differ: the h with h^2 w^2 + 2 b h w'^2 = 4.
         """
         before, spent = self.omega, self._age
         K = self.forces.tangent(x, self.forces.factors(time))
@@ -130,8 +129,7 @@ class CriticalStepTracker:
         """Return the critical step after a step from `now` to x, s.
 
         It is re-estimated every EVERY steps, sooner if it changes, and at once if the change of accelerations exceeds
-        what the
-        largest frequency explains: |da| > w^2 |dx| in the mass norm.
+        what the largest frequency explains: |da| > w^2 |dx| in the mass norm.
         """
         self._age += 1
         free, weight = self.forces.free, np.sqrt(self.mass)

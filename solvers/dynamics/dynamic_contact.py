@@ -43,10 +43,10 @@ if TYPE_CHECKING:
     from softmark.solvers.dynamics.integrator import Motion
     from softmark.solvers.dynamics.load_amplitudes import Amplitude
 
-STIFFER = 8.0  # times: the barrier that an impact has closed
-FLIGHT = 4.0  # steps without contact: fewer are none
-ROUNDS = 8  # of more points in a step, at most: what still cuts in then stays
-STIFFEST = 1e9  # times what it was: more is no barrier for double precision
+STIFFER = 8.0  # factor by which a penetrated barrier is stiffened
+FLIGHT = 4.0  # steps: shorter separations count as contact
+ROUNDS = 8  # largest number of times that contact points are added in a step
+STIFFEST = 1e9  # largest total stiffening factor in double precision
 
 
 class DynamicContacts:
@@ -63,15 +63,17 @@ class DynamicContacts:
         self.contacts: list[Any] = list(contacts)
         self.meets: list[Any] = list(meets)
         self.courses, self.slots = tuple(courses), list(slots)
-        self.free = min((c.free.first for c in self.contacts if hasattr(c, "free")), default=None)  # unknowns of theirs
+        self.free = min(
+            (c.free.first for c in self.contacts if hasattr(c, "free")), default=None
+        )  # first unknown of free rigid bodies
         self.rubs = any(c.rubs for c in (*contacts, *meets))
-        self._met: list[Floats | float] = [0.0 for _ in meets]  # and each sample of surfaces that both deform
+        self._met: list[Floats | float] = [0.0 for _ in meets]  # accumulated slip of samples of deformable contacts
         self._first = [c.barrier.stiffness for c in contacts]
-        self.stiffened = 0  # how often
+        self.stiffened = 0  # number of stiffenings
         self.log: list[ContactRecord] = []
-        self.mass = 0.0  # kg, of the body that deforms
+        self.mass = 0.0  # mass of the deformable body, kg
         self.surfaces = SurfaceRecord(self.contacts, self.meets)
-        self.couple, self._rounds = couple, 0  # where entries of stencils go in the tangent: without it no points join
+        self.couple, self._rounds = couple, 0  # maps stencils to tangent entries; None: no points can be added
         self._shares: tuple[float, ...] = ()
 
     def at(self, time: float) -> ContactsAtTime:
@@ -105,7 +107,7 @@ class DynamicContacts:
             acts = tuple(a.after(b, step, motion.given) for a, b in zip(acts, self.log[-1].acts, strict=True))
         self.surfaces.follow(here.posed, here.meets, motion.x, step)
         self.mass = mass
-        for i, own in enumerate(self.contacts):  # what presses no more goes
+        for i, own in enumerate(self.contacts):  # drop added points without contact force
             if own.extra is not None:
                 contact = own.at(self.courses[i].at(motion.time))
                 left = replace(contact, earlier=contact.body).shed(motion.x)
@@ -151,7 +153,7 @@ class DynamicContacts:
             return
         from softmark.solvers.contact.facet_penetration import MOST, find_penetrating_points, presses_off_surface
 
-        last = self._rounds == ROUNDS  # then what presses on nothing goes
+        last = self._rounds == ROUNDS  # last round: drop points without contact force
         before, found = self.at(start.time), False
         for i, contact in enumerate(here.posed):
             extra = None if last else find_penetrating_points(contact, end.x)
@@ -186,10 +188,8 @@ class FrictionResult:
     """Friction result of one contact at one time.
 
     `slip`, m, is the largest accumulated slip of a node in contact; `sticks` the fraction of the contact force at
-    sticking
-    points, None without contact force; `area` the sticking fraction of the contact area; `heat` the energy dissipated
-    by
-    friction in the step, J.
+    sticking points, None without contact force; `area` the sticking fraction of the contact area; `heat` the energy
+    dissipated by friction in the step, J.
     """
 
     slip: float
@@ -205,9 +205,9 @@ class ContactRecord:
     time: float
     touches: bool
     velocity: Floats
-    driven: bool = False  # rigid bodies have moved since the step before
-    rubbed: tuple[FrictionResult, ...] = ()  # of every contact with friction
-    acts: tuple[ContactResultant, ...] = ()  # what every contact does over the step that ends
+    driven: bool = False  # rigid bodies moved since the previous step
+    rubbed: tuple[FrictionResult, ...] = ()  # results of every contact with friction
+    acts: tuple[ContactResultant, ...] = ()  # resultant of every contact over the step
 
 
 @dataclass(frozen=True)
@@ -218,7 +218,7 @@ class ImpactEvent:
     end: float
     before: Floats
     after: Floats
-    driven: bool = False  # the rigid bodies that it met were on their way
+    driven: bool = False  # the rigid bodies were moving
 
     @property
     def restitution(self) -> float | None:
@@ -268,7 +268,7 @@ class ContactsAtTime:
         self, posed: Sequence[RigidContact], slots: Sequence[Ints], meets: Sequence[DynamicPatternEnergy] = ()
     ) -> None:
         self.slots = slots
-        self.posed: list[Any] = list(posed)  # with friction or without
+        self.posed: list[Any] = list(posed)  # with or without friction
         self.meets: list[Any] = list(meets)
 
     @property

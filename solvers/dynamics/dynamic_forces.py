@@ -40,7 +40,7 @@ class DynamicForces:
         plain = sum(not load.driven for load in assembly.loads)  # contacts come last
         self.dofs, self.internal, self.loads = assembly.dofs, assembly.internal, assembly.loads[:plain]
         self.contacts = assembly.loads[plain:]
-        self.now: tuple[Energy, ...] | None = None  # of what remembers, at the start of a step
+        self.now: tuple[Energy, ...] | None = None  # viscoelastic energies at the start of a step
         courses: tuple[Amplitude, ...] = problem.courses or (Constant(),) * len(assembly.loads)
         self.courses = courses[:plain]
         self.conservative = all(e.conservative for e in (*self.internal, *self.loads))  # friction is lagged

@@ -57,12 +57,10 @@ class Rayleigh:
 
     A mode of angular frequency w gets the damping ratio alpha/(2 w) + beta w/2. K is the tangent, made positive
     semi-definite so that damping never adds energy, in the state to which the velocity in the equations belongs: the
-    end of
-    the step, or its middle if that velocity is the mean. This state is predicted, and the step is repeated if the
-    prediction was wrong, so that its equations remain those of a minimum. Capped steps keep the K of their start, as
-    programs with so few iterations do. alpha M also brakes rigid motion; beta K does not affect translations, and
-    slightly
-    brakes the rotation of a stressed body.
+    end of the step, or its middle if that velocity is the mean. This state is predicted, and the step is repeated if
+    the prediction was wrong, so that its equations remain those of a minimum. Capped steps keep the K of their start,
+    as programs with so few iterations do. alpha M also brakes rigid motion; beta K does not affect translations, and
+    slightly brakes the rotation of a stressed body.
     """
 
     alpha: float = 0.0
@@ -75,35 +73,29 @@ class Dynamics:
     time 0.
 
     A state is its own vector of degrees of freedom (`VectorSpace`): displacements of solids or of particles; with
-    `turning`
-    also rotation vectors, counted from every accepted step (rotational_inertia.py). `mass` is a sparse matrix or its
-    diagonal (dofs,), in kg. The degrees of freedom `fixed` are at rest + target * support_course(t); their velocities
-    and
-    accelerations are central differences over one step, so the amplitude is evaluated one step before 0 and one step
-    after
-    the end too. `assembly.loads` follow the amplitudes `courses`, one for each, by their means over each step
-    (load_amplitudes.py); by default they are constant.
+    `turning` also rotation vectors, counted from every accepted step (rotational_inertia.py). `mass` is a sparse matrix
+    or its diagonal (dofs,), in kg. The degrees of freedom `fixed` are at rest + target * support_course(t); their
+    velocities and accelerations are central differences over one step, so the amplitude is evaluated one step before 0
+    and one step after the end too. `assembly.loads` follow the amplitudes `courses`, one for each, by their means over
+    each step (load_amplitudes.py); by default they are constant.
 
     A step is solved by Newton's method until the residual is at most `tolerance` times the largest of the forces that
     balance each other (inertia, internal forces with support reactions, loads, damping, now or at the start of the
-    step),
-    or until only rounding error is left.
+    step), or until only rounding error is left.
 
     With `lagged`, a step whose internal energies are all `LaggedTangentEnergy`, under a potential and dead loads, is
-    first
-    tried with one lagged tangent: same tolerance, faster. If that does not converge, Newton's method takes the step.
+    first tried with one lagged tangent: same tolerance, faster. If that does not converge, Newton's method takes the
+    step.
 
     `cap` is a number of iterations after which an implicit step is accepted although it has not converged, as many
     real-time codes do; the trajectory records such steps and their residuals. With cap = 1 and without `lagged` a step
-    is
-    linearly implicit (Baraff and Witkin 1998).
+    is linearly implicit (Baraff and Witkin 1998).
 
     The last `pulling` of the loads are muscle, whose work is reported separately. With `remembering`, its viscoelastic
     histories supply the internal energies of every step. `meets` are contacts between deformable surfaces, which stay
-    apart
-    at the end of every step (dynamic_contact.py). With a `way`, supports are at rest + way.at(support_course(t))
-    instead.
-    `sound` returns whether a state may be accepted. A step that fails is halved, down to `shortest` times the step.
+    apart at the end of every step (dynamic_contact.py). With a `way`, supports are at rest + way.at(support_course(t))
+    instead. `sound` returns whether a state may be accepted. A step that fails is halved, down to `shortest` times the
+    step.
     """
 
     assembly: Assembly

@@ -12,10 +12,10 @@ from collections import deque
 
 from softmark.records import dataclass
 
-GAIN = 0.5  # of the energy that start, loads and supports have brought: a motion that keeps more has diverged
+GAIN = 0.5  # fraction of the supplied energy (start, loads, supports): a larger gain is divergence
 PATIENCE = 16  # steps: generalized_alpha overshoots in the first ones where they are long, and comes back
-SAID = 0.1  # of it: beyond this a gain is said
-LOSS = 0.25  # of it: beyond this a loss is said; under a load that acts at once all there is to lose is half
+SAID = 0.1  # fraction of the supplied energy: larger gains are reported
+LOSS = 0.25  # same fraction: larger losses are reported; a suddenly applied load can lose at most half
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class EnergyBalance:
     drift: float  # max |B| / scale
     gain: float  # the largest rise of B above its lowest value before / scale
     loss: float  # max(-B) / scale
-    scale: float  # J, what start, loads and supports have brought at most
+    scale: float  # J, largest energy supplied by start, loads and supports
     time: float  # s, when the gain was largest
 
     @property
@@ -47,8 +47,8 @@ class EnergyAccount:
     def __init__(self) -> None:
         self.first = self.scale = 0.0
         self.lowest = self.gain = self.loss = self.drift = 0.0
-        self.excess = 0.0  # of the energy itself over all that start, loads and supports brought, J
-        self.time, self.over = 0.0, 0  # over: for how many steps the gain is beyond GAIN
+        self.excess = 0.0  # largest excess of the energy over all that was supplied, J
+        self.time, self.over = 0.0, 0  # over: number of steps for which the gain has exceeded GAIN
         self.recent: deque[float] = deque([0.0], maxlen=PATIENCE + 1)  # the largest gain after each of the last steps
         self.started = self.record = False
 
@@ -83,10 +83,8 @@ class EnergyAccount:
         """Return whether the gain levels off: each half of the last PATIENCE steps adds less than the half before.
 
         With strong damping and a load jump, generalized_alpha oscillates about the solution for some steps, and the
-        work of
-        damping in these oscillations counts as spurious energy, though the body never had it. The present energy is
-        below the
-        energy supplied, and the oscillations decay: a warning (`gained`), not divergence.
+        work of damping in these oscillations counts as spurious energy, though the body never had it. The present
+        energy is below the energy supplied, and the oscillations decay: a warning (`gained`), not divergence.
         """
         if self.excess > GAIN * self.scale or len(self.recent) <= PATIENCE:
             return False

@@ -36,6 +36,6 @@ class GeneralizedAlpha:
         alpha_m, alpha_f = (2.0 * r - 1.0) / (r + 1.0), r / (r + 1.0)
         beta, gamma = 0.25 * (1.0 - alpha_m + alpha_f) ** 2, 0.5 - alpha_m + alpha_f
         now = past.now
-        # its accelerations are those of a time (alpha_m - alpha_f) h after the state's
+        # accelerations refer to a time (alpha_m - alpha_f) h later than states
         load = system.forces.graded(now.time, now.time + step, ahead=alpha_m - alpha_f)
         return system.solve(newmark_stage(system, now, step, load, beta, gamma, alpha_m, alpha_f))

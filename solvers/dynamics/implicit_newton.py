@@ -281,8 +281,7 @@ class StageEquations:
         """Return the best of three predictions: unchanged position, constant velocity, constant acceleration.
 
         If supports move, the prediction follows them. With a cap it is the unchanged position, as in codes that iterate
-        so
-        rarely.
+        so rarely.
         """
         now, h, fixed = self.stage.start, self.stage.step, self.forces.fixed
         stay = self.system.supported(now.x, self.end)
@@ -327,7 +326,7 @@ class StageEquations:
         here, d = self.trial(now.x), moved - now.x
         eps = 1e-6 / max(1.0, 1e3 * float(np.abs(d).max()))
         there = self.trial(now.x + eps * d)
-        # inertia and damping know the motion of the supports at the end: only their displacement is to come
+        # inertia and damping already contain the support motion at the end; only their displacement is missing
         coupling = self.weight * (there.force.total - here.force.total) / eps
         d[self.forces.free] = self._direction(here, here.r + coupling[self.forces.free], 1e-6, True)
         if self.reach(now.x, d) < 1.0:

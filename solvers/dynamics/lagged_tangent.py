@@ -22,10 +22,10 @@ from softmark.solvers.energies.energy import Energy, Floats, LaggedTangentEnergy
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.implicit_step import DynamicSystem
 
-ORDER = 5  # the highest of an extrapolation
+ORDER = 5  # highest order of extrapolation
 MOST = 14  # iterations
-POOR = 0.6  # mean factor of the residual per iteration above which Newton's method is sooner there
-PAUSE = 64  # steps at most that are left to Newton's method after failures
+POOR = 0.6  # mean residual reduction per iteration above which Newton's method is faster
+PAUSE = 64  # largest number of steps left to Newton's method after failures
 
 
 def have_lagged_tangents(energies: Sequence[Energy]) -> TypeGuard[tuple[LaggedTangentEnergy, ...]]:
@@ -57,8 +57,8 @@ class LaggedTangentSolver:
         self.data = np.zeros(len(pattern.indices))
         self.cholesky = Cholesky(plan_of(pattern.matrix(self.data)), "single")
         self.states = BackwardDifferences(ORDER, self.forces.dofs)
-        self.failures = 0  # steps that were tried and left to Newton's method
-        self._traces: list[Floats] = []  # of the last two accepted states, the latest first
+        self.failures = 0  # number of failed attempts
+        self._traces: list[Floats] = []  # lagged values of the last two accepted states, latest first
         self._pending: tuple[Floats, Floats] | None = None  # the last solution and its traces
         self._rest = self._pause = 0
 
@@ -92,7 +92,7 @@ class LaggedTangentSolver:
         self._pending = None
         self._rest, self._pause = self._pause, min(PAUSE, 2 * self._pause + 1)
 
-    # ------------------------------------------------------------------ what came before
+    # ------------------------------------------------------------------ preceding states
 
     def _accept(self, stage: Stage) -> None:
         """Record the start of a stage as the last accepted state."""
@@ -222,8 +222,7 @@ class BackwardDifferences:
         """Return the extrapolated state one step later; None if too few states at this step length are known.
 
         Newton's formula: the sum of the differences up to an order. The next difference is the error of that order at
-        the last
-        state.
+        the last state.
         """
         if self.count < 3 or not _equal(step, self.step):
             return None

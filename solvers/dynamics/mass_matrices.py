@@ -37,7 +37,7 @@ def mass_points(points: Floats, cells: Ints, element: type[MassShape]) -> tuple[
     """
     xi, weights = element.mass_quadrature()
     gradient = element.gradient(xi)
-    if element.constant:  # the same everywhere in a cell
+    if element.constant:  # constant gradients in a cell
         gradient = gradient[:1]
     dXdxi = np.einsum("mai,qaj->mqij", points[cells], gradient)
     return element.shape(xi), weights * np.linalg.det(dXdxi)

@@ -58,8 +58,8 @@ def newmark_stage(
     now = system.under(before, load.first)
     coast = now.x + h * now.v + h**2 * (0.5 - beta) * now.a
     speed = now.v + h * (1.0 - gamma) * now.a
-    # contact gives h^2/2 of its acceleration to x and h of it to v, and none to `a`, which the next step starts from;
-    # nodes that stay in contact have velocities of either sign in turn, whose weighted mean damping would drive
+    # contact acceleration enters x by h^2/2 and v by h, but not `a`, from which the next step starts;
+    # velocities of nodes in contact alternate in sign, and damping by their weighted mean would add energy
     half, rest = 0.5 / beta, h * (1.0 - 0.5 * gamma / beta)
     return Stage(
         now,

@@ -11,7 +11,7 @@ balances the angular momentum in space,
     (q1 J w1 - q0 J w0) / h = moment in the middle of the step, theta = h (w0 + w1) / 2,
 
 and so conserves it, and the energy of a free section too: theta . (J w1 - J w0) = 0 (Simo and Wong 1991, Int. J. Numer.
-Methods Eng. 31). This file adds the terms beyond J dw/dt to the equations, `Turning.inertia`.
+Methods Eng. 31). This file adds the terms beyond J dw/dt to the equations, `RotationalInertia.inertia`.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from softmark.solvers.dynamics.integrator import Stage, StepStart
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.incremental_rotation import moving_rod_kernels
 
-NONE = np.zeros((0, 3, 3))  # no derivative is asked for
-ROUNDS = 8  # at most, of the velocity that an explicit step ends with
+NONE = np.zeros((0, 3, 3))  # no derivative is required
+ROUNDS = 8  # largest number of iterations for the final velocity of an explicit step
 
 
 class RotationChart(Protocol):
@@ -47,7 +47,7 @@ class RotationalInertia:
 
     def __init__(self, chart: RotationChart, where: Ints, J: Floats) -> None:
         self.chart, self.where, self.J = chart, where, J
-        self.since: float | None = None  # s, the time that rotations are counted from; None: from the undeformed state
+        self.since: float | None = None  # reference time of rotations, s; None: the undeformed state
 
     def reset(self) -> None:
         """Set the reference to the undeformed state."""
@@ -105,7 +105,7 @@ class RotationalInertia:
         theta = now.x[self.where]
         if before is not None:
             x = before.x.copy()
-            x[self.where] = -theta  # it was counted from itself
+            x[self.where] = -theta  # the previous state, counted from the new reference
             before = replace(before, x=x)
         self.since = now.time
         return StepStart(replace(now, x=self.chart.rebase(now.x)), before)

@@ -36,10 +36,10 @@ if TYPE_CHECKING:
     from softmark.solvers.dynamics.integrator import Integrator
 
 MODES = 40  # Ritz vectors, of all loads together
-PARTS = 4  # of a step in which the exact solution takes a course as a straight line
-SAME = 1e-8  # of its length: what is left of a vector that lies in the space of those before it
-LONGEST = 200_000  # steps that are followed
-LARGEST = 300_000  # unknowns up to which the stiffness is factorised
+PARTS = 4  # parts of a step in which the exact solution takes an amplitude as linear
+SAME = 1e-8  # relative length left of a vector that depends linearly on the previous ones
+LONGEST = 200_000  # largest number of steps
+LARGEST = 300_000  # largest number of unknowns for factorising the stiffness
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ def _ritz_vectors(
     return np.column_stack(basis[first:]) if len(basis) > first else None
 
 
-# ------------------------------------------------------------------ exact and stepped
+# ------------------------------------------------------------------ exact solution and recurrences
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ class _Modal:
     """Modal equations q'' + drag q' + w^2 q = pushes @ courses(t)."""
 
     w: Floats  # (k,) rad/s
-    alpha: float  # 1/s, of the damping the part that is proportional to the mass
+    alpha: float  # mass-proportional part of the damping, 1/s
     drag: Floats  # (k,) 1/s
     pushes: Floats  # (k, l)
     courses: list[Amplitude]
@@ -222,7 +222,7 @@ def _propagator(w: Floats, drag: Floats, h: float) -> Floats:
     A = np.zeros((len(w), 4, 4))
     A[:, 0, 1] = A[:, 1, 2] = A[:, 2, 3] = 1.0
     A[:, 1, 0], A[:, 1, 1] = -(w**2), -drag
-    scale = np.diag([1.0, h, h**2, h**3])  # so that entries are of one size
+    scale = np.diag([1.0, h, h**2, h**3])  # scales entries to similar size
     S, back = scale, np.diag(1.0 / np.diag(scale))
     E: Floats = back @ dense.expm(S @ (h * A) @ back) @ S
     return E

@@ -84,7 +84,7 @@ def resolve_vibration(
     fade = math.exp(-min(rate * duration, 700.0))
     kept = math.exp(max(count * math.log(abs(z)), -700.0)) if abs(z) > 0.0 else 0.0
     lag = count * (w * step - turn)
-    # two turns that are out of phase; beyond half a turn they are as wrong as they can be
+    # two phases that differ; beyond half a period the error is at its maximum
     apart = abs(1.0 - kept * cmath.exp(1j * min(abs(lag), math.pi)))
     per = 2.0 * math.pi / (w * step)
     each = abs(z) ** (2.0 * math.pi / turn) if turn and abs(z) else 0.0
@@ -106,7 +106,7 @@ def _resolve_overdamped(integrator: Integrator, w: float, rate: float, duration:
     return Resolution(T, 1.0 / z, 0.0, 1.0, error, "return", LEAST)
 
 
-# ------------------------------------------------------------------ of integrators
+# ------------------------------------------------------------------ integrators
 
 
 def amplification(integrator: Integrator, wh: float) -> complex | None:
@@ -145,7 +145,7 @@ def _newmark(beta: float, gamma: float, m: float, f: float, wh: float) -> comple
     )
 
 
-# ------------------------------------------------------------------ of bodies
+# ------------------------------------------------------------------ bodies
 
 
 def loaded_frequency(forces: DynamicForces, problem: Dynamics, points: Floats) -> float | None:

@@ -19,7 +19,7 @@ from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.external_loads import FollowerPressure
 from softmark.solvers.energies.local_blocks import add_blocks
 
-ALONG_Z, HOOP = 2, 8  # of displacements; of a tensor (9,): its component around the axis
+ALONG_Z, HOOP = 2, 8  # index of the z displacement; index of the hoop component of a tensor (9,)
 
 
 def circumference_in_slices(r: Floats, depth: float) -> Floats:
@@ -112,7 +112,7 @@ class AxisymmetricElastic(Elastic):
         """Add the stiffness, N/m, of given tensors dP/dF (c q, 3, 3, 3, 3), Pa, at the points of the cells `some`."""
         B, w = self._strains(some), self.w[some]
         each = A.reshape(*w.shape, 9, 9) * (scale * w)[:, :, None, None]
-        flat = len(w), -1, B.shape[3]  # points one below the other: their sum is one product
+        flat = len(w), -1, B.shape[3]  # stack the points, so that their sum is one matrix product
         add_blocks(B.reshape(flat).swapaxes(1, 2) @ (each @ B).reshape(flat), slots, data)
 
     def slope(self, G: Floats, some: slice = slice(None)) -> Floats:

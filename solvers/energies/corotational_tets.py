@@ -24,12 +24,19 @@ from softmark.solvers.energies.matrix_decompositions import Nine, nearest_rotati
 from softmark.solvers.runtime.kernel_cache import kernel, part
 
 Rows = NDArray[np.int32]
-VALUE, FORCE, TANGENT, PROJECTED, LAGGED, KEEP = 1, 2, 4, 8, 16, 32  # what a pass over the cells computes
+VALUE, FORCE, TANGENT, PROJECTED, LAGGED, KEEP = (
+    1,
+    2,
+    4,
+    8,
+    16,
+    32,
+)  # flags: which results a pass over the cells computes
 _NONE = np.zeros(0)
 _NO_SLOTS = np.zeros((0, 4, 4, 3, 1), dtype=np.int32)
 Six = tuple[float, float, float, float, float, float]
-BATCH = 64  # cells whose stretches are found together, in vector registers
-FLOOR = GAP = 1e-6  # below which the law divides by nothing and decomposes by singular values: its own numbers
+BATCH = 64  # cells whose stretches are computed together, in vector registers
+FLOOR = GAP = 1e-6  # thresholds of the law `Corotational`: smallest denominator, and switch to SVD
 
 
 class CorotationalLaw(Protocol):

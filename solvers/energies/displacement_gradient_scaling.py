@@ -15,9 +15,9 @@ import numpy as np
 
 from softmark.solvers.energies.energy import Floats
 
-SMALL = 2.0**-27  # of |H|: its square is as much smaller as rounding is, 2^-54
-SLIGHT = 2.0**-13  # of |H|: above it F keeps twelve digits of H
-AGREEING = 1e-12  # relative: rounding of a law
+SMALL = 2.0**-27  # bound of |H|: its square is 2^-54, about the rounding error
+SLIGHT = 2.0**-13  # bound of |H|: above it F keeps twelve digits of H
+AGREEING = 1e-12  # relative rounding error of a law
 
 
 def find_scale(reach: float, linear: bool, largest: Callable[[float], float], kind: Any = np.float64) -> float:
@@ -27,7 +27,7 @@ def find_scale(reach: float, linear: bool, largest: Callable[[float], float], ki
     """
     if not 0.0 < reach < (1.0 if linear else SMALL):
         return 1.0
-    most = -np.log2(np.finfo(kind).tiny) / 4.0  # such that no square of it overflows
+    most = -np.log2(np.finfo(kind).tiny) / 4.0  # its square does not overflow
     up = float(2.0 ** min(np.floor(-np.log2(reach)), most))
     if linear:
         return up

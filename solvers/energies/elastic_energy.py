@@ -12,7 +12,7 @@ from softmark.records import dataclass
 from softmark.solvers.energies import displacement_gradient_scaling, element_kernels
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 
-POINTS = 4096  # at which the law is asked at a time: what it gives stays in the cache
+POINTS = 4096  # points per evaluation of the law, so that results stay in the processor cache
 
 
 class ElasticLaw(Protocol):

@@ -15,7 +15,7 @@ from softmark.records import dataclass
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-SLACK = 1e-6  # of 1/mu: what a factor of a solid with pressures has for 1/K beyond its own (linear/saddle_point.py)
+SLACK = 1e-6  # fraction of 1/mu added to 1/K when a mixed solid is factorised (linear/saddle_point.py)
 
 
 def no_stencils() -> Ints:
@@ -26,11 +26,11 @@ def no_stencils() -> Ints:
 class Energy(Protocol):
     """A value, a gradient and a Hessian over local stencils of degrees of freedom."""
 
-    saddle: ClassVar[bool] = False  # pressures are among its unknowns: of most energy in these
-    grounded: ClassVar[bool] = False  # it feels a motion of the body as a whole
-    cellular: ClassVar[bool] = False  # a law is integrated over cells, with or without pressures
-    told: Any = None  # nodes (n,) whose forces are its reaction, where that of all adds up to nothing; None: all
-    driven: ClassVar[bool] = False  # a load that is not in proportion to its share, and says what it is `at` one
+    saddle: ClassVar[bool] = False  # unknowns include pressures, in which the energy is a maximum
+    grounded: ClassVar[bool] = False  # it resists rigid-body motion
+    cellular: ClassVar[bool] = False  # it integrates a law over cells, with or without pressures
+    told: Any = None  # nodes (n,) whose forces are its reaction, if the sum over all nodes vanishes; None: all
+    driven: ClassVar[bool] = False  # a load that is not proportional to its factor; its method `at` evaluates it
 
     @property
     def rubs(self) -> bool:

@@ -14,7 +14,7 @@ def add_blocks(blocks: Floats, slots: Ints, data: Floats) -> None:
     """Add blocks to the matrix values: data[slots] += blocks, both (m, k, l); fixed entries have slot -1 and are
     skipped.
     """
-    # that is counted in front and left out
+    # that is shifted by one and dropped
     data += np.bincount(slots.ravel() + 1, blocks.ravel(), len(data) + 1)[1:]
 
 

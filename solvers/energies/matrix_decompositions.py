@@ -66,7 +66,7 @@ def nearest_rotation(M: Floats) -> Nine:
         return 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0
     a0, a1, a2 = M[0, m] / largest, M[1, m] / largest, M[2, m] / largest
     b0, b1, b2 = M[0, k], M[1, k], M[2, k]
-    if not second > 1e-15 * largest:  # a line: any direction across will do
+    if not second > 1e-15 * largest:  # rank one: any perpendicular direction will do
         b0, b1, b2 = 0.0, 0.0, 0.0
         if abs(a0) <= abs(a1) and abs(a0) <= abs(a2):
             b0 = 1.0

@@ -23,11 +23,11 @@ from softmark.solvers.energies.local_blocks import add_blocks
 from softmark.solvers.energies.mixed_displacement_pressure import MixedSolid
 from softmark.solvers.energies.viscoelastic_memory import EnergyHistory
 
-INNER = 1.0 - 0.5**0.5  # of a step: where its first stage ends, and what either stage is implicit in
+INNER = 1.0 - 0.5**0.5  # end of the first stage as a fraction of the step; also the implicit weight of both stages
 AFTER = (1.0 - INNER) / INNER
-SEEN = 1e-3  # of all that has moved: what leaves at once and is less does not matter
-ROUNDED = 1e-15  # of the volume of a body: what rounding of deformation gradients leaves of it
-SOLVED = 1e-12  # of that volume, by pressures over the shear modulus: what forces leave of it that balance so well
+SEEN = 1e-3  # fraction of all volume moved, below which an instantaneous outflow is ignored
+ROUNDED = 1e-15  # fraction of the body volume: rounding error of deformation gradients
+SOLVED = 1e-12  # fraction of that volume, times pressure / shear modulus: solver error
 
 
 class PermeabilityLaw(Protocol):
@@ -166,10 +166,10 @@ class FirstStage:
     """
 
     span: float
-    gained: Floats  # span times the rate at its end
+    gained: Floats  # span times the inflow rate at its end, m^3
     left: Floats
     heat: float
-    pumped: float  # J, that held pressures have brought
+    pumped: float  # work of prescribed pressures, J
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,10 +229,10 @@ class PoreFluid(EnergyHistory):
                 self, stage=FirstStage(h, now - self.account, left, heat, pumped), volumes=V, pressed=pressed
             )
         lost, out = self.lost + span * heat, self.out + left
-        pumped = self.pumped + (pumped if span else 0.0)  # at once it is in the energy
+        pumped = self.pumped + (pumped if span else 0.0)  # work in a jump is part of the energy
         moved = 0.5 * float(np.abs(now - self.account).sum())
         whole = self.moved + moved
-        rough = whole if moved > SEEN * whole else moved  # of what leaves at once cells show nothing
+        rough = whole if moved > SEEN * whole else moved  # meshes cannot resolve an instantaneous outflow
         if self.stage is not None:
             lost, out = lost + AFTER * span * self.stage.heat, out + AFTER * self.stage.left
             pumped += AFTER * self.stage.pumped

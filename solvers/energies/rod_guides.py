@@ -80,7 +80,7 @@ class GuidedTendon(RodElementEnergy):
         across = (self.tension / size)[:, None, None] * (np.eye(3) - t[:, :, None] * t[:, None])
         found: Floats = J.swapaxes(1, 2) @ across @ J
         for side, own, sign in ((slice(None, -1), slice(3, 6), -1.0), (slice(1, None), slice(9, 12), 1.0)):
-            F = sign * self.tension * (t[:, None] @ R[side])[:, 0]  # in material axes: what the end is pulled back with
+            F = sign * self.tension * (t[:, None] @ R[side])[:, 0]  # force that pulls the end back, in material axes
             a = self.arms[side]
             both = F[:, :, None] * a[:, None]
             found[:, own, own] += 0.5 * (both + both.swapaxes(1, 2))

@@ -32,7 +32,7 @@ from softmark.solvers.energies.rod_rotation import (
     rotation,
 )
 
-D, P, C = slice(0, 3), slice(3, 7), slice(7, 11)  # where the parts of y stand in R^11
+D, P, C = slice(0, 3), slice(3, 7), slice(7, 11)  # positions of the parts of y in R^11
 _BY_P = 2.0 * ROTATION.transpose(0, 3, 1, 2).reshape(12, 12)  # d_k p_n to d(R(p)^T d)_i / dp_m
 _APART = np.concatenate([-np.eye(3), np.zeros((3, 3)), np.eye(3), np.zeros((3, 3))], axis=1)  # of d
 _EYE3, _EYE4 = np.eye(3), np.eye(4)
@@ -276,8 +276,8 @@ class RodElements:
 
 
 _Key = tuple[bytes, bytes, bytes, str]
-_KNOWN: tuple[tuple[_Key, RodElements], ...] = ()  # the latest first; replaced as a whole, for threads
-KEPT = 3  # states: that before a step, that behind it, and the one that is tried
+_KNOWN: tuple[tuple[_Key, RodElements], ...] = ()  # latest first; replaced as a whole, for thread safety
+KEPT = 3  # states: before a step, after it, and the trial one
 
 
 def cached_elements(x: Floats, elements: Ints, l: Floats, turns: ElementRotations | None = None) -> RodElements:

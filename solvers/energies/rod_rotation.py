@@ -25,7 +25,7 @@ _CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 PRODUCT = _hamilton()
 _SANDWICH = np.einsum("kan,n,ami->kimn", PRODUCT[1:], _CONJUGATE, PRODUCT[:, :, 1:])  # p v conj(p)
 ROTATION = (_SANDWICH + _SANDWICH.swapaxes(2, 3)) / 2  # R_ki = ROTATION[k, i, m, n] p_m p_n
-# the same behind all products of components (16,)
+# the same, applied to all products of components (16,)
 _PRODUCT_OF = PRODUCT.reshape(4, 16).T
 _RELATIVE_OF = (PRODUCT * _CONJUGATE[:, None]).reshape(4, 16).T
 _ROTATION_OF = ROTATION.reshape(9, 16).T
@@ -34,7 +34,7 @@ _TERMS = np.arange(18)
 _SIGNED = np.where(_TERMS < 16, (-1.0) ** _TERMS / (2 * _TERMS + 1), 0.0)  # atan(w) / w = sum of _SIGNED[k] w^(2k)
 # columns: coefficients of the two derivatives of that series in w^2
 _SERIES = np.stack([(_SIGNED * _TERMS)[1:17], (_SIGNED * _TERMS * (_TERMS - 1))[2:18]], axis=1)
-# Of tan^2 of half the angle: below, what 16 terms omit is under 1e-18; above, the closed form loses 3
+# Switch at this tan^2 of half the angle: below it, 16 terms omit less than 1e-18; above, the closed form loses 3
 # digits at most.
 _SMALL = 0.05
 
@@ -106,7 +106,9 @@ def interpolate_rotation(q_a: Floats, q_b: Floats, t: Floats) -> Floats:
 def half_angle(c: Floats) -> Floats:
     """Return h = atan2(|v|, s) / |v| for c = (s, v), s >= 0."""
     v = c[..., 1:]
-    size = np.maximum(np.sqrt(np.einsum("...i,...i->...", v, v)), 1e-150)  # far below, where h = 1 / s to rounding
+    size = np.maximum(
+        np.sqrt(np.einsum("...i,...i->...", v, v)), 1e-150
+    )  # far below the range where h differs from 1 / s
     return np.asarray(np.arctan2(size, c[..., 0]) / size)
 
 
@@ -115,7 +117,7 @@ def half_angle_slopes(c: Floats, h: Floats) -> tuple[Floats, Floats]:
     s, m = c[..., 0], np.einsum("...i,...i->...", c[..., 1:], c[..., 1:])
     squared = s * s
     small = m < _SMALL * squared
-    if small.all():  # as in any rod of segments that turn little
+    if small.all():  # usual case: segments rotate little
         return _half_angle_series(s, m / squared)
     near, far = np.where(small, s, 1.0), np.where(small, 1.0, m)
     r2 = s**2 + far

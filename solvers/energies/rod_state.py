@@ -121,7 +121,7 @@ class RodChain:
         np.cumsum(axes - (nodes[1:, :3] - nodes[:-1, :3]), axis=0, out=excess[1:])
         excess -= self._drift(excess)
         nodes[:, :3] += excess
-        cached_elements(moved, self.elements, self.lengths, turns)  # it will be asked for
+        cached_elements(moved, self.elements, self.lengths, turns)  # fill the cache: Newton needs it next
         return moved
 
     def jumped(self, before: Floats, after: Floats) -> bool:

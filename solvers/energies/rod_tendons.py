@@ -22,7 +22,7 @@ from softmark.solvers.energies.local_blocks import RodElementEnergy, cross_matri
 from softmark.solvers.energies.rod_kinematics import RodElements, cached_elements
 from softmark.solvers.energies.rod_state import lengths
 
-SHORT = 1e-12  # of a segment: what is shorter has no direction
+SHORT = 1e-12  # fraction of a segment: shorter vectors have no direction
 
 
 @dataclass(frozen=True)

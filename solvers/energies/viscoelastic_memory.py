@@ -17,11 +17,14 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats
 
-CANCELS = 1e-3  # times of relaxation: over a shorter step differences are taken as series
-LINEAR = (
-    1e-5  # of the modulus: of smaller stresses energies of finite strain are rounding, and those of small ones right
-)
-PANELS, POINTS, FEW, SHORT = (1.0, 4.0, 16.0), 5, 2, 0.05  # times of relaxation; points in each; in a step so short
+CANCELS = 1e-3  # multiple of tau: for shorter steps differences are evaluated as series
+LINEAR = 1e-5  # fraction of the modulus: below this stress the finite-strain energy is rounding noise; use the small-strain one
+PANELS, POINTS, FEW, SHORT = (
+    (1.0, 4.0, 16.0),
+    5,
+    2,
+    0.05,
+)  # panel edges in tau; points per panel; points for steps below SHORT tau
 
 
 class BranchSprings(Protocol):
@@ -74,10 +77,10 @@ class RelaxationSeries(Protocol):
 class EnergyHistory(ABC):
     """History of an energy: at points of cells (`ViscoelasticHistory`), in elements of a rod, or of pore fluid."""
 
-    energy: Any  # what it has before anything relaxes
-    worked: float | None = None  # J, by what it is the memory of, where it counts that itself
-    pumped: float = 0.0  # J, since the start by pressures of fluid that are held: forces do not tell of it
-    unknown = False  # whether what it stores or has lost was not found somewhere
+    energy: Any  # instantaneous energy, before relaxation
+    worked: float | None = None  # work of the internal forces, J, if the history counts it itself
+    pumped: float = 0.0  # work of prescribed pore pressures since the start, J; nodal forces do not contain it
+    unknown = False  # stored or dissipated energy could not be computed at some point
 
     @abstractmethod
     def over(self, h: float) -> Energy:
@@ -123,7 +126,7 @@ class ViscoelasticHistory(EnergyHistory):
     H: Floats
     springs: Floats
     lost: Floats
-    unknown: bool = False  # whether what is stored or lost was not found somewhere
+    unknown: bool = False  # stored or dissipated energy could not be computed at some point
 
     @classmethod
     def at_rest(cls, energy: Any, series: RelaxationSeries) -> ViscoelasticHistory:
@@ -149,7 +152,7 @@ class ViscoelasticHistory(EnergyHistory):
         springs = self._springs(H, S, E)
         if known.springs is None:
             lost = self._linear_loss(S, h)
-        elif np.array_equal(E, self.E):  # all that has been stored and is no more
+        elif np.array_equal(E, self.E):  # at constant strain, the decrease of the stored energy
             lost = np.maximum(self.springs - springs, 0.0)
         else:
             lost = self._loss(known.springs, S, E, h)

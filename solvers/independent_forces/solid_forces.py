@@ -169,10 +169,7 @@ def cofactor(J: Floats) -> tuple[Floats, Floats]:
 def kinematics(
     points: Floats, cells: Ints, kind: str, rule: tuple[Floats, Floats], depth: float = 0.0, mean: bool = False
 ) -> tuple[Floats, Floats, Any]:
-    """Return dN/dX (m, q, a, 3) in 1/m, volumes (m, q), m^3, and for a revolved slice N/r (m, q, a), 1/m.
-
-    Cell means have q = 1.
-    """
+    """Return dN/dX (m, q, a, 3), 1/m, volumes (m, q), m^3, and in a ring N/r (m, q, a), 1/m; means have q = 1."""
     dNdX, det = gradients(points, cells, kind, rule[0])
     w, hoop = rule[1] * det, None
     if depth:
@@ -192,10 +189,7 @@ def interpolate(N: Floats, nodal: Floats) -> Floats:
 
 
 def gradients(points: Floats, cells: Ints, kind: str, xi: Floats) -> tuple[Floats, Floats]:
-    """Return dN/dX (m, q, a, 3) in 1/m and det dX/dxi (m, q) in m^3, from the nodes of the undeformed mesh.
-
-    Local points xi are the same in all cells (q, 3), or given for each (m, q, 3).
-    """
+    """Return dN/dX (m, q, a, 3), 1/m, and det dX/dxi (m, q), m^3, at local points xi (q, 3), or (m, q, 3)."""
     X = points[cells] - points[cells[:, :1]]  # far from the origin, positions have no digits to spare
     dN = shape_derivatives(kind, xi)
     cof, det = cofactor(X.swapaxes(1, 2)[:, None] @ dN)
@@ -207,10 +201,7 @@ def gradients(points: Floats, cells: Ints, kind: str, xi: Floats) -> tuple[Float
 
 
 def polar_rotation(F: Floats) -> Floats:
-    """Return the rotations nearest to F (n, 3, 3) by Newton's iteration R <- (R + R^-T)/2 (Higham 1986).
-
-    If it does not apply (det F <= 0, or nearly flat), singular values are used, the smallest with the sign of det F.
-    """
+    """Return the rotations nearest to F (n, 3, 3): R <- (R + R^-T)/2 (Higham 1986), by SVD if det F is not positive."""
     R = F
     for _ in range(7):
         cof, det = cofactor(R)
@@ -226,7 +217,7 @@ def polar_rotation(F: Floats) -> Floats:
 
 
 def small_strain_stress(mu: Any, lam: Any) -> Stress:
-    """Return Hooke's law of the displacement gradient: 2 mu eps + lam tr(eps) I; moduli are numbers, or one for each F."""
+    """Return Hooke's law of H = F - I: 2 mu eps + lam tr(eps) I; moduli are numbers, or one for each F."""
     m, l = (np.reshape(modulus, (-1, 1, 1)) for modulus in (mu, lam))
 
     def stress(F: Floats) -> Floats:
@@ -442,9 +433,7 @@ def surface_forces(points: Floats, facets: Ints, push: Callable[[Floats], Floats
 def part_forces(
     points: Floats, facets: Ints, xi: Floats, w: Floats, push: Callable[[Floats], Floats], depth: float = 0.0
 ) -> Floats:
-    """Return nodal forces of a load on parts of facets: local points xi (p, 2), weights w (p,) in local area, facets
-    (p, k).
-    """
+    """Return nodal forces on parts (p, k) of facets: local points xi (p, 2), weights w (p,) in local area."""
     kind, found = facets.shape[1], np.zeros_like(points)
     x = points[facets] - points[facets[:, :1]]
     t = x.swapaxes(1, 2) @ shape_derivatives(kind, xi)  # (p, 3, 2)

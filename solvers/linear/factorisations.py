@@ -121,10 +121,7 @@ class Triangular:
 
     @property
     def negative_pivots(self) -> int | None:
-        """Number of negative pivots.
-
-        Only pivots on the diagonal count; a pivot taken elsewhere makes the matrix indefinite as well.
-        """
+        """Number of negative pivots; at least 1 for pivots off the diagonal, which make K indefinite."""
         elsewhere = np.any(self.lu.perm_r != self.lu.perm_c)
         pivots = self.lu.U.diagonal()
         # a neutral direction, such as the plane in which a round column bends, has a pivot of zero to rounding
@@ -327,7 +324,7 @@ def _symmetric(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Fact
 
 
 def _fits(needed: float) -> bool:
-    """Return whether a factor of `needed` bytes fits; small ones are not checked, which would take as long as they do."""
+    """Return whether a factor of `needed` bytes fits; small ones are not checked, to save time."""
     return needed <= LITTLE or needed <= SHARE * memory.available_memory()
 
 

@@ -66,7 +66,7 @@ MATERIALS: dict[str, type[Isotropic]] = {
     "veronda_westmann": VerondaWestmann,
 }
 
-DIRECTED: dict[str, type[Any]] = {  # those that know directions, on `Anisotropic`
+DIRECTED: dict[str, type[Any]] = {  # anisotropic materials
     "transversely_isotropic": TransverselyIsotropic,
     "holzapfel_gasser_ogden": HolzapfelGasserOgden,
     "holzapfel_ogden": HolzapfelOgden,
@@ -76,7 +76,7 @@ DIRECTED: dict[str, type[Any]] = {  # those that know directions, on `Anisotropi
     "active_strain": ActiveStrain,
 }
 
-# what scenes call materials: those that are laws, and what is made around another
+# words for materials in scenes: laws, and materials that wrap another one
 WORDS: Mapping[str, type[Any]] = ChainMap({"viscous": Viscous, "biphasic": Biphasic}, DIRECTED, MATERIALS)
 
 
@@ -132,7 +132,7 @@ def _at_points(material: Isotropic, law: Any) -> Any:
         return law
     from softmark.solvers.materials.heterogeneous import HeterogeneousLaw, iterate_arrays
 
-    known = next(iterate_arrays(law), None)  # of directions the moduli at rest know nothing
+    known = next(iterate_arrays(law), None)  # the moduli at rest do not depend on directions
     return law if known is None else HeterogeneousLaw(law)
 
 

@@ -21,8 +21,8 @@ from softmark.solvers.materials.tensor_components import components
 if TYPE_CHECKING:
     from softmark.solvers.materials.constitutive_law import Array
 
-TURNS = 5  # of the two vectors
-WEAKEST, FEW = 0.02, 64  # share of the points from which they are improved, and at least so many
+TURNS = 5  # alternating improvements of the two vectors
+WEAKEST, FEW = 0.02, 64  # fraction of the points from which they are improved, and the smallest number
 _CUBE = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, -1, 0), (1, 0, 1), (1, 0, -1), (0, 1, 1), (0, 1, -1),
          (1, 1, 1), (1, 1, -1), (1, -1, 1), (-1, 1, 1)]  # fmt: skip
 DIRECTIONS = np.array(_CUBE) / np.linalg.norm(_CUBE, axis=1)[:, None]
@@ -34,7 +34,7 @@ def find_loss_in_directions(law: Any, F: Array, held: VolumePressure | None) -> 
     `held` is the separate volume constraint, or None.
     """
     found = np.zeros(len(F), dtype=np.bool_)
-    passive = getattr(law, "passive", law)  # a tension only adds to it
+    passive = getattr(law, "passive", law)  # an active tension only adds to ellipticity
     with np.errstate(all="ignore"):
         left = np.arange(len(F))
         if hasattr(passive, "elliptic"):

@@ -98,14 +98,14 @@ class Active(ActiveMaterial):
     course: Annotated[Any | None, "course", "how the tension grows and falls; whole without"] = None
     varying = ("density", "tension")
     does = "tension"
-    pulls = True  # beside its law: what it does comes with the loads
+    pulls = True  # the active stress is applied together with the loads
 
     @property
     def pull(self) -> ActiveTension:
         """Law of the active tension without the passive part."""
         return ActiveTension(self.tension, self.fibres)
 
-    # ------------------------------------------------------------------ the sum of both
+    # ------------------------------------------------------------------ sum of passive and active part
 
     def _psi(self, f: Array) -> Array:
         psi: Array = self.within._psi(f) + self.pull._psi(f)

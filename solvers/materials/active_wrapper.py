@@ -58,7 +58,7 @@ class ActiveMaterial(Anisotropic):
         parts = self.law.finite_mixed()
         return None if parts is None else (self._with(law=parts[0]), parts[1])
 
-    # ------------------------------------------------------------------ of the law within
+    # ------------------------------------------------------------------ attributes of the wrapped law
 
     @property
     def polyconvex(self) -> bool:

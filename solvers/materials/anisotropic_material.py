@@ -50,11 +50,11 @@ class Anisotropic(BatchedLaw):
     bulk: float | None
     sheets: Any = None
     thin = False
-    varying: tuple[str, ...] = ("density",)  # numbers that may vary in space: directions do by rules of their own
-    directed = True  # what isotropic theories must not be asked about
-    branches: tuple[tuple[float, float], ...] = ()  # nothing of it relaxes
-    pulls = False  # it has a part that comes with the loads
-    sheeted = False  # it is not alike in all directions across the fibres
+    varying: tuple[str, ...] = ("density",)  # constants that may vary in space; directions vary by their own rules
+    directed = True  # isotropic theories do not apply
+    branches: tuple[tuple[float, float], ...] = ()  # no viscoelastic branches
+    pulls = False  # an active part is applied with the loads
+    sheeted = False  # it is anisotropic across the fibres
 
     # ------------------------------------------------------------------ the law
 

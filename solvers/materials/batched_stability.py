@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from softmark.solvers.materials.volumetric_constraints import Constraint
 
 Bools = NDArray[np.bool_]
-STIFF = 1e6  # times the rest of the law: what holds a volume that must be kept
-BLOCK = 4096  # points at a time
+STIFF = 1e6  # penalty for incompressibility, relative to the rest of the law
+BLOCK = 4096  # points per block
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +39,12 @@ class VolumePressure:
 def evaluate_by_law(look: Callable[[Any, Array, VolumePressure | None], Bools | None], law: Any, F: Array,
                held: VolumePressure | None) -> Bools | None:  # fmt: skip
     """Evaluate `look`; for a plate with the law of its solid, for varying constants in blocks with their own constants."""
-    if hasattr(law, "solid"):  # of a plate (plane_stress.py)
+    if hasattr(law, "solid"):  # a plate (plane_stress.py)
         return evaluate_by_law(look, law.solid, law.opened(F), None)
     if not hasattr(law, "at_rest"):
         return look(law, F, held)
     found = np.zeros(len(F), dtype=np.bool_)
-    for some, own in law._blocks(len(F)):  # of constants that vary (heterogeneous.py)
+    for some, own in law._blocks(len(F)):  # varying constants (heterogeneous.py)
         part = evaluate_by_law(look, own, F[some], None if held is None else held.of(some))
         if part is None:
             return None

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-BLOCK = 4096  # matrices; measured: shorter rows cost calls, longer ones leave the cache
+BLOCK = 4096  # matrices per block; measured: shorter rows cost calls, longer ones leave the cache
 
 
 class BatchedLaw(ABC):

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-FLOOR = 1e-6  # least s_i + s_j that dR/dF divides by; it is 2 at rest
+FLOOR = 1e-6  # smallest divisor s_i + s_j in dR/dF; it is 2 at rest
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ class DampingTangent:
     def dPdF_projected(self, F: Array) -> Array:
         """Return the positive semi-definite shape tangent plus M dg/dF (x) dg/dF, Pa (m, 3, 3, 3, 3)."""
         G = self.constraint.gradient(F)
-        modulus = np.reshape(self.modulus, (-1, 1, 1, 1, 1))  # one for all, or of each
+        modulus = np.reshape(self.modulus, (-1, 1, 1, 1, 1))  # one value, or one per state
         volume = modulus * np.einsum("miJ,mkL->miJkL", G, G)
         found: Array = volume if self.shape is None else self.shape.dPdF_projected(F) + volume
         return found

@@ -29,8 +29,8 @@ from softmark.solvers.materials.volumetric_constraints import VolumeRatioConstra
 if TYPE_CHECKING:
     from softmark.solvers.materials.constitutive_law import Array
 
-FLAT = 1e-6  # of the longest stretch: below it slopes by ln s, which are as s^2 there, are rounding
-NEAR = 1e-5  # logarithms of stretches that are nearer: the turning of axes is a change along them
+FLAT = 1e-6  # fraction of the longest stretch: below it derivatives by ln s (about s^2) are rounding noise
+NEAR = 1e-5  # logarithmic stretches closer than this count as equal
 
 
 def find_instability(law: Any, F: Array, held: VolumePressure | None = None) -> Bools | None:
@@ -56,7 +56,7 @@ def _lost(law: Any, F: Array, held: VolumePressure | None) -> Bools:
         _add_green_constraint(held, s, bent)
         held = None
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = bent
-    # across (1, 1, 1): along (1, -1, 0) and (1, 1, -2), and between
+    # in the plane perpendicular to (1, 1, 1): along (1, -1, 0) and (1, 1, -2), and mixed
     a = 0.5 * (xx + yy) - xy
     c = (xx + yy + 2.0 * xy - 4.0 * (xz + yz) + 4.0 * zz) / 6.0
     b = (xx - yy - 2.0 * (xz - yz)) / 12.0**0.5

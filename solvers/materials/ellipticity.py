@@ -33,10 +33,10 @@ from softmark.solvers.materials.two_invariant_law import TwoInvariantLaw, invari
 if TYPE_CHECKING:
     from softmark.solvers.materials.constitutive_law import Array
 
-CUTS = 7  # of the triangle: a form that is nearer to zero than that tells is taken for positive
+CUTS = 7  # subdivisions of the triangle; a form still undecided is taken as positive
 CORNERS = np.eye(3)
 PERMUTATIONS = ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0))
-PARTS = 0.5 * np.array([  # the four parts of a triangle, by its corners
+PARTS = 0.5 * np.array([  # corners of the four parts of a triangle
     [[2, 0, 0], [1, 1, 0], [1, 0, 1]], [[1, 1, 0], [0, 2, 0], [0, 1, 1]],
     [[1, 0, 1], [0, 1, 1], [0, 0, 2]], [[1, 1, 0], [0, 1, 1], [1, 0, 1]],
 ])  # fmt: skip

@@ -37,7 +37,7 @@ else:
 
 Onset = Annotated[float, "1 in (0, 0.1]", "strain E over which fibres are taken up; their law holds beyond it"]
 ONSET = 1e-4
-TAUT = 4.0 / 15.0  # of k1: what fibres add to the mean shear modulus over all directions
+TAUT = 4.0 / 15.0  # fraction of k1 that fibres add to the direction-averaged shear modulus
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class FiberReinforced(Anisotropic):
         k = self.dispersion
         for (c, s), strand in self.families:
             a = c * axes[0] + s * axes[1]
-            moved = transform_direction(h, a)  # less a
+            moved = transform_direction(h, a)  # F a - a
             found.append((a, moved + a, strand, k * stretch + (1.0 - 3.0 * k) * squared_stretch_change(moved, a)))
         return found
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-BLOCK = 4096  # points whose constants are handed on at a time, as many as a law takes (batching.py)
+BLOCK = 4096  # points per block, as many as in batching.py
 
 
 def map_arrays(thing: Any, change: Callable[[Array], Array]) -> Any:

@@ -36,13 +36,13 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-Number = Any  # one for all points, or of each (m,)
+Number = Any  # one value, or one per point (m,)
 
 
 class IsochoricInvariantMaterial(IsochoricMaterial):
     """Base class of materials with energy W(i, k); a derivative by an invariant that W does not contain is None."""
 
-    second = True  # whether W knows of k at all
+    second = True  # whether W depends on k
 
     @property
     def convex(self) -> bool:
@@ -113,7 +113,7 @@ class IsochoricInvariantLaw(Hyperelastic):
         a, third = 2.0 * first * J ** (-2.0 / 3.0), (1.0 + i / 3.0) / J
         s, d = self.modulus * swell - 2.0 * first * third, self.modulus * stiffen + 10.0 / 3.0 * first * third / J
         cofs = C.reshape(9, -1)
-        mixed = (-2.0 / 3.0 * a / J) * rows  # what stands beside C, and by symmetry before it
+        mixed = (-2.0 / 3.0 * a / J) * rows  # right factor of C, and by symmetry its left factor
         if second is not None:
             b, more = 2.0 * second * J ** (-4.0 / 3.0), (1.0 + k / 3.0) / J
             B = _second(f)

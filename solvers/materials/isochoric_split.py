@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-LATER: Any = None  # a number once the object is made
+LATER: Any = None  # set in __post_init__
 VOLUMETRIC: dict[str, type[VolumeRatioConstraint]] = {
     "squared": VolumeRatio,
     "logarithmic": LogarithmicVolume,
@@ -63,7 +63,7 @@ class IsochoricMaterial(Isotropic):
         "energy of a change of volume: K/2 g^2 with g = J - 1, ln J or (J - 1/J)/2",
     ] = field(default="squared", kw_only=True)
     varying = ("density",)  # type: ignore[assignment]
-    either = (("poisson", "bulk"),)  # of each of these fields a scene gives exactly one
+    either = (("poisson", "bulk"),)  # a scene must give exactly one of these fields
 
     powerless = ("", "the solid has no shear modulus at rest", "nothing resists", "constants must resist a small shear")
 

@@ -31,16 +31,16 @@ class Isotropic:
     young: Annotated[float, "Pa in (0, inf)", "Young's modulus of the undeformed solid"]
     poisson: Annotated[float, "1 in (-1, 0.5]", "Poisson's ratio of the undeformed solid"]
     density: Annotated[float, "kg/m^3 in (0, inf)", "mass per volume of the undeformed solid"]
-    # What of the two moduli a law keeps, 0 in the parts of a law that is taken apart. No fields: scenes do not see them
+    # Factors of the two moduli, 0 in the parts of a split law. They are not fields, so scenes do not see them
     shear_share = 1.0
     volume_share = 1.0
     varying = ("young", "poisson", "density")  # constants that may vary in space
     thin = False  # in plane stress (plane_stress.py)
-    polyconvex = False  # whether its energy is known to be: no state of it ever gives way (ellipticity.py)
+    polyconvex = False  # energy known to be polyconvex: ellipticity is never lost (ellipticity.py)
     steady_above = (
         math.inf
     )  # the volume ratio above which its energy is known to be convex by ln V (drucker_stability.py)
-    # of a stress that relaxes: its shares, and times in s (viscoelastic.py)
+    # Prony series: shares, and relaxation times in s (viscoelastic.py)
     branches: ClassVar[tuple[tuple[float, float], ...]] = ()
 
     @property

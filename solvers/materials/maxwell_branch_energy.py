@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-DOUBLED = 60  # times: how far a bracket of I1 - 3 is widened at most
-HALVED = 100  # times at most: what is left of it then
+DOUBLED = 60  # largest number of doublings of a bracket of I1 - 3
+HALVED = 100  # largest number of bisections
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class FirstInvariantBranch:
 
     energy: Callable[[Array], Array]
     slope: Callable[[Array], Array]
-    even: bool  # whether the slope is the same everywhere
+    even: bool  # constant slope
     keeps = True
 
     def stress(self, C: Array) -> Array:
@@ -59,7 +59,7 @@ class FirstInvariantBranch:
     def _slopes(self, q: Array) -> Array:
         """Return 2 W' at C' (n,), Pa, from the eigenvalues of q (n, 3), by bisection for a consistent I1."""
 
-        def above(i: Array) -> Array:  # whether I1 of the shape that its slope gives lies above i + 3
+        def above(i: Array) -> Array:  # True if I1 of the resulting C' exceeds i + 3
             with np.errstate(all="ignore"):
                 y = self.slope(i)
                 each = 1.0 / (y[:, None] - q)
@@ -85,12 +85,12 @@ class FirstInvariantBranch:
         rest = self.resting(q)
         i, j = (np.einsum("nii->n", A) - 3.0 for A in (C, rest))
         found: Array = self.energy(i) - self.energy(j) - 0.5 * np.einsum("nij,nij->n", q, C - rest)
-        return np.maximum(found, 0.0)  # of rounding
+        return np.maximum(found, 0.0)  # negative only by rounding
 
     def rate(self, C: Array, q: Array) -> Array:
         """Return (C - C') : (S(0)(C) - q)/2 (n,), J/m^3: tau times the dissipation per unit share, never negative."""
         found: Array = 0.5 * np.einsum("nij,nij->n", C - self.resting(q), self.stress(C) - q)
-        return np.maximum(found, 0.0)  # of rounding
+        return np.maximum(found, 0.0)  # negative only by rounding
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,10 @@ STEPS, FLAT, NEAR, SOFT, FAR = (
     1e-3,
     0.5,
 )  # of `IsotropicBranch`: iterations, slope, side steps, curvature, step
-ACROSS = ((0.5**0.5, -(0.5**0.5), 0.0), (6.0**-0.5, 6.0**-0.5, -2.0 * 6.0**-0.5))  # what keeps the volume
+ACROSS = (
+    (0.5**0.5, -(0.5**0.5), 0.0),
+    (6.0**-0.5, 6.0**-0.5, -2.0 * 6.0**-0.5),
+)  # isochoric directions of logarithmic stretches
 ALL = (3.0**-0.5, 3.0**-0.5, 3.0**-0.5)
 
 

@@ -28,7 +28,7 @@ class NeoHookeanIsochoric(TwoInvariantLaw, Isotropic):
     """
 
     polyconvex = True
-    steady_above = 0.5  # (J - 1)^2 is convex by ln J there
+    steady_above = 0.5  # (J - 1)^2 is convex in ln J above this J
 
     def finite_parts(self) -> tuple[Law, Law] | None:
         """Return the two parts; the shear part keeps 5 mu/3 of K, as at nu = 1/4."""

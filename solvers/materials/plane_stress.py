@@ -23,9 +23,9 @@ else:
     from softmark.solvers.runtime.lazy_modules import np
 
 ITERATIONS = 60
-LEAST, MOST = 0.1, 10.0  # by which factor the stretch changes at most in one of them
-FLAT = 1e-3  # of a thickness: some laws have no stress across what is flat
-ROUNDING = 1e-14  # of the stretch: a smaller change is none
+LEAST, MOST = 0.1, 10.0  # bounds of the change of stretch in one iteration
+FLAT = 1e-3  # thickness stretch: some laws have no stress across a flattened plate
+ROUNDING = 1e-14  # relative change of stretch that counts as converged
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-GAP = 1e-6  # of (s1 + s2)(s2 + s3)(s3 + s1) / |F|^3: below it the singular value decomposition takes over
-FINE = 1e-7  # a step or a defect whose square is below round-off: what one more step leaves
+GAP = 1e-6  # bound of (s1 + s2)(s2 + s3)(s3 + s1) / |F|^3: below it the SVD is used
+FINE = 1e-7  # size of a step or defect whose square is below round-off: one more step suffices
 
 
 def rotations(F: Array) -> Array:
@@ -90,7 +90,7 @@ def _orthonormalise(r: Array) -> Array:
         e = add_diagonal(product(transposed(r), r), -1.0)
         r -= 0.5 * product(r, e)
         defect: Array = np.abs(e).reshape(9, -1).max(axis=0)
-        if not (defect > 1e-8).any():  # quadratic: what is left is below round-off
+        if not (defect > 1e-8).any():  # quadratic convergence: the remaining defect is below round-off
             break
     return defect
 
@@ -136,7 +136,7 @@ def _annihilate(a: Array, v: Array, p: int, q: int, other: int) -> None:
     """Apply one Jacobi rotation of the p-q plane that makes a_pq zero; only the upper triangle of a is kept."""
     apq = a[p, q].copy()
     d = a[q, q] - a[p, p]
-    tiny = np.finfo(a.dtype).tiny  # keeps 0/0 away where a matrix is diagonal already
+    tiny = np.finfo(a.dtype).tiny  # avoids 0/0 if a matrix is already diagonal
     t = 2.0 * apq / (d + np.copysign(np.sqrt(d * d + 4.0 * apq * apq + tiny), d))
     c = 1.0 / np.sqrt(1.0 + t * t)
     s = t * c

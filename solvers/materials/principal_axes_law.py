@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-Number = Any  # one, or an array (m,)
+Number = Any  # a number, or an array (m,)
 Principal = tuple[Number, list[Number], list[list[Number]]]
 
 

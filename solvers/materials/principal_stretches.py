@@ -137,7 +137,7 @@ def _principal(f: Array) -> tuple[Array, Array, Array, Array]:
     """Return stretches s (3, m), ln t (3, m), the axes v[:, a] (3, 3, m) and J - 1 (m,); NaN if J <= 0."""
     h = displacement_gradient(f)
     j = volume_change(h)
-    squares, v = spectrum(2.0 * green_strain(h))  # of F^T F - 1
+    squares, v = spectrum(2.0 * green_strain(h))  # eigenvalues of F^T F - 1
     e = 0.5 * np.log1p(squares)
     s = np.exp(e)
     return s, e - np.log1p(np.where(j > -1.0, j, np.nan)) / 3.0, v, j

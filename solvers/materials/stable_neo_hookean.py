@@ -63,7 +63,7 @@ class StableNeoHookean(Hyperelastic, Isotropic):
     def _P(self, f: Array) -> Array:
         m, l = self._moduli
         stretch, j = invariants(f)
-        # 3/4 m (F - cof F), zero at rest, is kept apart from terms of higher order
+        # 3/4 m (F - cof F), zero at rest, is computed separately from terms of higher order
         P = (l * j) * cofactor(f)
         P += 0.75 * m * (f - cofactor(f))
         P += (0.25 * m * stretch / (stretch + 4.0)) * f

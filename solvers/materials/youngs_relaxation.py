@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-HALVED = 200  # times at most: a root is known to the last digit then
+HALVED = 200  # largest number of bisections: full precision
 
 
 def young_series(g: Array, tau: Array, shear: float, bulk: float) -> tuple[Array, Array]:
@@ -28,7 +28,7 @@ def young_series(g: Array, tau: Array, shear: float, bulk: float) -> tuple[Array
     rates, which = np.unique(1.0 / tau, return_inverse=True)
     shares = np.bincount(which, g)
     whole = (3.0 * bulk + shear) / shear
-    low, high = -rates, np.concatenate([[0.0], -rates[:-1]])  # of rates from slow to quick: each root is in between
+    low, high = -rates, np.concatenate([[0.0], -rates[:-1]])  # brackets: each root lies between neighbouring rates
     for _ in range(HALVED):
         r = 0.5 * (low + high)
         if ((r <= low) | (r >= high)).all():

@@ -91,7 +91,7 @@ def _signed(
     k: int, n: int, p: int, L: Values, U: Values, update: int, blas: Ints, letters: Bytes, numbers: Shorts,
     reals: Values, first: int, signs: Values, values: Values, work: Values,
 ) -> bool:  # fmt: skip
-    """Eliminate a front like `_definite`, with a sign and a value of each pivot, from `first`; False if one vanishes."""
+    """Eliminate a front like `_definite`, with sign and value of each pivot, from `first`; False if one vanishes."""
     size = L.itemsize
     lower = letters.ctypes.data
     right, transposed, plain = lower + 1, lower + 2, lower + 3

@@ -12,7 +12,7 @@ import numpy as np
 
 import softmark
 from softmark.interpreter.models.model_builders import build
-from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.models.shared.solid_dynamics import PreparedMotion
 from softmark.interpreter.problem.body_case import case_for
 from softmark.solvers.dynamics.time_integration import march
@@ -42,7 +42,7 @@ def main() -> None:
         for name, more in LOADS.items():
             scene = softmark.loads(SCENE.format(more=more, integrator=integrator, segments=segments)).scene
             rod = scene.declared["rod"]
-            prepared = build(rod, case_for(scene, rod), Workshop(scene=scene))
+            prepared = build(rod, case_for(scene, rod), BuildContext(scene=scene))
             assert isinstance(prepared, PreparedMotion)
             march(prepared.problem, 0.01, 1e-3)
             track = march(prepared.problem, 0.5, 1e-3)

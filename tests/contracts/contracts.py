@@ -33,7 +33,7 @@ from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.models import MODELS
 from softmark.interpreter.models.model_builders import build, load
 from softmark.interpreter.models.shared.model_declaration import Model
-from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.problem.body_case import Case, case_for, case_of
 from softmark.interpreter.problem.probe_points import find_probe_points
@@ -205,7 +205,7 @@ def check_load(cls: type[Any], words: str) -> None:
     )
     np.testing.assert_allclose(_amount(push.part(0.5).action), 0.5 * _amount(push.action), rtol=1e-15)
     case = case_for(scene, scene.declared["m"])
-    prepared = build(scene.declared["m"], case, Workshop(scene=scene))
+    prepared = build(scene.declared["m"], case, BuildContext(scene=scene))
     ((who, forces),) = prepared.forces()
     assert who.name == "push"
     assert _of_nodes(forces, prepared.points)
@@ -360,7 +360,7 @@ def _takes(text: str, what: str) -> bool:
     measured: Mapping[str, Any] = {"beads": scene.declared["beads"].thing.load()}
     case = case_for(scene, declared)
     load(declared.thing)
-    prepared = build(declared, case, Workshop(scene=scene, measured=measured))
+    prepared = build(declared, case, BuildContext(scene=scene, measured=measured))
     assert {"nodes", "elements", "dofs"} <= set(prepared.size), what
     assert all(isinstance(n, int) and n >= 0 for n in prepared.size.values()), what
     assert all(isinstance(note, Diagnostic) for note in prepared.notes), what

@@ -18,7 +18,7 @@ from softmark.interpreter.models.external.adapters import calculix
 from softmark.interpreter.models.external.external_problem import NoAnswer, NotSettled, Problem, Stuff
 from softmark.interpreter.models.external.problem_transfer import told
 from softmark.interpreter.models.model_preparation import Measurements, prepared_model
-from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.problem.body_case import case_for
 
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
@@ -213,7 +213,7 @@ def apart(scene: Any, name: str, folder: Path) -> tuple[float, float]:
     """How far its answer is from ours, as a part of the greatest displacement: of its doubles, and as printed."""
     declared = scene.declared[name]
     case = case_for(scene, declared)
-    prepared: Any = prepared_model(declared, case, Workshop(scene=scene, measured=Measurements(scene)))[0]
+    prepared: Any = prepared_model(declared, case, BuildContext(scene=scene, measured=Measurements(scene)))[0]
     problem = told(prepared, case)
     calculix.write(problem, folder)
     with (folder / calculix.LOG).open("w") as log:
@@ -272,7 +272,7 @@ def test_a_state_on_the_way_is_that_of_its_part_of_the_load(tmp_path: Path) -> N
     text = BAR.replace("NU", "0.3").replace("LAW", "rubber").replace("ELEMENT", "hex8").replace("STRAIN", "finite")
     scene = softmark.loads(text).scene
     case = case_for(scene, scene.declared["bar_of"])
-    prepared: Any = prepared_model(scene.declared["bar_of"], case, Workshop(scene=scene))[0]
+    prepared: Any = prepared_model(scene.declared["bar_of"], case, BuildContext(scene=scene))[0]
     problem = told(prepared, case)
     half = replace(problem, forces=0.4 * problem.forces, values=0.4 * problem.values)
     found = []

@@ -374,7 +374,7 @@ model    m    = fem(hex8, strain = small, size = 6 mm)
 
 def test_what_lies_beside_the_body_does_not_count() -> None:
     """In the bore and in the corners of its box young is 1e30 Pa and more, and poisson above 0.5."""
-    from softmark.interpreter.models.shared.material_regions import typical
+    from softmark.interpreter.models.shared.material_regions import representative_materials
     from softmark.interpreter.problem.body_case import case_of
 
     r = "((y^2 + z^2) / (12 mm)^2)"
@@ -382,7 +382,7 @@ def test_what_lies_beside_the_body_does_not_count() -> None:
     case = case_of(loaded.scene, "hose")
     assert case.largest_poisson == pytest.approx(0.495)  # it was 0.3, as of a solid of which nothing is known
     assert "W301" in {w.code for w in loaded.warnings}
-    (known,) = typical(case, case.shape.mesh("hex8", 3e-3))
+    (known,) = representative_materials(case, case.shape.mesh("hex8", 3e-3))
     assert 1e4 < known.young < 1e4 * (12.0 / 9.0) ** 40
     assert known.poisson == pytest.approx(0.495)
 

@@ -13,7 +13,7 @@ from octant import octant
 
 import softmark
 from softmark.interpreter.models.model_builders import build
-from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.problem.body_case import case_for
 from softmark.interpreter.problem.surface_selection.load_resultants import doubts, resultants
@@ -33,7 +33,7 @@ def said(text: str) -> dict[str, Any]:
     scene = softmark.loads(text).scene
     declared = next(iter(scene.of_kind("model").values()))
     case = case_for(scene, declared)
-    prepared = build(declared, case, Workshop(scene=scene))
+    prepared = build(declared, case, BuildContext(scene=scene))
     return {n: r.to_json() | {"doubts": [d.code for d in doubts(case, declared, {n: r})]}
             for n, r in resultants(case, prepared).items()}  # fmt: skip
 
@@ -133,7 +133,7 @@ def test_models_of_other_kinds_say_it_too() -> None:
         scene = softmark.loads(text + moving + full + more).scene
         declared = list(scene.of_kind("model").values())[-1]
         case = case_for(scene, declared)
-        found = resultants(case, build(declared, case, Workshop(scene=scene)))["push"]
+        found = resultants(case, build(declared, case, BuildContext(scene=scene)))["push"]
         np.testing.assert_allclose(found.force, (0, 0, -0.02 * 0.007 * 1e3), atol=1e-12)
 
 
@@ -223,6 +223,6 @@ def test_curved_facets_are_not_offered_to_who_has_them() -> None:
         scene = softmark.loads(text + f"model m = fem({element}, strain = small, size = 100 mm)").scene
         declared = next(iter(scene.of_kind("model").values()))
         case = case_for(scene, declared)
-        notes = doubts(case, declared, resultants(case, build(declared, case, Workshop(scene=scene))))
+        notes = doubts(case, declared, resultants(case, build(declared, case, BuildContext(scene=scene))))
         assert [n.code for n in notes] == ["W371"]
         assert notes[0].help.startswith(remedy)

@@ -13,7 +13,7 @@ import pytest
 import softmark
 from softmark.grammar.diagnostic import Source
 from softmark.interpreter.models.model_builders import build
-from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.models.spring_network.spring_builder import PreparedSprings, prepare
 from softmark.interpreter.models.spring_network.spring_declaration import Calibrated, FromMaterial, MassSpring, Uniform
 from softmark.interpreter.models.spring_network.stiffness_calibration import REACH, Fit, NoFit, doubts, least, scaled
@@ -59,7 +59,7 @@ def model(text: str) -> MassSpring:
 def prepared(text: str, beam: str = BEAM) -> PreparedSprings:
     scene = softmark.loads(beam + text).scene
     declared = scene.declared["net"]
-    built = prepare(declared.thing, declared, case_of(scene, "beam"), Workshop(scene=scene))
+    built = prepare(declared.thing, declared, case_of(scene, "beam"), BuildContext(scene=scene))
     assert isinstance(built, PreparedSprings)
     return built
 
@@ -117,7 +117,7 @@ def test_a_network_and_finite_elements_share_a_mesh() -> None:
     text = """model net = mass_spring(stiffness = from_material(), network = hex8, size = 20 mm)
 model hex = fem(hex8, strain = corotational, size = 20 mm, mass = lumped)"""
     scene = softmark.loads(BEAM + text).scene
-    workshop, case = Workshop(scene=scene), case_of(scene, "beam")
+    workshop, case = BuildContext(scene=scene), case_of(scene, "beam")
     built = [build(scene.declared[n], case, workshop) for n in ("net", "hex")]
     assert len(workshop.meshes) == 1
     assert built[0].mesh is built[1].mesh
@@ -321,7 +321,7 @@ def test_a_measurement_is_fitted_at_full_load_only() -> None:
     data = replace(scene.declared["theory"], thing=Tracked(known.points, known.displacement))
     scene = replace(scene, declared={**scene.declared, "theory": data})
     net, case = scene.declared["net"], case_of(scene, "beam")
-    workshop = Workshop(scene=scene, measured={"theory": data.thing.load()})
+    workshop = BuildContext(scene=scene, measured={"theory": data.thing.load()})
     built = prepare(net.thing, net, case, workshop)
     assert isinstance(built, PreparedSprings)
     assert isinstance(built.fit, Fit)

@@ -14,7 +14,7 @@ from softmark.interpreter.metrics.measurement import MetricInput, ReferenceData
 from softmark.interpreter.metrics.surface_distance import SurfaceDistance, summarize_relative_distances
 from softmark.interpreter.metrics.target_surface import side_of_surface
 from softmark.interpreter.metrics.undefined_metric import Undefined
-from softmark.references.surface_geometry import SearchedSurface
+from softmark.references.surface_geometry import SurfaceSearch
 
 # a cube of corners (0 or 1)^3, number 4 x + 2 y + z, its triangles counter-clockwise from outside
 CORNERS = np.array([(x, y, z) for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
@@ -226,7 +226,7 @@ def test_an_open_surface_is_named_in_the_other_direction() -> None:
 
 
 def test_the_side_is_right_at_faces_edges_and_corners() -> None:
-    target = SearchedSurface(CORNERS, CUBE)
+    target = SurfaceSearch(CORNERS, CUBE)
     x = np.array([
         [0.5, 0.4, 1.2], [0.5, 0.4, 0.9],  # over a face and under it
         [0.5, 1.1, 1.1], [1.1, 1.2, 1.3],  # beyond an edge and beyond a corner
@@ -243,5 +243,5 @@ def test_the_side_is_right_around_a_sharp_spike() -> None:
     x = np.random.default_rng(3).uniform([-1, -0.2, -0.5], [1, 0.2, 5], (4000, 3))
     within = (np.abs(x[:, 0]) + np.abs(x[:, 1]) / 0.05 < 1 - x[:, 2] / 4) & (x[:, 2] > 0)
     assert within.any()
-    target = SearchedSurface(points, triangles)
+    target = SurfaceSearch(points, triangles)
     assert np.array_equal(side_of_surface(x, target.closest(x), target) < 0, within)

@@ -11,7 +11,7 @@ import pytest
 import softmark
 from softmark.interpreter.models.beam_frame.frame_dynamics import MovingNetwork
 from softmark.interpreter.models.model_builders import build
-from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.problem.body_case import case_for
 from softmark.solvers.dynamics.integrator import Motion
 from softmark.solvers.dynamics.time_integration import march
@@ -32,7 +32,7 @@ def run(text: str) -> dict[str, Any]:
 def prepared(text: str) -> MovingNetwork:
     scene = softmark.loads(HEAD + text).scene
     declared = scene.declared["m"]
-    found = build(declared, case_for(scene, declared), Workshop(scene=scene))
+    found = build(declared, case_for(scene, declared), BuildContext(scene=scene))
     assert isinstance(found, MovingNetwork)
     return found
 

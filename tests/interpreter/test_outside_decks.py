@@ -21,7 +21,7 @@ from softmark.interpreter.models.external.adapters import PROGRAMS, adapter, exe
 from softmark.interpreter.models.external.external_builder import PreparedOutside
 from softmark.interpreter.models.external.external_problem import NoAnswer
 from softmark.interpreter.models.model_preparation import Measurements, prepared_model
-from softmark.interpreter.models.shared.prepared_model import Solution, Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext, Solution
 from softmark.interpreter.problem.body_case import case_for
 
 Solved = tuple[Any, np.ndarray]  # a scene, and our displacements (n, 3), m
@@ -69,7 +69,7 @@ def solved() -> Solved:
 def prepared(scene: Any, name: str) -> Any:
     """A model of a scene, ready to be solved."""
     declared = scene.declared[name]
-    workshop = Workshop(scene=scene, measured=Measurements(scene))
+    workshop = BuildContext(scene=scene, measured=Measurements(scene))
     return prepared_model(declared, case_for(scene, declared), workshop)[0]
 
 

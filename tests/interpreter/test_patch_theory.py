@@ -10,7 +10,13 @@ import pytest
 from told import case, problem, refused
 
 import softmark
-from softmark.interpreter.problem.theory_problems import at_rest_of, doubt_of_theory, facts_of_theory, solve_theory, stress_of
+from softmark.interpreter.problem.theory_problems import (
+    at_rest_of,
+    doubt_of_theory,
+    facts_of_theory,
+    solve_theory,
+    stress_of,
+)
 from softmark.references.contact_patch_test import DeformedStack
 
 PAIR = """

@@ -12,7 +12,7 @@ import pytest
 import softmark
 from softmark.interpreter.models.fem.fem_builder import PreparedSolid
 from softmark.interpreter.models.model_builders import build
-from softmark.interpreter.models.shared.prepared_model import Solution, Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext, Solution
 from softmark.interpreter.problem.body_case import case_for
 from softmark.interpreter.report.run import report_page, report_terminal
 from softmark.solvers.assembly.assembly import Assembly
@@ -295,7 +295,7 @@ def test_what_is_left_over_adds_up_to_no_more_than_the_tolerance() -> None:
         probe    tip    = point(bar, at = (100, 10, 10) mm)
     """).scene
     model = loaded.declared["hexes"]
-    prepared = build(model, case_for(loaded, model), Workshop(scene=loaded))
+    prepared = build(model, case_for(loaded, model), BuildContext(scene=loaded))
     assert isinstance(prepared, PreparedSolid)
     problem = prepared.problem
     own = problem.resultant

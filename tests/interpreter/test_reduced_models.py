@@ -14,7 +14,7 @@ import softmark
 from softmark.interpreter.models.model_builders import build
 from softmark.interpreter.models.reduced import reduced_declaration
 from softmark.interpreter.models.reduced.reduced_builder import PreparedReduced
-from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.problem.body_case import case_of
 from softmark.interpreter.results.run_report import ModelResult, Report
 
@@ -51,7 +51,7 @@ def said(result: ModelResult) -> dict[str, Any]:
 def prepared(text: str, name: str) -> PreparedReduced:
     scene = softmark.loads(text).scene
     declared = scene.declared[name]
-    built = build(declared, case_of(scene, "beam"), Workshop(scene=scene))
+    built = build(declared, case_of(scene, "beam"), BuildContext(scene=scene))
     assert isinstance(built, PreparedReduced)
     return built
 

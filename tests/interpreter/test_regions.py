@@ -19,7 +19,7 @@ from softmark.interpreter.cli.main import main
 from softmark.interpreter.metrics.probe_samples import ProbeSamples, mean_weights
 from softmark.interpreter.metrics.stress import Stress
 from softmark.interpreter.models.shared import region_cells
-from softmark.interpreter.models.shared.region_cells import Owners
+from softmark.interpreter.models.shared.region_cells import CellMaterials
 from softmark.interpreter.pipeline.run_options import RunOptions
 from softmark.interpreter.pipeline.run_pipeline import run_scene
 from softmark.interpreter.problem.body_case import case_of
@@ -151,7 +151,7 @@ def test_cells_of_the_wrong_part_are_found_by_the_watchdog(monkeypatch: pytest.M
     """The watchdog looks for itself where cells lie: a solver that mixes parts up has no answer."""
     right = region_cells._found
 
-    def wrong(case: Any, mesh: Any) -> Owners:
+    def wrong(case: Any, mesh: Any) -> CellMaterials:
         found = right(case, mesh)
         cells = found.cells.copy()
         cells[np.flatnonzero(cells == 1)[:1]] = 0

@@ -139,9 +139,9 @@ def test_moments_of_what_pieces_exchange_are_told_with_a_remedy(contact: str, st
 def test_the_gap_between_pieces_is_a_part_of_the_stated_error() -> None:
     """Both are thicker by it: of a force that grows in proportion twice the mean gap over the travel."""
     loaded = loads(cubes("itself(pair, distance = 20 um)", "(0, 0, -0.1)", "finite"))
-    model = run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(stated=("cubes",))).models[
-        "cubes"
-    ]
+    model = run_pipeline.run_scene(
+        loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(stated=("cubes",))
+    ).models["cubes"]
     push = model.metrics["push"].value
     assert push is not None
     left = model.contacts["rub"].touch.left
@@ -158,7 +158,9 @@ def test_the_gap_between_pieces_that_move_is_a_part_of_it_too(friction: str) -> 
     text = text[: text.index("metric")] + "probe mid = point(pair, at = (20, 10, 0) mm)\n"
     text += "metric way = displacement(mid, along = -y)\n"
     loaded = loads(text.replace("components = y)", "components = y, course = ramp(over = 1 ms))"))
-    model = run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(free=True)).models["quads"]
+    model = run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(free=True)).models[
+        "quads"
+    ]
     assert model.stated["way"].parts["gap"] == pytest.approx(model.contacts["rub"].touch.left)
     assert 10e-6 < model.contacts["rub"].touch.left < 20e-6
 

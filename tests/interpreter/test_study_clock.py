@@ -326,7 +326,7 @@ def test_phases_of_a_solid_are_mostly_tangents_and_factors() -> None:
 def test_the_time_of_output_is_that_of_the_file_of_the_mesh(monkeypatch: pytest.MonkeyPatch) -> None:
     """Once a mesh that came without its model was passed over: the time was that of making an empty folder."""
     from softmark.interpreter.models.model_preparation import prepared_model
-    from softmark.interpreter.models.shared.prepared_model import Workshop
+    from softmark.interpreter.models.shared.prepared_model import BuildContext
     from softmark.interpreter.results import vtk_writer
 
     own, files = vtk_writer.write_vtu, []
@@ -334,7 +334,7 @@ def test_the_time_of_output_is_that_of_the_file_of_the_mesh(monkeypatch: pytest.
         vtk_writer, "write_vtu", lambda report, folder: files.append([f.name for f in own(report, folder)])
     )
     scene, declared, case = timed_process._scene(job("a", model="cells"))
-    prepared, _ = prepared_model(declared, case, Workshop(scene=scene))
+    prepared, _ = prepared_model(declared, case, BuildContext(scene=scene))
     assert timed_process._written(job("a", model="cells"), prepared.solve(lambda i: None)) is not None
     assert files == [["cells.vtu"], ["cells.vtu"]]
 
@@ -344,11 +344,11 @@ def test_phases_sum_to_the_whole_and_no_clock_stays_behind() -> None:
     import time
 
     from softmark.interpreter.models.model_preparation import prepared_model
-    from softmark.interpreter.models.shared.prepared_model import Workshop
+    from softmark.interpreter.models.shared.prepared_model import BuildContext
     from softmark.solvers.linear import factorisations
 
     scene, declared, case = timed_process._scene(job("a", model="cells"))
-    prepared, _ = prepared_model(declared, case, Workshop(scene=scene))
+    prepared, _ = prepared_model(declared, case, BuildContext(scene=scene))
     prepared.warm()
     where = PhaseClock()
     where.around(lambda: prepared.solve(lambda i: None))

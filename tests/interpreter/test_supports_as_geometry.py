@@ -20,7 +20,7 @@ from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.models.fem.fem_builder import mesh_of
 from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.models.model_builders import build
-from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.models.shared.support_selection import Grip, grip
 from softmark.interpreter.problem.body_case import Case, Fault, case_of
 from softmark.interpreter.problem.conforming_mesh import cuts_of
@@ -57,7 +57,7 @@ def prepared(source: str, wide: bool = False, folder: Path | None = None) -> Any
     """The model of a scene, built."""
     scene = scene_of(source, folder)
     case = replace(case_of(scene, "bar"), wide=wide)
-    return build(scene.declared["m"], case, Workshop(scene=scene))
+    return build(scene.declared["m"], case, BuildContext(scene=scene))
 
 
 def moved(source: str, wide: bool = False, folder: Path | None = None) -> np.ndarray:
@@ -75,7 +75,7 @@ def gripped(source: str, folder: Path | None = None) -> Grip:
     """What the wall of a scene holds."""
     scene = scene_of(source, folder)
     case = case_of(scene, "bar")
-    mesh = mesh_of(scene.declared["m"].thing, scene.declared["m"], case, Workshop())
+    mesh = mesh_of(scene.declared["m"].thing, scene.declared["m"], case, BuildContext())
     return grip(case.supports[0].thing.where, mesh)
 
 
@@ -269,7 +269,7 @@ def test_an_element_without_meshes_is_refused_by_name() -> None:
     foreign = replace(declared, thing=Fem("hex8b", "small", 0.005))
     assert ["hex8b" in d.message for d in foreign.thing.doubts(foreign, case)] == [True]
     with pytest.raises(Fault, match="`hex8b`"):
-        mesh_of(foreign.thing, foreign, case, Workshop())
+        mesh_of(foreign.thing, foreign, case, BuildContext())
 
 
 def test_sizes_of_bodies_from_files_are_said_to_do_nothing(tmp_path: Path) -> None:

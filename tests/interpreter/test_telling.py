@@ -10,7 +10,7 @@ import pytest
 import softmark
 from softmark.interpreter.models.external.problem_transfer import Untold, reasons, told
 from softmark.interpreter.models.model_preparation import prepared_model
-from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.problem.body_case import case_for
 
 BAR = """
@@ -36,7 +36,7 @@ def prepared(text: str, name: str) -> Any:
     scene = softmark.loads(text).scene
     declared = scene.declared[name]
     case = case_for(scene, declared)
-    return prepared_model(declared, case, Workshop(scene=scene))[0], case
+    return prepared_model(declared, case, BuildContext(scene=scene))[0], case
 
 
 def by_hand(problem: Any) -> Any:

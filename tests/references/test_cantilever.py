@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from softmark.references.straight_cantilever import Cantilever, Disc, Rectangle, Refused
+from softmark.references.straight_cantilever import Cantilever, Disc, NotApplicable, Rectangle
 
 
 def test_silicone_beam_has_the_derived_values_of_the_recovered_experiment(silicone_beam: Cantilever) -> None:
@@ -68,7 +68,7 @@ def test_down_is_the_direction_of_gravity(silicone_beam: Cantilever) -> None:
     ],
 )
 def test_refuses_what_gravity_does_not_bend(silicone_beam: Cantilever, changes: dict[str, Any], word: str) -> None:
-    with pytest.raises(Refused) as refused:
+    with pytest.raises(NotApplicable) as refused:
         replace(silicone_beam, **changes)
     assert word in refused.value.reason
     assert refused.value.remedy
@@ -77,7 +77,7 @@ def test_refuses_what_gravity_does_not_bend(silicone_beam: Cantilever, changes: 
 
 @pytest.mark.parametrize("section", [lambda: Disc(0.0), lambda: Rectangle(1.0, -1.0), lambda: Rectangle(0.0, 1.0)])
 def test_refuses_sections_without_area(section: Callable[[], object]) -> None:
-    with pytest.raises(Refused, match="above zero"):
+    with pytest.raises(NotApplicable, match="above zero"):
         section()
 
 

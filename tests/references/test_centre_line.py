@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from softmark.references import REFERENCES
 from softmark.references.beam_centre_line import CentreLine
-from softmark.references.straight_cantilever import Cantilever, Disc, Refused
+from softmark.references.straight_cantilever import Cantilever, Disc, NotApplicable
 
 Array = NDArray[np.float64]
 
@@ -124,7 +124,7 @@ def test_scaling_the_lengths_scales_the_displacements(reference: Any, line: Cent
 @pytest.mark.parametrize("station", [-1e-6, 1.000001])
 def test_refuses_points_beyond_the_ends(line: CentreLine, station: float) -> None:
     X = np.array([[0.1, 0.0, 0.0], [station * line.cantilever.length, 0.0, 0.0]])
-    with pytest.raises(Refused, match="1 of 2 points lie beyond the ends"):
+    with pytest.raises(NotApplicable, match="1 of 2 points lie beyond the ends"):
         line.displacement(X)
 
 
@@ -137,9 +137,9 @@ def test_takes_points_that_were_rounded_beyond_the_ends(line: CentreLine) -> Non
 
 
 def test_refuses_what_are_not_points(line: CentreLine) -> None:
-    with pytest.raises(Refused, match="shape"):
+    with pytest.raises(NotApplicable, match="shape"):
         line.displacement(np.zeros(3))
-    with pytest.raises(Refused, match="not finite"):
+    with pytest.raises(NotApplicable, match="not finite"):
         line.displacement(np.array([[np.nan, 0.0, 0.0]]))
 
 

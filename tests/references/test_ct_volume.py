@@ -11,7 +11,7 @@ import pytest
 
 from softmark.references.ct_volume import CtVolume, extract_isosurface
 from softmark.references.measured_data import Unreadable
-from softmark.references.surface_geometry import open_edges, signed_volume
+from softmark.references.surface_geometry import count_open_edges, signed_volume
 from softmark.references.voxel_files import VoxelVolume, read_volume
 
 pytest.importorskip("skimage", reason="needs the extra `imaging`")
@@ -38,7 +38,7 @@ def test_a_ball_of_known_radius(tmp_path: Path) -> None:
     np.save(tmp_path / "ball.npy", ball())
     found = CtVolume("ball.npy", iso=50, uncertainty=0.2e-3, spacing=SPACING).load(tmp_path)
     check_ball(found.points)
-    assert open_edges(found.triangles) == 0
+    assert count_open_edges(found.triangles) == 0
     volume = 4 / 3 * np.pi * RADIUS**3
     assert signed_volume(found.points, found.triangles) == pytest.approx(volume, rel=5e-3)
     assert found.notes == ()
@@ -72,7 +72,7 @@ def test_specks_are_left_out_and_a_cut_body_is_closed(tmp_path: Path) -> None:
     points, triangles, notes = extract_isosurface(
         VoxelVolume(ball()[24:], np.diag(SPACING), np.zeros(3)), 50, 0, "all", "half"
     )
-    assert open_edges(triangles) == 0
+    assert count_open_edges(triangles) == 0
     assert notes == ("the body reaches the edge of the voxels: it is closed there by a flat face",)
     assert points[:, 0].min() > -SPACING[0]
 

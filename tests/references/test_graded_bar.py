@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from softmark.references.graded_bar import PulledBar
-from softmark.references.straight_cantilever import Refused
+from softmark.references.straight_cantilever import NotApplicable
 
 Floats = NDArray[np.float64]
 
@@ -65,5 +65,5 @@ def test_a_jump_of_the_stiffness_is_in_its_error() -> None:
     ],
 )
 def test_what_it_does_not_hold_for_is_refused(other: dict[str, Any], reason: str) -> None:
-    with pytest.raises(Refused, match=reason):
+    with pytest.raises(NotApplicable, match=reason):
         bar(**({"young": lambda s: np.full(len(s), 1e5)} | other)).stretched()

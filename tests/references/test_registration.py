@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from softmark.references.registration import Rigid, face_to_face, icp, kabsch, shortest_turn, turn
-from softmark.references.surface_geometry import SearchedSurface
+from softmark.references.registration import RigidMotion, face_to_face, icp, kabsch, rotation_matrix, shortest_rotation
+from softmark.references.surface_geometry import SurfaceSearch
 
 
 def bracket() -> tuple[np.ndarray, np.ndarray]:
@@ -20,23 +20,23 @@ def bracket() -> tuple[np.ndarray, np.ndarray]:
     return points, np.asarray(box.faces, dtype=np.int64)
 
 
-def known(angle: float = 0.05) -> Rigid:
-    return Rigid(turn(angle * np.array([1.0, 2.0, -2.0]) / 3), np.array([1e-3, -2e-3, 0.5e-3]))
+def known(angle: float = 0.05) -> RigidMotion:
+    return RigidMotion(rotation_matrix(angle * np.array([1.0, 2.0, -2.0]) / 3), np.array([1e-3, -2e-3, 0.5e-3]))
 
 
-def undone(motion: Rigid, found: Rigid) -> float:
+def undone(motion: RigidMotion, found: RigidMotion) -> float:
     """How far the two motions, one after the other, are from rest, over a body of 50 mm."""
     both = motion.then(found)
     return float(np.abs(both.rotation - np.eye(3)).max() * 0.05 + np.abs(both.shift).max())
 
 
 def test_rotations_are_rotations() -> None:
-    R = turn(np.array([0.0, 0.0, math.pi / 2]))
+    R = rotation_matrix(np.array([0.0, 0.0, math.pi / 2]))
     assert pytest.approx([0, 1, 0], abs=1e-15) == R @ [1, 0, 0]
-    assert Rigid(turn(np.array([0.1, -0.2, 0.2])), np.zeros(3)).angle == pytest.approx(0.3, rel=1e-12)
+    assert RigidMotion(rotation_matrix(np.array([0.1, -0.2, 0.2])), np.zeros(3)).angle == pytest.approx(0.3, rel=1e-12)
     a, b = np.array([0.6, 0.8, 0.0]), np.array([0.0, 0.0, 1.0])
-    assert shortest_turn(a, b) @ a == pytest.approx(b, abs=1e-15)
-    assert np.array_equal(shortest_turn(a, a), np.eye(3))
+    assert shortest_rotation(a, b) @ a == pytest.approx(b, abs=1e-15)
+    assert np.array_equal(shortest_rotation(a, a), np.eye(3))
 
 
 def test_points_onto_their_own_to_rounding() -> None:
@@ -78,7 +78,7 @@ def test_points_of_a_surface_onto_it() -> None:
     points, triangles = bracket()
     weights = np.array([0.5, 0.3, 0.2])
     inside = np.einsum("i,tij->tj", weights, points[triangles])
-    found = icp(known()(inside), SearchedSurface(points, triangles))
+    found = icp(known()(inside), SurfaceSearch(points, triangles))
     assert found.converged
     assert undone(known(), found.motion) < 1e-9
     assert found.residual.max < 1e-9
@@ -90,7 +90,7 @@ def test_residual_onto_a_surface_is_the_noise_across_it() -> None:
     points, triangles = bracket()
     inside = np.einsum("i,tij->tj", np.array([0.5, 0.3, 0.2]), points[triangles])
     noisy = inside + np.random.default_rng(5).normal(scale=5e-5, size=inside.shape)
-    found = icp(known()(noisy), SearchedSurface(points, triangles))
+    found = icp(known()(noisy), SurfaceSearch(points, triangles))
     assert found.converged
     assert found.residual.rms == pytest.approx(5e-5, rel=0.07)
     assert undone(known(), found.motion) < 5e-5
@@ -100,7 +100,7 @@ def test_outliers_can_be_left_out_of_the_motion_but_not_of_the_residual() -> Non
     points, triangles = bracket()
     inside = np.einsum("i,tij->tj", np.array([0.5, 0.3, 0.2]), points[triangles])
     outliers = inside[:20] + np.array([0.0, 0.0, 0.02])
-    found = icp(known(0.02)(np.vstack([inside, outliers])), SearchedSurface(points, triangles), keep=0.95)
+    found = icp(known(0.02)(np.vstack([inside, outliers])), SurfaceSearch(points, triangles), keep=0.95)
     assert undone(known(0.02), found.motion) < 1e-6
     assert found.residual.max > 5e-3
 
@@ -109,7 +109,7 @@ def test_a_motion_that_the_surface_does_not_see_is_left_alone() -> None:
     # A sphere turns on itself unseen: the registration shifts it and turns it by nothing.
     ball = trimesh.creation.icosphere(4, 0.02)
     points, triangles = np.asarray(ball.vertices), np.asarray(ball.faces, dtype=np.int64)
-    found = icp(1.0 * points + [1e-3, 0, 0], SearchedSurface(points, triangles))
+    found = icp(1.0 * points + [1e-3, 0, 0], SurfaceSearch(points, triangles))
     assert found.motion.shift == pytest.approx([-1e-3, 0, 0], abs=1e-6)
     assert found.motion.angle < 1e-3
 

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from softmark.references.inclusion import Hookean, RoundCore
-from softmark.references.straight_cantilever import Refused
+from softmark.references.straight_cantilever import NotApplicable
 
 AFAR = (1.0, 0.3, -0.2)
 STIFF, SOFT = Hookean(5.0, 0.2), Hookean(1.0, 0.4)
@@ -226,10 +226,10 @@ def test_on_the_border_stress_is_the_larger_one() -> None:
 def test_what_it_does_not_hold_for() -> None:
     wrong: list[dict[str, Any]] = [{"outer": 1.3}, {"inner": 0.0}, {"stress": (math.inf, 0.0, 0.0)}]
     for changes in wrong:
-        with pytest.raises(Refused):
+        with pytest.raises(NotApplicable):
             replace(BALL, **changes)
     for solid in ((0.0, 0.3), (math.nan, 0.3), (1.0, 0.6), (1.0, -1.0)):
-        with pytest.raises(Refused):
+        with pytest.raises(NotApplicable):
             Hookean(*solid)
-    with pytest.raises(Refused):
+    with pytest.raises(NotApplicable):
         BALL.displacement(np.zeros(3))

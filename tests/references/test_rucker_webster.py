@@ -9,8 +9,15 @@ import pytest
 from numpy.typing import NDArray
 
 from softmark.references.simo_reissner import SimoReissner
-from softmark.references.straight_cantilever import Cantilever, Refused
-from softmark.references.tendon_driven_rod import DrivenRod, DrivenShape, Equations, Route, driven, states
+from softmark.references.straight_cantilever import Cantilever, NotApplicable
+from softmark.references.tendon_driven_rod import (
+    DrivenRod,
+    DrivenRodSolution,
+    RodEquations,
+    TendonRoute,
+    solve_driven_rod,
+    states_at,
+)
 
 Array = NDArray[np.float64]
 L, EI = 0.2, 1e-3
@@ -19,11 +26,13 @@ FRAME = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 NONE = (0.0, 0.0, 0.0)
 
 
-def rod(*routes: Route, weight: tuple[float, float, float] = NONE, tip: tuple[float, float, float] = NONE) -> DrivenRod:
+def rod(
+    *routes: TendonRoute, weight: tuple[float, float, float] = NONE, tip: tuple[float, float, float] = NONE
+) -> DrivenRod:
     return DrivenRod(L, STIFF, NONE, FRAME, weight, tip, routes)
 
 
-def end(shape: DrivenShape) -> Array:
+def end(shape: DrivenRodSolution) -> Array:
     """Where the free end comes to rest, m."""
     found: Array = shape.displacement(np.array([[L, 0.0, 0.0]]))[0] + [L, 0.0, 0.0]
     return found
@@ -34,7 +43,7 @@ def test_a_straight_tendon_gives_an_arc(circles: float) -> None:
     """kappa = T d / E I and a stretch of 1 - T / E A, exactly: collocation has a polynomial of little to find."""
     d = 0.01
     T = circles * 2 * np.pi * EI / (L * d)
-    found = driven(rod(Route(0.0, L, (0.0, d), (0.0, d), 0.0, T)))
+    found = solve_driven_rod(rod(TendonRoute(0.0, L, (0.0, d), (0.0, d), 0.0, T)))
     kappa, stretch = T * d / EI, 1.0 - T / STIFF[0]
     arc = stretch / kappa * np.array([np.sin(kappa * L), 0.0, 1.0 - np.cos(kappa * L)])
     np.testing.assert_allclose(end(found), arc, atol=1e-9 * L)
@@ -46,14 +55,14 @@ def test_without_tendons_it_is_the_planar_rod_under_its_weight(silicone_beam: Ca
     c = silicone_beam
     stiff = (c.axial_stiffness, c.shear_stiffness, c.shear_stiffness, 1.0, c.bending_stiffness, c.bending_stiffness)
     hangs = tuple(c.weight_per_length * g for g in c.down)
-    found = driven(DrivenRod(c.length, stiff, c.root, FRAME, (hangs[0], hangs[1], hangs[2]), NONE, ()))
+    found = solve_driven_rod(DrivenRod(c.length, stiff, c.root, FRAME, (hangs[0], hangs[1], hangs[2]), NONE, ()))
     X = np.array([[0.5 * c.length, 0.0, 0.0], [c.length, 0.0, 0.01]]) + np.array(c.root)
     apart = found.displacement(X) - SimoReissner(body=None).solve(c).displacement(X)
     assert np.abs(apart).max() <= found.estimated_error + 1e-10 < 1e-7
 
 
-WOUND = Route(0.0, L, (0.0, 8e-3), (0.0, 8e-3), 2 * np.pi, 0.9)
-SLANT = Route(0.03, 0.11, (-8e-3, 0.0), (-4e-3, 2e-3), 0.0, 1.2)
+WOUND = TendonRoute(0.0, L, (0.0, 8e-3), (0.0, 8e-3), 2 * np.pi, 0.9)
+SLANT = TendonRoute(0.03, 0.11, (-8e-3, 0.0), (-4e-3, 2e-3), 0.0, 1.2)
 
 
 @pytest.mark.slow
@@ -62,12 +71,12 @@ def test_its_energy_is_stationary() -> None:
     nothing of first order is left, to 1e-6 of the change of its largest part. The equations know forces, no energy."""
     weight, tip = (0.0, -0.05, 0.02), (0.01, 0.02, -0.01)
     full = rod(WOUND, SLANT, weight=weight, tip=tip)
-    shape, equations = driven(full), Equations(full, 1.0)
+    shape, equations = solve_driven_rod(full), RodEquations(full, 1.0)
     cuts = [p.begin for p in shape.stretches] + [1.0]
     x, w = np.polynomial.legendre.leggauss(40)
     s = np.concatenate([a + (b - a) * 0.5 * (x + 1) for a, b in itertools.pairwise(cuts)])
     w = np.concatenate([0.5 * (b - a) * w for a, b in itertools.pairwise(cuts)])
-    y = states(shape.stretches, shape.solution, s)
+    y = states_at(shape.stretches, shape.solution, s)
     v, u = equations.strains(y)
     q, n, m = y[3:7], y[7:10], y[10:13]
     R = _rotations(q)
@@ -115,17 +124,19 @@ def test_a_frame_that_is_turned_turns_all_of_it() -> None:
 
     R = Rotation.from_rotvec([0.4, -0.9, 0.3])
     weight, tip = (0.0, -0.05, 0.02), (0.01, 0.02, -0.01)
-    plain = end(driven(rod(WOUND, weight=weight, tip=tip)))
+    plain = end(solve_driven_rod(rod(WOUND, weight=weight, tip=tip)))
     vectors = [tuple(R.apply(v).tolist()) for v in (*FRAME, weight, tip)]
-    turned = driven(DrivenRod(L, STIFF, (1.0, 2.0, 3.0), tuple(vectors[:3]), vectors[3], vectors[4], (WOUND,)))  # type: ignore[arg-type]
+    turned = solve_driven_rod(
+        DrivenRod(L, STIFF, (1.0, 2.0, 3.0), tuple(vectors[:3]), vectors[3], vectors[4], (WOUND,))
+    )  # type: ignore[arg-type]
     X = np.array([[1.0, 2.0, 3.0]]) + R.apply([[L, 0.0, 0.0]])
     np.testing.assert_allclose(X + turned.displacement(X), [R.apply(plain) + np.array([1.0, 2.0, 3.0])], atol=1e-9)
 
 
 def test_what_is_no_rod_is_refused() -> None:
-    with pytest.raises(Refused, match="along the beam"):
-        rod(Route(0.1, 0.1, (0.0, 1.0), (0.0, 1.0), 0.0, 1.0))
-    with pytest.raises(Refused, match="not positive"):
+    with pytest.raises(NotApplicable, match="along the beam"):
+        rod(TendonRoute(0.1, 0.1, (0.0, 1.0), (0.0, 1.0), 0.0, 1.0))
+    with pytest.raises(NotApplicable, match="not positive"):
         DrivenRod(L, (0.0, *STIFF[1:]), NONE, FRAME, NONE, NONE, (WOUND,))  # type: ignore[arg-type]
-    with pytest.raises(Refused, match="beyond the ends"):
-        driven(rod(WOUND)).displacement(np.array([[1.1 * L, 0.0, 0.0]]))
+    with pytest.raises(NotApplicable, match="beyond the ends"):
+        solve_driven_rod(rod(WOUND)).displacement(np.array([[1.1 * L, 0.0, 0.0]]))

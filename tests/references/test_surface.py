@@ -16,8 +16,8 @@ import trimesh
 from softmark.references.data_download import Unavailable
 from softmark.references.measured_data import Frame, Unreadable
 from softmark.references.measured_surface import SurfaceScan, read_surface
-from softmark.references.registration import Rigid, icp, turn
-from softmark.references.surface_geometry import SearchedSurface, open_edges, signed_volume
+from softmark.references.registration import RigidMotion, icp, rotation_matrix
+from softmark.references.surface_geometry import SurfaceSearch, count_open_edges, signed_volume
 
 SHARED = Path(__file__).parents[3] / "shared" / "data"
 DEFORMED = "data:silicone-beam/truthCylinder-Deformed.obj"
@@ -52,7 +52,7 @@ def test_every_format_gives_the_same_closed_box(tmp_path: Path, ending: str) -> 
     file = write(tmp_path / f"box{ending}", *box())
     scan = SurfaceScan(str(file), unit=1e-2, uncertainty=1e-4).load()
     assert scan.points.shape == (8, 3)  # an STL gives each corner once per triangle
-    assert open_edges(scan.triangles) == 0
+    assert count_open_edges(scan.triangles) == 0
     assert signed_volume(scan.points, scan.triangles) == pytest.approx(6e-6, rel=1e-6)  # STL holds single precision
     assert scan.uncertainty == scan.resolution == 1e-4
     assert scan.residual is None
@@ -172,13 +172,13 @@ def held_face() -> tuple[np.ndarray, np.ndarray]:
 def test_clamp_brings_the_glued_face_home_and_keeps_the_sag(tmp_path: Path) -> None:
     # The motion is known, the face is exactly flat: what is left is the rounding of the file (1e-8 m).
     points, triangles = tube(sagged)
-    motion = Rigid(turn(np.array([0.0, 0.02, 0.03])), np.array([1e-3, -0.5e-3, 0.7e-3]))
+    motion = RigidMotion(rotation_matrix(np.array([0.0, 0.02, 0.03])), np.array([1e-3, -0.5e-3, 0.7e-3]))
     file = write(tmp_path / "sag.ply", motion(points), triangles)
     found = SurfaceScan(str(file), 1.0, 1e-4, register="clamp", near=5e-3).load(held=held_face())
     assert found.residual is not None
     assert found.residual.max < 1e-7
     assert found.notes[-1].startswith("registered (clamp): moved by")
-    away = SearchedSurface(points, triangles).closest(found.points).distances
+    away = SurfaceSearch(points, triangles).closest(found.points).distances
     assert away.max() < 1e-6
 
 
@@ -197,7 +197,7 @@ def test_clamp_refuses_what_it_cannot_know(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_icp_hides_what_looks_like_a_motion(tmp_path: Path) -> None:
     points, triangles = tube(sagged)
-    motion = Rigid(turn(np.array([0.0, 0.05, 0.0])), np.array([2e-3, 0, 0]))
+    motion = RigidMotion(rotation_matrix(np.array([0.0, 0.05, 0.0])), np.array([2e-3, 0, 0]))
     scan = SurfaceScan(str(write(tmp_path / "a.ply", motion(points), triangles)), 1.0, 1e-4, register="icp")
     found = scan.load(target=(points, triangles))
     assert found.residual is not None
@@ -236,7 +236,7 @@ def test_the_beam_is_closed_once_its_double_points_are_one(measured_data: Path) 
     found = beam().load()
     assert found.notes == ("117 points that were given twice are merged",)
     assert found.points.shape == (1722, 3)
-    assert open_edges(found.triangles) == 0
+    assert count_open_edges(found.triangles) == 0
     # The undeformed cylinder has 201.9 cm^3, a polygon of 40 sides 0.4 % less.
     assert signed_volume(found.points, found.triangles) == pytest.approx(198.75e-6, rel=1e-4)
     assert found.source.startswith("Marchal, Allard, Duriez and Cotin 2008")
@@ -255,7 +255,7 @@ def test_the_free_end_of_the_beam_is_where_its_authors_put_it(measured_data: Pat
     # middle of the last disc, but for its x. The file has 0.85 mm there.
     s, points, _ = centre_line(measured_data)
     end = np.array([0.126842, 0.000851, -0.119383])
-    assert SearchedSurface(*_surface(beam())).closest(end[None]).distances[0] < 2e-6
+    assert SurfaceSearch(*_surface(beam())).closest(end[None]).distances[0] < 2e-6
     assert points[-1] == pytest.approx(end, abs=1e-6)
     assert s[-1] == pytest.approx(0.17969, abs=5e-6)  # the arc length, 1 % more than that of the beam at rest
 
@@ -268,7 +268,7 @@ def _surface(scan: SurfaceScan) -> tuple[np.ndarray, np.ndarray]:
 def test_the_beam_is_as_thick_as_it_should_be(measured_data: Path) -> None:
     # Radii of the rings between the ends, by an independent reading of the file: 18.6 to 19.08 mm, to 0.01 mm.
     every = rings(measured_data)
-    assert SearchedSurface(*_surface(beam())).closest(every.reshape(-1, 3)).distances.max() < 1e-12
+    assert SurfaceSearch(*_surface(beam())).closest(every.reshape(-1, 3)).distances.max() < 1e-12
     radii = np.linalg.norm(every - every.mean(axis=1, keepdims=True), axis=2)
     assert radii.min() == pytest.approx(18.6e-3, abs=1e-5)
     assert radii.max() == pytest.approx(19.08e-3, abs=1e-5)
@@ -286,7 +286,7 @@ def test_two_reconstructions_of_one_scan_agree_to_half_a_millimetre(measured_dat
     loose = raw.load()
     assert loose.notes[0] == "2 smaller parts of 13 of 27046 triangles are left out"
     assert "206 edges" in loose.notes[1]
-    found = icp(loose.points[::4], SearchedSurface(fitted.points, fitted.triangles), keep=0.9)
+    found = icp(loose.points[::4], SurfaceSearch(fitted.points, fitted.triangles), keep=0.9)
     assert found.converged
     assert found.residual.mean < 0.6e-3
     placed = found.motion(loose.points)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.optimize import nnls
 
 from softmark.references import surface_geometry
-from softmark.references.surface_geometry import SearchedSurface, closest_in_triangles
+from softmark.references.surface_geometry import SurfaceSearch, closest_in_triangles
 from softmark.references.surface_smoothing import taubin
 
 
@@ -61,7 +61,7 @@ def test_search_by_tree_finds_what_looking_at_every_triangle_finds() -> None:
     big = np.array([[0.05, -0.2, -0.2], [0.05, 0.2, -0.2], [0.05, 0.0, 0.3]])
     points, triangles = np.vstack([points, big]), np.vstack([triangles, [[len(points) + i for i in range(3)]]])
     queries = np.vstack([rng.normal(scale=s, size=(60, 3)) for s in (0.02, 0.3)] + [points[:20], np.zeros((1, 3))])
-    found = SearchedSurface(points, triangles).closest(queries)
+    found = SurfaceSearch(points, triangles).closest(queries)
     for q, close, distance in zip(queries, found.points, found.distances, strict=True):
         every = closest_in_triangles(np.repeat(q[None], len(triangles), axis=0), points[triangles])
         assert distance == pytest.approx(np.linalg.norm(every - q, axis=1).min(), abs=1e-15)
@@ -71,15 +71,15 @@ def test_search_by_tree_finds_what_looking_at_every_triangle_finds() -> None:
 def test_search_in_small_lots_finds_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     points, triangles = sphere(1.0, 2)
     queries = np.random.default_rng(2).normal(size=(200, 3))
-    at_once = SearchedSurface(points, triangles).closest(queries)
+    at_once = SurfaceSearch(points, triangles).closest(queries)
     monkeypatch.setattr(surface_geometry, "PAIRS", 50)
-    in_lots = SearchedSurface(points, triangles).closest(queries)
+    in_lots = SurfaceSearch(points, triangles).closest(queries)
     assert np.array_equal(at_once.distances, in_lots.distances)
     assert np.array_equal(at_once.triangles, in_lots.triangles)
 
 
 def test_no_queries_have_no_closest_points() -> None:
-    assert SearchedSurface(*sphere(1.0, 1)).closest(np.zeros((0, 3))).distances.shape == (0,)
+    assert SurfaceSearch(*sphere(1.0, 1)).closest(np.zeros((0, 3))).distances.shape == (0,)
 
 
 def test_volume_area_and_centre_of_a_box() -> None:
@@ -89,9 +89,9 @@ def test_volume_area_and_centre_of_a_box() -> None:
     assert surface_geometry.signed_volume(points, triangles[:, ::-1]) == pytest.approx(-6.0, rel=1e-14)
     assert surface_geometry.areas(points, triangles).sum() == pytest.approx(22.0, rel=1e-14)
     assert surface_geometry.area_centroid(points, triangles) == pytest.approx([5, 5, 5], rel=1e-14)
-    assert surface_geometry.open_edges(triangles) == 0
-    assert surface_geometry.open_edges(triangles[1:]) == 3
-    assert surface_geometry.open_edges(np.vstack([triangles[1:], triangles[:1, ::-1]])) == 3  # one is turned over
+    assert surface_geometry.count_open_edges(triangles) == 0
+    assert surface_geometry.count_open_edges(triangles[1:]) == 3
+    assert surface_geometry.count_open_edges(np.vstack([triangles[1:], triangles[:1, ::-1]])) == 3  # one is turned over
 
 
 def test_corner_normals_of_a_box_do_not_depend_on_how_its_faces_are_split() -> None:
@@ -106,7 +106,7 @@ def test_corner_normals_of_a_box_do_not_depend_on_how_its_faces_are_split() -> N
 def test_parts_are_told_apart() -> None:
     points, triangles = sphere(1.0, 1)
     both = np.vstack([triangles, triangles + len(points)])
-    part = surface_geometry.parts(2 * len(points), both)
+    part = surface_geometry.find_connected_parts(2 * len(points), both)
     assert len(set(part[: len(triangles)])) == len(set(part[len(triangles) :])) == 1
     assert part[0] != part[-1]
 
@@ -151,6 +151,6 @@ def test_taubin_moves_neither_a_point_without_neighbours_nor_anything_in_no_step
 
 
 def test_a_target_answers_many_times() -> None:
-    target = SearchedSurface(*sphere(1.0, 2))
+    target = SurfaceSearch(*sphere(1.0, 2))
     first, second = (target.closest(np.array([[2.0, 0.1, 0.0]])) for _ in range(2))
     assert first.distances == pytest.approx(second.distances)

@@ -11,7 +11,7 @@ import pytest
 
 from softmark.references.rubber_energies import Rubber
 from softmark.references.rubber_torsion import TwistedCylinder
-from softmark.references.straight_cantilever import Refused
+from softmark.references.straight_cantilever import NotApplicable
 from tests.references.test_inflation import LAWS
 
 MU = 20e3  # Pa
@@ -58,9 +58,9 @@ def test_its_displacements_keep_the_volume_and_have_that_energy() -> None:
 def test_what_it_does_not_hold_for() -> None:
     wrong: list[dict[str, Any]] = [{"poisson": 0.4999}, {"radius": 0.0}, {"angle": math.inf}]
     for changes in wrong:
-        with pytest.raises(Refused):
+        with pytest.raises(NotApplicable):
             replace(ROD, **changes)
-    with pytest.raises(Refused):
+    with pytest.raises(NotApplicable):
         ROD.displacement(np.zeros(3))
 
 

@@ -14,7 +14,7 @@ import trimesh
 
 from softmark.interpreter.language.coordinate_conditions import Condition, Term
 from softmark.interpreter.models.shared.filled_mesh_notes import facts
-from softmark.references.surface_geometry import SearchedSurface
+from softmark.references.surface_geometry import SurfaceSearch
 from softmark.solvers.mesh import tetrahedralization
 from softmark.solvers.mesh.conforming_planes import Cut
 from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
@@ -175,7 +175,7 @@ def test_closest_points_are_those_of_the_references() -> None:
     rng = np.random.default_rng(3)
     places = 0.012 * rng.uniform(-1.0, 1.0, (300, 3))
     points, far = closest_points(places, *BALL, 0.004)
-    known = SearchedSurface(*BALL).closest(places)
+    known = SurfaceSearch(*BALL).closest(places)
     near = known.distances < 0.004
     assert near.any()
     np.testing.assert_array_equal(np.isfinite(far), near)

@@ -12,7 +12,7 @@ from tangents import gradient, tangent
 import softmark
 from softmark.interpreter.models.fem.fem_builder import PreparedSolid
 from softmark.interpreter.models.model_builders import build
-from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.problem.body_case import case_of
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies.elastic_energy import Elastic
@@ -37,7 +37,7 @@ CYLINDER = "cylinder(length = L, radius = 20 mm)"
 def prepared(shape: str, load: str, kind: str = "tet4", more: str = "") -> PreparedSolid:
     text = SCENE.format(shape=shape, load=load).replace("fem(tet4, strain = small", f"fem({kind}, strain = small{more}")
     scene = softmark.loads(text).scene
-    return build(scene.declared["solid"], case_of(scene, "beam"), Workshop())
+    return build(scene.declared["solid"], case_of(scene, "beam"), BuildContext())
 
 
 def nodal_forces(model: PreparedSolid) -> np.ndarray:

@@ -18,8 +18,8 @@ from softmark.interpreter.models.beam.load_lumping import of_force, of_line
 from softmark.interpreter.models.beam.tapered_sections import at_nodes, inertia, of_section, stiffnesses
 from softmark.interpreter.models.postprocessing.vibrations import about, none
 from softmark.interpreter.models.shared import static_result
-from softmark.interpreter.models.shared.perturbed_start import Disturbance, disturbance_of, of_rod
-from softmark.interpreter.models.shared.prepared_model import Meshless, Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.perturbed_start import Disturbance, disturbance_of, recover_rod
+from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
 from softmark.interpreter.problem.axial_selection import coverage
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
@@ -94,7 +94,7 @@ class PreparedBeam(Meshless):
         The assembly of each solution is appended to `solved`.
         """
         put = self.disturbance
-        found = equilibrium(problem) if put is None else of_rod(put, problem, self.rest)
+        found = equilibrium(problem) if put is None else recover_rod(put, problem, self.rest)
         if not self.elastic.stiffness.rigid:
             return found
         stiff = problem.assembly.with_internal([self.elastic.with_multipliers(found.x)])
@@ -154,7 +154,7 @@ def load(model: Beam6Dof) -> None:
     """Do nothing: this module imports all that building needs."""
 
 
-def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build the static or dynamic beam model. Raises Fault."""
     static = at_rest(model, declared, case)
     if not isinstance(case.analysis, Dynamic):

@@ -20,8 +20,8 @@ from softmark.interpreter.models.beam.beam_supports import held_values
 from softmark.interpreter.models.postprocessing import vibrations
 from softmark.interpreter.models.postprocessing.mesh_stress import Settled
 from softmark.interpreter.models.shared import static_result
-from softmark.interpreter.models.shared.prepared_model import Meshless, Prepared, Solution, Workshop
-from softmark.interpreter.models.shared.quasistatic_times import Timed, whole_of
+from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
+from softmark.interpreter.models.shared.quasistatic_times import AmplitudeSchedule, case_at_full_size
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
@@ -63,7 +63,7 @@ class AgedBeam(Meshless):
     static: PreparedBeam
     case: Case
     memories: BodyHistory
-    timed: Timed
+    timed: AmplitudeSchedule
 
     @property
     def size(self) -> dict[str, int]:
@@ -123,11 +123,11 @@ class AgedBeam(Meshless):
         return replace(found, energy=state.stored, dissipated=state.dissipated)
 
 
-def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build the quasistatic or dynamic analysis of a viscoelastic beam. Raises Fault."""
     if isinstance(case.analysis, Dynamic):
         return _in_motion(model, declared, case)
-    whole = whole_of(case)
+    whole = case_at_full_size(case)
     static = at_rest(model, declared, whole)
     problem = static.problem
     loads = [energy for _, energy in static.applied]
@@ -137,7 +137,7 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop)
     memories = BodyHistory((RodHistory.at_rest(static.elastic, g, tau),))
     held = held_values(whole, static.stations.tolist())
     owners = [held[dof][1] for dof in problem.fixed.tolist()]
-    return AgedBeam(static, case, memories, Timed.of(whole, static.applied, owners, problem.target))
+    return AgedBeam(static, case, memories, AmplitudeSchedule.of(whole, static.applied, owners, problem.target))
 
 
 def _in_motion(model: Beam6Dof, declared: Declared, case: Case) -> Prepared:

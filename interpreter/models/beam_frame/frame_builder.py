@@ -18,7 +18,7 @@ from softmark.interpreter.models.beam_frame.frame_displacements import Shifts
 from softmark.interpreter.models.beam_frame.frame_layout import Layout
 from softmark.interpreter.models.postprocessing.vibrations import about
 from softmark.interpreter.models.shared import static_result
-from softmark.interpreter.models.shared.prepared_model import Meshless, Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce, MomentLoad, PointLoad
@@ -107,7 +107,7 @@ def load(model: Frame6Dof) -> None:
     """Do nothing: this module imports all that building needs."""
 
 
-def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build the static or dynamic frame model. Raises Fault."""
     layout = Layout.of(case, model.segments)
     fixed, target = layout.held()

@@ -25,7 +25,14 @@ from softmark.interpreter.models.fem import fem_builder as fem
 from softmark.interpreter.models.fem.fem_builder import PreparedSolid
 from softmark.interpreter.models.postprocessing import vibrations
 from softmark.interpreter.models.shared.deformed_mesh import fields_of_motion
-from softmark.interpreter.models.shared.prepared_model import Moved, Prepared, Solution, Spent, Status, Workshop
+from softmark.interpreter.models.shared.prepared_model import (
+    BuildContext,
+    DeformedMesh,
+    ElapsedTime,
+    Prepared,
+    Solution,
+    Status,
+)
 from softmark.interpreter.models.shared.unavailable_model import Unbuilt
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
@@ -95,7 +102,7 @@ class PreparedOutside:
         """Compile or load what looking at its answer needs."""
         self.solid.warm()
 
-    def after(self, before: Moved) -> PreparedOutside:
+    def after(self, before: DeformedMesh) -> PreparedOutside:
         """It starts from rest."""
         return self
 
@@ -261,15 +268,15 @@ def states(answer: Answer, problem: Problem, count: int) -> Floats:
     return found
 
 
-def spent_by(answer: Answer, end: End, threads: int) -> Spent:
+def spent_by(answer: Answer, end: End, threads: int) -> ElapsedTime:
     """Its time of solution by its own clock, or else that of all that it did, or of its whole process, as a bound."""
     cpu = end.wall_s if end.cpu_s is None else end.cpu_s  # of all
     solve, whole = answer.clocks.get("solve_s"), answer.clocks.get("whole_s")
     if solve is not None and 0.0 <= solve <= end.wall_s:
-        return Spent(solve, min(cpu, threads * solve), False)
+        return ElapsedTime(solve, min(cpu, threads * solve), False)
     if whole is not None and 0.0 <= whole <= end.wall_s:
-        return Spent(whole, cpu, True)
-    return Spent(end.wall_s, cpu, True)
+        return ElapsedTime(whole, cpu, True)
+    return ElapsedTime(end.wall_s, cpu, True)
 
 
 def load(model: Outside) -> None:
@@ -277,7 +284,7 @@ def load(model: Outside) -> None:
     fem.load(model.solid)
 
 
-def prepare(model: Outside, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+def prepare(model: Outside, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """The same of ours, at rest, to be told and to judge; nothing where the program cannot compute it. Raises Fault."""
     if reasons := model.reasons(case):
         return Unbuilt(model.words_of(reasons), "unsupported")
@@ -287,7 +294,7 @@ def prepare(model: Outside, declared: Declared, case: Case, workshop: Workshop) 
     return cast(Prepared, PreparedOutside(model, declared, case, solid))
 
 
-def moving(model: Outside, declared: Declared, case: Case, workshop: Workshop) -> PreparedMoving:
+def moving(model: Outside, declared: Declared, case: Case, workshop: BuildContext) -> PreparedMoving:
     """A body in motion, to be told: its case has a dynamic analysis. Raises Fault."""
     solid, parts = fem.at_rest(model.solid, replace(declared, thing=model.solid), case, workshop)
     masses = fem.mass_of(model.solid, case, solid.mesh, parts)[::3]

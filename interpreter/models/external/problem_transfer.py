@@ -17,7 +17,7 @@ from softmark.solvers.materials import WORDS
 if TYPE_CHECKING:
     from softmark.interpreter.models.external.external_problem import Motion, Problem, Stuff
     from softmark.interpreter.models.fem.fem_builder import PreparedSolid
-    from softmark.interpreter.models.shared.material_regions import Piece
+    from softmark.interpreter.models.shared.material_regions import MaterialRegion
     from softmark.interpreter.problem.body_case import Case
 
 Reason = tuple[str, str]  # what cannot be told, and why
@@ -164,12 +164,12 @@ def told(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: Motion
     )
 
 
-def _moduli(own: Piece, strain: str, count: int) -> Stuff:
+def _moduli(own: MaterialRegion, strain: str, count: int) -> Stuff:
     """A material by its moduli at rest, with the word of its law."""
     return replace(_stuff(own, "small", count), law=_law(own.case.material))
 
 
-def _stuff(own: Piece, strain: str, count: int) -> Stuff:
+def _stuff(own: MaterialRegion, strain: str, count: int) -> Stuff:
     """A material, and its cells of so many."""
     import numpy as np
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from softmark.interpreter.language.compiled_scene import Declared
     from softmark.interpreter.models.fem.fem_declaration import Fem
-    from softmark.interpreter.models.shared.material_regions import Piece
+    from softmark.interpreter.models.shared.material_regions import MaterialRegion
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.energies.energy import Energy
@@ -130,7 +130,7 @@ class Forming(Protocol):
     def __call__(self, model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]: ...
 
 
-def of_parts(model: Fem, pieces: Sequence[Piece], make: Forming) -> tuple[list[Energy], list[Energy] | None]:
+def of_parts(model: Fem, pieces: Sequence[MaterialRegion], make: Forming) -> tuple[list[Energy], list[Energy] | None]:
     """Return one energy for the cells of each material, and their corotational twins, if any.
 
     Mixed energies have separate pressures, numbered one after another, so that pressure is discontinuous between
@@ -223,7 +223,7 @@ def _of_cells(modulus: Any, w: Floats) -> Any:
     return w.sum(axis=1) / (w / modulus).sum(axis=1)
 
 
-def must_be_compressible(declared: Declared, pieces: Sequence[Piece]) -> None:
+def must_be_compressible(declared: Declared, pieces: Sequence[MaterialRegion]) -> None:
     """Raise Fault if Poisson's ratio varies and reaches 0.5 at points of a model without pressure unknowns."""
     if declared.thing.formulation == "mixed" or all(own.graded is None for own in pieces):
         return
@@ -272,7 +272,7 @@ class Unknowns:
         """Return the displacements of a state."""
         return x[: self.displacements]
 
-    def pressed(self, energies: Sequence[Energy], pieces: Sequence[Piece], x: Floats) -> Floats | None:
+    def pressed(self, energies: Sequence[Energy], pieces: Sequence[MaterialRegion], x: Floats) -> Floats | None:
         """Return the pressures of a state in each cell (m, b), Pa; None if pressures are no unknowns.
 
         Each energy is defined over one of the pieces.
@@ -298,7 +298,7 @@ class Unknowns:
         return u if u is None or not self.pressures else np.concatenate([u, np.zeros(self.pressures)])
 
 
-def must_breathe(declared: Declared, case: Case, pieces: Sequence[Piece], assembly: Assembly) -> None:
+def must_breathe(declared: Declared, case: Case, pieces: Sequence[MaterialRegion], assembly: Assembly) -> None:
     """Raise Fault if supports leave a uniform pressure in an incompressible body undetermined.
 
     This happens if supports hold the whole surface: a prescribed volume change is impossible, and without one the

@@ -23,12 +23,18 @@ from softmark.interpreter.models.postprocessing import nodal_forces, vibrations
 from softmark.interpreter.models.postprocessing.vibrations import about
 from softmark.interpreter.models.shared import interaction_setup, mesh_notes, self_intersections, static_result
 from softmark.interpreter.models.shared.deformed_mesh import Deformed, displacement_of
-from softmark.interpreter.models.shared.load_setup import mass_matrix, single_loads, together
-from softmark.interpreter.models.shared.material_regions import Piece, must_be_mirrored, pieces, sampled, softness_note
+from softmark.interpreter.models.shared.load_setup import mass_matrix, merge_loads, single_loads
+from softmark.interpreter.models.shared.material_regions import (
+    MaterialRegion,
+    must_be_mirrored,
+    regions_by_material,
+    sample_regions,
+    softness_note,
+)
 from softmark.interpreter.models.shared.material_regions import notes as notes_of_parts
-from softmark.interpreter.models.shared.mesh_based_model import OnMesh
-from softmark.interpreter.models.shared.perturbed_start import Disturbance, disturbance_of, of_solid
-from softmark.interpreter.models.shared.prepared_model import Moved, Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.mesh_based_model import MeshBasedModel
+from softmark.interpreter.models.shared.perturbed_start import Disturbance, disturbance_of, recover_solid
+from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
 from softmark.interpreter.models.shared.support_constraints import solid_supports
 from softmark.interpreter.models.shared.support_selection import held_notes
 from softmark.interpreter.problem.body_case import Case, Fault, fault
@@ -68,7 +74,7 @@ GIVES_WAY = 3.0**-0.5  # of a length: where stress in uniaxial compression of a 
 
 
 @dataclass(frozen=True)
-class PreparedSolid(OnMesh):
+class PreparedSolid(MeshBasedModel):
     """Solid model on a mesh: its elastic energy and the static problem.
 
     `elastic` evaluates the law at all quadrature points of the element; strains and stress are computed with it,
@@ -88,7 +94,7 @@ class PreparedSolid(OnMesh):
     before: Floats | None = None  # displacements of the nodes (3 n,) in the state before, m, to start from
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
-    pieces: tuple[Piece, ...] = ()  # the cells of every material
+    regions_by_material: tuple[MaterialRegion, ...] = ()  # the cells of every material
     beds: Mapping[str, ElasticFoundation] = field(default_factory=dict)  # springs that it lies on
     axial: bool = False  # it is a body of revolution
     muscles: tuple[tuple[Declared, Energy], ...] = ()  # what pulls within, each by itself: as loads do
@@ -130,7 +136,7 @@ class PreparedSolid(OnMesh):
         """Assembly in double precision."""
         return self.problem.exact or self.problem.assembly
 
-    def after(self, before: Moved) -> PreparedSolid:
+    def after(self, before: DeformedMesh) -> PreparedSolid:
         """Return the model with the state before as its start, unless a perturbed start is declared."""
         begun = self if self.disturbance else replace(self, first=None, before=np.ravel(before.displacement))
         return interaction_setup.resume_interactions(begun, before)
@@ -171,7 +177,7 @@ class PreparedSolid(OnMesh):
             return interaction_setup.find_equilibrium(self, problem)
         if self.disturbance is None:
             return equilibrium(problem)
-        return of_solid(self.disturbance, problem, self.mesh.points, self.elastic)
+        return recover_solid(self.disturbance, problem, self.mesh.points, self.elastic)
 
     def _loose(self, d: Floats) -> str:
         """Describe a motion (dofs,) that nothing resists."""
@@ -193,7 +199,9 @@ class PreparedSolid(OnMesh):
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
         met = interaction_setup.contact_state(self, u, beside, facts)
         moved = Deformed(self.mesh, u, pressures=pressures, left=left, **met)
-        modes = about(interaction_setup.assembly_without_stabilization(self, beside), found.x, self.mass, self.problem.linear)
+        modes = about(
+            interaction_setup.assembly_without_stabilization(self, beside), found.x, self.mass, self.problem.linear
+        )
         if not found.solved:
             modes = vibrations.none("it was stopped before it came to an equilibrium")
         elif adrift:
@@ -291,7 +299,7 @@ def load(model: Fem) -> None:
     import softmark.solvers.mesh.structured_meshes  # noqa: F401
 
 
-def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build the static or dynamic model of a case. Raises Fault."""
     static, parts = at_rest(model, declared, case, workshop)
     if not isinstance(case.analysis, Dynamic):
@@ -300,17 +308,19 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
     from softmark.interpreter.models.shared.solid_dynamics import in_motion
 
     known = (static.mesh, mass_of(model, case, static.mesh, parts), static.problem.assembly.internal, static.driven)
-    return include_free_rigid_bodies(in_motion(static, declared, case, *known, static.problem, len(static.muscles)), case)
+    return include_free_rigid_bodies(
+        in_motion(static, declared, case, *known, static.problem, len(static.muscles)), case
+    )
 
 
 def at_rest(
-    model: Fem, declared: Declared, case: Case, workshop: Workshop, mesh: Mesh | None = None
+    model: Fem, declared: Declared, case: Case, workshop: BuildContext, mesh: Mesh | None = None
 ) -> tuple[PreparedSolid, Integration]:
     """Build the static problem; return it with the integration over its mesh, or over the given mesh. Raises Fault."""
     mesh = mesh_of(model, declared, case, workshop) if mesh is None else mesh
     parts = integrate_cells(mesh)
     elastic = elastic_of(case.plain, mesh, parts, model.strain)
-    each = sampled(pieces(case, mesh, parts), model.formulation != "displacement")
+    each = sample_regions(regions_by_material(case, mesh, parts), model.formulation != "displacement")
     element_formulations.must_be_compressible(declared, each)
     passive, tensions = muscles(each)
     internal, twins = element_formulations.of_parts(model, passive, energies)
@@ -323,7 +333,7 @@ def at_rest(
     contacts = interaction_setup.create_rigid_contacts(case, mesh)
     loose = interaction_setup.find_unsupported_body(case, mesh, parts, workshop.measured, dofs, beds)
     beyond = [*beds.values(), *([] if loose is None else [loose.spring])]
-    loads = unknowns.loads([*together(applied, mesh.points.size), *(energy for _, energy in tensions)])
+    loads = unknowns.loads([*merge_loads(applied, mesh.points.size), *(energy for _, energy in tensions)])
     assembly = Assembly(dofs, fixed, [*internal, *beyond], [*loads, *contacts.values()], points)
     element_formulations.must_breathe(declared, case, each, assembly)
     problem = Statics(
@@ -359,7 +369,7 @@ def at_rest(
     return made, parts
 
 
-def muscles(each: Sequence[Piece]) -> tuple[Sequence[Piece], list[tuple[Declared, Energy]]]:
+def muscles(each: Sequence[MaterialRegion]) -> tuple[Sequence[MaterialRegion], list[tuple[Declared, Energy]]]:
     """Return the pieces with passive materials, and the active energies of muscles.
 
     The active energies are applied like loads, in load steps or by amplitudes of their own. Each is that of the whole
@@ -380,7 +390,7 @@ def muscles(each: Sequence[Piece]) -> tuple[Sequence[Piece], list[tuple[Declared
     return passive, tensions
 
 
-def levered(static: PreparedSolid, workshop: Workshop, disturbance: Disturbance | None = None) -> PreparedSolid:
+def levered(static: PreparedSolid, workshop: BuildContext, disturbance: Disturbance | None = None) -> PreparedSolid:
     """Apply the options that trade accuracy for speed: precision, caps, linear solver, start. Raises Fault."""
     model, problem = static.model, static.problem
     reuse, modes = model.factorisation == "reused", problem.assembly.modes
@@ -453,14 +463,14 @@ def _at_rest(e: Elastic, rest: Floats) -> Floats:
 
 def mass_of(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Any:
     """Return the mass matrix of a model, kg: sparse (3n, 3n) if it is consistent, else its diagonal (3n,)."""
-    return _mass(model, pieces(case, mesh, parts))
+    return _mass(model, regions_by_material(case, mesh, parts))
 
 
-def _mass(model: Fem, each: Sequence[Piece]) -> Any:
+def _mass(model: Fem, each: Sequence[MaterialRegion]) -> Any:
     return reduce(add, (mass_matrix(p.mesh, p.parts, p.density, model.mass) for p in each))
 
 
-def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Mesh:
+def mesh_of(model: Fem, declared: Declared, case: Case, workshop: BuildContext) -> Mesh:
     """Return the mesh of a model, shared by all models with the same mesh key. Raises Fault."""
     key = model.meshed_as(case)
     if key in workshop.meshes:

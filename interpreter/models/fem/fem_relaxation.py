@@ -15,10 +15,10 @@ from softmark.interpreter.models.fem.fem_builder import PreparedSolid, at_rest, 
 from softmark.interpreter.models.postprocessing import nodal_forces, vibrations
 from softmark.interpreter.models.shared import solid_dynamics, static_result
 from softmark.interpreter.models.shared.deformed_mesh import Deformed, displacement_of
-from softmark.interpreter.models.shared.mesh_based_model import OnMesh
+from softmark.interpreter.models.shared.mesh_based_model import MeshBasedModel
 from softmark.interpreter.models.shared.mesh_notes import mesh_facts
-from softmark.interpreter.models.shared.prepared_model import Moved, Prepared, Solution, Workshop
-from softmark.interpreter.models.shared.quasistatic_times import Timed, whole_of
+from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
+from softmark.interpreter.models.shared.quasistatic_times import AmplitudeSchedule, case_at_full_size
 from softmark.interpreter.models.shared.relaxation_capabilities import came_back
 from softmark.interpreter.models.shared.support_constraints import held_values
 from softmark.interpreter.problem.body_case import Case
@@ -59,13 +59,13 @@ class Remembered(Deformed):
 
 
 @dataclass(frozen=True)
-class PreparedAged(OnMesh):
+class PreparedAged(MeshBasedModel):
     """Viscoelastic solid; `static` is the same body with all loads at full size and the instantaneous law."""
 
     static: PreparedSolid
     case: Case
     memories: BodyHistory
-    timed: Timed  # of every load, and of every muscle
+    timed: AmplitudeSchedule  # of every load, and of every muscle
     before: Aged | None = None
 
     @property
@@ -114,7 +114,7 @@ class PreparedAged(OnMesh):
         """Present time, s."""
         return self.analysis.now
 
-    def after(self, before: Moved) -> PreparedAged:
+    def after(self, before: DeformedMesh) -> PreparedAged:
         """Return the model continuing from the time before."""
         return replace(self, before=before.aged) if isinstance(before, Remembered) else self
 
@@ -198,7 +198,7 @@ class PreparedAged(OnMesh):
 # ------------------------------------------------------------------ building
 
 
-def in_motion(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+def in_motion(model: Fem, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build the dynamic analysis of a viscoelastic solid. Raises Fault."""
     from softmark.solvers.dynamics.implicit_midpoint import Midpoint
     from softmark.solvers.dynamics.viscoelastic_step import ViscoelasticStep
@@ -213,21 +213,21 @@ def in_motion(model: Fem, declared: Declared, case: Case, workshop: Workshop) ->
     return replace(made, problem=replace(made.problem, remembering=remembering, lagged=False))
 
 
-def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build the quasistatic or dynamic analysis of a viscoelastic solid. Raises Fault."""
     if isinstance(case.analysis, Dynamic):
         return in_motion(model, declared, case, workshop)
-    whole = whole_of(case)
+    whole = case_at_full_size(case)
     static, _ = at_rest(model, declared, whole, workshop)
     loads, problem = [energy for _, energy in static.driven], static.problem
     memories, old = _remembered(model, static), problem.assembly
     assembly = Assembly(old.dofs, problem.fixed, memories.energies, static.unknowns.loads(loads), old.points)
     static = replace(static, problem=replace(problem, assembly=assembly, twin=None))
     owners = owners_of(whole, static.mesh, workshop, problem.fixed)
-    return PreparedAged(static, case, memories, Timed.of(whole, static.driven, owners, problem.target))
+    return PreparedAged(static, case, memories, AmplitudeSchedule.of(whole, static.driven, owners, problem.target))
 
 
-def owners_of(case: Case, mesh: Mesh, workshop: Workshop, fixed: Ints) -> list[Declared]:
+def owners_of(case: Case, mesh: Mesh, workshop: BuildContext, fixed: Ints) -> list[Declared]:
     """Return the support that imposes each of the held degrees of freedom (c,)."""
     held = held_values(case, mesh, workshop.measured)
     return [held[dof][1] for dof in fixed.tolist()]

@@ -10,7 +10,7 @@ import numpy as np
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.models.shared.prepared_model import Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared, Solution
 from softmark.interpreter.problem.body_case import case_for, fault
 from softmark.interpreter.results.state_results import SOLVED
 from softmark.records import dataclass
@@ -79,7 +79,7 @@ class Start:
         return Begun(self.name, solution, x, spent)
 
 
-def start_of(declared: Declared, workshop: Workshop) -> Start:
+def start_of(declared: Declared, workshop: BuildContext) -> Start:
     """Build the model that provides the initial guess, for the same scene. Raises Fault."""
     name = declared.thing.start
     if workshop.scene is None:

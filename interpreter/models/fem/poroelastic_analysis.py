@@ -17,8 +17,8 @@ from softmark.interpreter.models.fem import element_formulations
 from softmark.interpreter.models.fem.fem_builder import at_rest
 from softmark.interpreter.models.fem.fem_relaxation import PreparedAged, owners_of
 from softmark.interpreter.models.postprocessing import nodal_forces
-from softmark.interpreter.models.shared.prepared_model import Prepared, Solution, Workshop
-from softmark.interpreter.models.shared.quasistatic_times import SAME, Timed, whole_of
+from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared, Solution
+from softmark.interpreter.models.shared.quasistatic_times import SAME, AmplitudeSchedule, case_at_full_size
 from softmark.interpreter.models.shared.support_constraints import SAME as ALIKE
 from softmark.interpreter.models.shared.support_selection import grip
 from softmark.interpreter.problem.body_case import Case, fault
@@ -125,9 +125,9 @@ def nodal(mesh: Mesh, energy: PoroelasticSolid, x: Floats) -> Floats:
 # ------------------------------------------------------------------ building
 
 
-def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build the quasistatic analysis of a poroelastic solid, with its pores at rest. Raises Fault."""
-    whole = whole_of(case)
+    whole = case_at_full_size(case)
     static, _ = at_rest(model, declared, whole, workshop)
     own: Any = static.problem.assembly.internal[0]
     held, drained = _held(whole, static.mesh, own)
@@ -149,7 +149,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
     static = replace(static, problem=problem)
     drains = tuple((d.name, np.array([b for b in places.tolist() if held[b] is d], dtype=np.int64))
                    for d in whole.drains)  # fmt: skip
-    timed = Timed.of(whole, static.driven, owners, target)
+    timed = AmplitudeSchedule.of(whole, static.driven, owners, target)
     made = PreparedSoaked(static, case, memories, timed, drains=drains)
     return _judged(made, drained)
 

@@ -1,1 +1,1 @@
-"""Models that were solved elsewhere: what a file tells, matched to a body."""
+"""Models whose displacements were computed elsewhere and are read from a file: declaration, readers, matching, checks."""

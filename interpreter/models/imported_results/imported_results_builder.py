@@ -1,4 +1,4 @@
-"""Somebody else's displacements as a model: read, matched to the body, and looked at as any other's."""
+"""Construction of models from imported displacements: reading, matching to the body, and warnings."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from softmark.interpreter.models.imported_results.result_file import Told
 from softmark.interpreter.models.imported_results.support_compliance import kept, slips, vast
 from softmark.interpreter.models.imported_results.unmatched_results import Unmatched
 from softmark.interpreter.models.shared.deformed_mesh import Deformed
-from softmark.interpreter.models.shared.prepared_model import Meshless, Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
 from softmark.interpreter.problem.body_case import Case, Fault, fault
 from softmark.interpreter.problem.data_sets import download_shape
 from softmark.interpreter.problem.probe_points import ProbePoints, drawn_surface
@@ -52,9 +52,12 @@ MOVED = (
 
 @dataclass(frozen=True)
 class PreparedResults(Meshless):
-    """What a file tells of a body: displacements `u` (t, n, 3), m, of its points in the state of rest that is looked
-    at, or in a motion up to its end, at `times` (t,), s. The last are those of the state, and of the end.
-    `body` (b, 3), m, are points of its surface."""
+    """Displacements of a body from a file: `u` (t, n, 3), m, of its points at `times` (t,), s.
+
+    In statics there is one state; in dynamics the states end with that at the end of the analysis. `body` (b, 3), m,
+    are
+    points of the body's surface.
+    """
 
     declared: Declared
     case: Case
@@ -67,26 +70,28 @@ class PreparedResults(Meshless):
 
     @property
     def notes(self) -> tuple[Diagnostic, ...]:
-        """What speaks against it."""
+        """Warnings about the file."""
         return self.doubts
 
     @property
     def size(self) -> dict[str, int]:
-        """Points and cells of the file; no unknowns, for nothing is solved."""
+        """Numbers of points and cells of the file; there are no unknowns."""
         return {"nodes": len(self.found.X), "elements": 0 if self.found.mesh is None else len(self.found.mesh.cells)}
 
     @property
     def points(self) -> Floats:
-        """None."""
+        """Points at which loads act: none."""
         return np.zeros((0, 3))
 
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
-        """None."""
+        """Return no forces."""
         return []
 
     def outside(self, X: Floats) -> float:
-        """How far the farthest of points X (n, 3), m, lies outside, where that is more than it may. Raises Fault where
-        it is known at its points alone and X are others."""
+        """Return how far the farthest of points X (n, 3), m, lies outside, if that exceeds the tolerance, m.
+
+        Raises Fault if displacements are known only at points of the file and X are others.
+        """
         far = float(self.found.outside(X).max(initial=0.0))
         if far > 0.0 and not self.found.spans:
             away = f"a probe looks {units.format_value(far, units.LENGTH)} beside them"
@@ -96,7 +101,7 @@ class PreparedResults(Meshless):
         return far if far > _within(self.declared.thing, self.body) else 0.0
 
     def solve(self, watch: Watch) -> Solution:
-        """Nothing: what the file tells."""
+        """Return the displacements of the file as a solution."""
         found, last = self.found, self.u[-1:]
         history = frames = None
         if self.times is not None:
@@ -112,11 +117,11 @@ class PreparedResults(Meshless):
 
 
 def load(model: Results) -> None:
-    """Nothing more."""
+    """Do nothing: there is nothing more to import."""
 
 
-def prepare(model: Results, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-    """What the file tells, matched to the body. Raises Fault."""
+def prepare(model: Results, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
+    """Read the file and match it to the body. Raises Fault."""
     key = ("results", model.path, model.at, model.rest, model.unit, model.time, model.by, case.body.name)
     if key not in workshop.meshes:
         workshop.meshes[key] = _matched(model, declared, case)
@@ -160,7 +165,7 @@ def _unusable(declared: Declared, error: Unmatched) -> Fault:
 
 
 def _unused(told: Told, case: Case) -> list[str]:
-    """What of a file nothing looks at, in words: plane cells are what a plane body is matched by."""
+    """Describe the content of a file that is not used; plane cells are used only for plane bodies."""
     seen = counted(len(told.flat[1]), told.flat[0]) if told.flat and case.planar else ""
     return [word for word in told.left if word != seen]
 
@@ -169,7 +174,7 @@ def _unused(told: Told, case: Case) -> list[str]:
 
 
 def _state(declared: Declared, case: Case, found: Matched) -> tuple[Floats | None, Floats, dict[str, Any]]:
-    """Times (t,) of a motion, displacements (t, n, 3) as asked for, and what is said of the file's. Raises Fault."""
+    """Return times (t,) of a motion, the requested displacements (t, n, 3), and the report of the file. Raises Fault."""
     count, times, analysis = len(found.u), found.times, case.analysis
     said = {"times": count, "first": _end(times, 0), "last": _end(times, -1)}
     if isinstance(analysis, Dynamic):
@@ -193,7 +198,7 @@ def _state(declared: Declared, case: Case, found: Matched) -> tuple[Floats | Non
 
 
 def _moving(declared: Declared, found: Matched, duration: float) -> tuple[Floats, Floats]:
-    """Its times and displacements up to the end of a motion, there linear between two of them. Raises Fault."""
+    """Return times and displacements up to the end of a motion, interpolated linearly there. Raises Fault."""
     times, name = found.times, Path(declared.thing.path).name
     if times is None or len(times) < 2:
         raise fault("E703", declared.at("path"), f"{name} is no motion", "one time, or none", "write a series (.pvd), "
@@ -213,7 +218,7 @@ def _moving(declared: Declared, found: Matched, duration: float) -> tuple[Floats
 
 
 def _gaps(declared: Declared, times: Floats | None) -> Iterator[Diagnostic]:
-    """That moments of a motion, at times (t,), s, seem to be missing."""
+    """Yield a warning if states of a motion at times (t,), s, seem to be missing."""
     if times is None or len(times) < FEW:
         return
     steps = np.diff(times)
@@ -226,7 +231,7 @@ def _gaps(declared: Declared, times: Floats | None) -> Iterator[Diagnostic]:
 
 
 def _begins(declared: Declared, times: Floats | None, u: Floats) -> Iterator[Diagnostic]:
-    """That a motion, displacements u (t, n, 3), m, does not begin where the body is undeformed."""
+    """Yield a warning if a motion with displacements u (t, n, 3), m, does not begin undeformed."""
     if times is None:
         return
     start, most = (float(np.linalg.norm(own, axis=-1).max()) for own in (u[0], u))
@@ -245,7 +250,7 @@ def _end(times: Floats | None, which: int) -> float | None:
 
 
 def _diagonal(X: Floats) -> float:
-    """Of what bounds points (n, 3), m: those of a body that is a file are known when it is read, and not before."""
+    """Return the diagonal of the bounding box of points (n, 3), m; bodies from files are known only once they are read."""
     return float(np.linalg.norm(np.ptp(X, axis=0)))
 
 
@@ -257,7 +262,7 @@ def _within(model: Any, body: Floats) -> float:
 def _fits(
     model: Results, declared: Declared, case: Case, place: ProbePoints, found: Matched
 ) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
-    """How the file stands to the body, which is drawn at a place, and warnings where they differ. Raises Fault."""
+    """Return the report of how the file matches the body at a place, and warnings where they differ. Raises Fault."""
     X = place.X
     try:
         far, beyond = _misfit(found, X)
@@ -288,9 +293,9 @@ def _fits(
 
 
 def _misfit(found: Matched, body: Floats) -> tuple[float, float]:
-    """How far the surface of the body (n, 3), m, lies outside, and the file's points beyond what it spans, m.
+    """Return how far the surface of the body (n, 3), m, lies outside, and the file's points outside its bounds, m.
 
-    A table along a line or on a surface covers no body, and must not: its probes are looked at where they lie.
+    A table along a line or on a surface covers no body and need not: its probes are evaluated at its points.
     """
     low, high = body.min(axis=0), body.max(axis=0)
     beyond = float(np.maximum(low - found.X, found.X - high)[:, : found.ways].max())
@@ -299,7 +304,7 @@ def _misfit(found: Matched, body: Floats) -> tuple[float, float]:
 
 
 def _apart(model: Results, declared: Declared, case: Case, found: Matched, body: Floats, most: float) -> Diagnostic:
-    """That the body does not lie in what the file covers, with the unit that would do if one does."""
+    """Return the error for a body outside the file's points, with a unit that would fit if there is one."""
     spans = (" x ".join(units.format_value(float(s), units.LENGTH) for s in np.ptp(X, axis=0)) for X in (found.X, body))
     ratio = _diagonal(body) / found.extent if found.extent else 0.0
     factor = next((f for f in FACTORS if f != 1.0 and abs(ratio / f - 1.0) <= NEAR), None)

@@ -1,4 +1,4 @@
-"""What somebody else has computed."""
+"""Declaration of models from imported results."""
 
 from __future__ import annotations
 
@@ -18,25 +18,33 @@ NOTHING = "nothing was solved here: a file of displacements says"
 
 @dataclass(frozen=True)
 class Results(Model):
-    """Displacements from a file that another program has written: judged as any model is; nothing is solved.
+    """Displacements from a file written by another program, assessed like any model; nothing is solved.
 
     Files are VTU, PVD, VTK, XDMF, CalculiX's FRD, FEBio's XPLT and CSV tables. Points of the file are undeformed, and
-    `at` names the vectors that are their displacements; where the file has none but moved points, `at = "position"`,
-    and `rest` is a file with the same points undeformed, or the first of the series is. Programs that write moved
-    points beside the displacements need `position` too. Where the file has cells, a point of the body
-    moves as the cell does that it lies in; where it has points alone, as the nearest one if that is within 1e-6 of the
-    body's size, else by linear interpolation between points around it. `by = nodes` takes the numbers of nodes instead
-    of their places: those of the body's own mesh file, in its order.
+    `at` names the vectors that are their displacements. If the file has only moved points, use `at = "position"`, with
+    `rest` a file of the same points undeformed, unless the first state of the series is undeformed. Programs that write
+    moved points in addition to displacements need `position` too. If the file has cells, a point of the body moves with
+    the
+    cell that it lies in. If it has only points, it moves with the nearest one if that is within 1e-6 of the body's
+    size,
+    else by linear interpolation between surrounding points. `by = nodes` uses node numbers instead of positions: those
+    of
+    the body's own mesh file, in its order.
 
-    Of plane bodies files have plane cells, points at one z, or a slice one cell thick, whatever its thickness; places
-    are looked up by x and y, of a body of revolution by the distance from its axis and y. Of networks a file has the
-    points of the probes: between those rods are bent.
+    For plane bodies, files have plane cells, points at one z, or a slice one cell thick, of any thickness; positions
+    are
+    compared by x and y, for a body of revolution by the distance from its axis and y. For networks a file has the
+    points of
+    the probes, because rods are bent between them.
 
-    The body must lie in what the file covers: how far its surface lies outside at most, and the volume of the file's
-    mesh in that of the body, are in `solve.match` of the report; farther than `within` is refused. A series is matched
-    by its `time`: a motion is that of the series, linear between its times; a state is that of the same value. Nobody
-    solved here, so there is no residual, no stability, no stress, no reaction and no time, and each is refused with
-    that reason. Its status is `read`, it has no part in `dsl stress`, and it is unchecked: references alone judge it.
+    The body must lie within the points of the file. The largest distance of its surface outside, and the volume of the
+    file's mesh relative to the body, are in `solve.match` of the report; distances beyond `within` are refused. A
+    series is
+    matched by its `time`: a motion is that of the series, linear between its times; a state is the one of the same
+    value.
+    Nothing is solved, so there is no residual, stability, stress, reaction or time, and each is refused with that
+    reason.
+    Its status is `read`, it takes no part in `dsl stress`, and it is unchecked: only references assess it.
     """
 
     loads = (object,)
@@ -59,11 +67,11 @@ class Results(Model):
 
     @property
     def stress_law(self) -> str:
-        """Why there is none."""
+        """Message why there is no stress."""
         return f"{NOTHING} nothing of stress"
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """What it cannot be matched to."""
+        """Return errors about bodies and analyses that a file cannot be matched to."""
         if self.by == "nodes" and (case.planar or not case.shape.file):
             why = "a slice of plane cells" if case.planar else "not a mesh file"
             also = "" if case.planar or case.shape.wired else ", or make the body of the mesh file that was solved on"
@@ -72,5 +80,5 @@ class Results(Model):
         return []
 
     def outline(self, case: Case) -> str:
-        """One line for the plan."""
+        """Return a one-line description for the plan."""
         return f"read from {self.path}, nothing is solved"

@@ -1,4 +1,4 @@
-"""Points that a table without cells seems to lack: between its points displacements are taken for linear."""
+"""Detection of points that a table without cells seems to lack; displacements are interpolated between its points."""
 
 from __future__ import annotations
 
@@ -24,9 +24,12 @@ WRITE = "there displacements are taken for linear: write all points, or a file w
 def lacking(
     declared: Declared, case: Case, place: ProbePoints, found: Matched
 ) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
-    """How far places of the body are from the next row of a table, m, how far rows are from each other, how many nodes
-    of a body that is a file have no row, and a warning of either. Of a table that spans nothing, zeros: it covers no
-    body, and is looked at where its points lie."""
+    """Return the report and warnings of missing points.
+
+    It has the distances of places of the body from the nearest row, m, the distances between rows, m, and the number of
+    nodes of a body from a file without a row. They are zero for a table along a line or on a surface, which covers no
+    body.
+    """
     if not found.spans or len(found.X) < 2:
         return {"between": 0.0, "usual": 0.0, "lacks": None}, ()
     hole, usual = float(found.apart(points_throughout(case, place)).max(initial=0.0)), found.usual

@@ -1,6 +1,6 @@
-"""Results of a plane body: its slice, which stands on plane cells of a file, or is the one layer of cells that it has.
+"""Results of a plane body: its slice on plane cells of a file, or on the single layer of cells of the file.
 
-All z move as one in a slice, so that places are looked up by x and y alone.
+All z move alike in a slice, so that positions are compared by x and y only.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ LAYERS = "give the cells or points of one plane, z = 0, or a slice that is one c
 
 
 def slice_of(X: Floats, told: Told, depth: float) -> tuple[Mesh, Which] | None:
-    """The slice, so thick (m), on the plane cells of points X (n, 3), m, and which of these each of its nodes is.
+    """Return the slice of a thickness, m, on the plane cells of points X (n, 3), m, and the point of each of its nodes.
 
-    None where the file has none. Raises Unmatched.
+    Returns None if the file has no plane cells. Raises Unmatched.
     """
     if told.flat is None:
         return None
@@ -36,7 +36,7 @@ def slice_of(X: Floats, told: Told, depth: float) -> tuple[Mesh, Which] | None:
 
 
 def _nodes(mesh: Mesh, X: Floats, cells: Ints) -> Which:
-    """By cells, for points of several may lie in one place: each node is that of its cell which has its x and y."""
+    """Return the point of each node of the slice: that of its cell with the same x and y, because points may coincide."""
     which = np.empty(len(mesh.points), dtype=np.int64)
     for own, flat in zip(mesh.cells, cells, strict=True):
         apart = mesh.points[own, None, :2] - X[None, flat, :2]  # (a, b, 2)
@@ -45,7 +45,7 @@ def _nodes(mesh: Mesh, X: Floats, cells: Ints) -> Which:
 
 
 def one_layer(X: Floats, mesh: Mesh | None) -> None:
-    """Raises Unmatched where points X (n, 3), or cells, are several above each other."""
+    """Raise Unmatched if points X (n, 3), or cells, lie above each other in several layers."""
     z = X[:, 2]
     thick, extent = float(np.ptp(z)), float(np.linalg.norm(np.ptp(X, axis=0)))
     if mesh is None:

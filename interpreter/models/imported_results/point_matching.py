@@ -1,4 +1,4 @@
-"""What a file tells, matched to a body: undeformed points, displacements from time to time, and what lies outside."""
+"""Matching of a result file to a body: undeformed points, displacements over time, and distances outside."""
 
 from __future__ import annotations
 
@@ -42,8 +42,12 @@ OTHERS = (
 @dataclass(frozen=True)
 class Matched:
     """Undeformed points `X` (n, 3), m, and their displacements `u` (t, n, 3), m, at `times` (t,), s, if the file has
-    some. `mesh` is what connects them, None of points alone; `name` is what the file calls the displacements. Of a
-    `flat` body, a slice, z says nothing; of a `wired` one, of rods, nothing is known between points."""
+    them.
+
+    `mesh` connects the points; None if there are only points. `name` is the file's name of the displacements. In a
+    `flat`
+    body, a slice, z is ignored; in a `wired` one, of rods, nothing is known between points.
+    """
 
     X: Floats
     u: Floats
@@ -55,21 +59,21 @@ class Matched:
 
     @cached_property
     def extent(self) -> float:
-        """The diagonal of the points, m."""
+        """Diagonal of the bounding box of the points, m."""
         return float(np.linalg.norm(np.ptp(self.X, axis=0)))
 
     def at(self, X: Floats, u: Floats) -> Floats:
-        """Displacements of material points X (k, 3), m, by those of its points u (t, n, 3): (t, k, 3), m."""
+        """Return displacements (t, k, 3), m, of material points X (k, 3), m, from those of its points u (t, n, 3)."""
         which, share = self.places(X)[:2]
         found: Floats = np.einsum("ka,tkai->tki", share, u[:, which])
         return found
 
     def outside(self, X: Floats) -> Floats:
-        """How far points X (k, 3), m, lie outside of what it covers (k,), m."""
+        """Return how far points X (k, 3), m, lie outside of the points of the file (k,), m."""
         return self.places(X)[2]
 
     def places(self, X: Floats) -> tuple[Any, Floats, Floats]:
-        """Points (k, a) with shares (k, a) of them, and how far outside (k,), m."""
+        """Return interpolation points (k, a), their weights (k, a), and the distances outside (k,), m."""
         X = self._level(X)
         if self.mesh is None:
             return self._between(X)
@@ -77,13 +81,15 @@ class Matched:
         return place.nodes, place.N, place.outside
 
     def _level(self, X: Floats) -> Floats:
-        """Points (k, 3), m, of a slice where its own are, whose z says nothing."""
+        """Return points (k, 3), m, with the z of the file's points if the body is a slice."""
         if not self.flat:
             return X
         return np.column_stack([X[:, :2], np.full(len(X), 0.5 * (self.X[:, 2].min() + self.X[:, 2].max()))])
 
     def _between(self, X: Floats) -> tuple[Any, Floats, Floats]:
-        """Of points alone: the nearest where it is the same, those of the simplex around it, or the nearest outside."""
+        """Return interpolation points and weights without cells: a coincident point, the enclosing simplex, or the
+        nearest.
+        """
         far, nearest = self._tree.query(X)
         many = self.ways + 1
         which, share = np.repeat(nearest[:, None], many, axis=1), np.tile(np.eye(many)[0], (len(X), 1))
@@ -104,24 +110,23 @@ class Matched:
         return which, share, outside
 
     def apart(self, X: Floats) -> Floats:
-        """How far points X (k, 3), m, are from the next of its own (k,), m."""
+        """Return the distances of points X (k, 3), m, from the nearest point of the file (k,), m."""
         found: Floats = self._tree.query(self._level(X))[0]
         return found
 
     @property
     def usual(self) -> float:
-        """What most of its own points are from each other, m."""
+        """Typical distance between its points, m."""
         return float(np.quantile(self._tree.query(self.X, k=2)[0][:, 1], USUALLY))
 
     @property
     def ways(self) -> int:
-        """Directions that its points are to span."""
+        """Number of directions that its points should span."""
         return 2 if self.flat else 3
 
     @cached_property
     def spans(self) -> bool:
-        """Whether anything lies between its points: those of a table along a line or on a surface alone span nothing,
-        and are known at themselves."""
+        """True if values can be interpolated between its points; a table along a line or on a surface cannot."""
         if self.mesh is not None or self.wired:
             return not self.wired
         X = self.X[:, : self.ways]
@@ -136,7 +141,7 @@ class Matched:
 
     @cached_property
     def _simplices(self) -> Any:
-        """Raises Unmatched where the points span no volume."""
+        """Triangulation of the points. Raises Unmatched if they span no volume."""
         from scipy.spatial import Delaunay, QhullError
 
         try:
@@ -150,9 +155,11 @@ def matched(
     told: Told, at: str, rest: Told | None, unit: float, time: float, nodes: Mesh | None, depth: float | None = None,
     wired: bool = False,
 ) -> Matched:  # fmt: skip
-    """By the name of the displacements or `position`; by `nodes` where their mesh is given. Raises Unmatched.
+    """Match a file by the name of its displacements or `position`, or by `nodes` if their mesh is given.
 
-    `depth`, m, is how thick a plane body is, None of a solid; one of rods is `wired`, and has points alone.
+    `depth`, m, is the thickness of a plane body, None for a solid. A body of rods is `wired` and has only points.
+    Raises
+    Unmatched.
     """
     name, X, u = _moved(told, at, rest)
     times = None if told.times is None else time * np.asarray(told.times, dtype=np.float64)
@@ -175,7 +182,7 @@ def matched(
 
 
 def _moved(told: Told, at: str, rest: Told | None) -> tuple[str, Floats, Floats]:
-    """The name of what moves, undeformed points (n, 3) and displacements (t, n, 3), in the file's unit."""
+    """Return the name of the vectors, undeformed points (n, 3) and displacements (t, n, 3), in the file's unit."""
     if at == POSITION:
         x = told.points[None] if told.moved is None else told.moved
         if rest is None and told.moved is None:
@@ -198,7 +205,7 @@ def _moved(told: Told, at: str, rest: Told | None) -> tuple[str, Floats, Floats]
 
 
 def _name(told: Told, at: str) -> str:
-    """Which of the vectors are the displacements. Raises Unmatched."""
+    """Return the name of the vectors that are displacements. Raises Unmatched."""
     other = 'for points that moved `at = "position"`'
     if not told.fields:
         raise Unmatched("it has no vectors at its points", f"write displacements there; {other}")
@@ -216,7 +223,7 @@ def _name(told: Told, at: str) -> str:
 
 
 def _once(X: Floats, u: Floats) -> None:
-    """Raises Unmatched where points X (n, 3) without cells are one, and move apart by u (t, n, 3)."""
+    """Raise Unmatched if points X (n, 3) without cells coincide but have different displacements u (t, n, 3)."""
     extent = float(np.ptp(X, axis=0).max())
     order = np.lexsort(np.round(X / (SAME * extent or 1.0)).T)
     same = np.abs(np.diff(X[order], axis=0)).max(axis=1, initial=0.0) <= SAME * extent
@@ -228,7 +235,7 @@ def _once(X: Floats, u: Floats) -> None:
 
 
 def _mesh(X: Floats, told: Told) -> Mesh | None:
-    """What connects points at X (n, 3), m. Raises Unmatched where cells are inside out."""
+    """Return the mesh that connects points X (n, 3), m. Raises Unmatched if cells are inverted."""
     if told.cells is None or told.kind is None:
         return None
     mesh = Mesh(np.ascontiguousarray(X), told.cells, told.kind)

@@ -1,4 +1,4 @@
-"""What a file of results tells, as it has it: no unit is known yet, and nothing is matched."""
+"""Content of a result file, before units are known and before it is matched to a body."""
 
 from __future__ import annotations
 
@@ -16,11 +16,13 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Told:
-    """Points (n, 3) and vectors at them by name (t, n, 3), at `times` (t,) or in order where the file has none.
+    """Points (n, 3) and vectors at them by name (t, n, 3), at `times` (t,), or in order if the file has no times.
 
-    `cells` (m, a) of one kind of element, in the order of solvers/elements, None of points alone, or where no element
-    of ours is theirs. Where there are plane cells alone, `flat` are those, with meshio's word for them. `points` are
-    undeformed as the file says; where a series moves them, `moved` (t, n, 3) are they.
+    `cells` (m, a) are of one kind of element, in the order of solvers/elements; None if there are only points or
+    unknown
+    elements. If there are only plane cells, these are `flat`, with meshio's name. `points` are undeformed according to
+    the
+    file; if a series moves them, `moved` (t, n, 3) are the moved points.
     """
 
     points: Floats

@@ -1,7 +1,7 @@
-"""Whether results keep to the supports of the scene: what it holds stays, and what it moves goes as far as told.
+"""Checks whether results comply with the supports of the scene: held points stay, and moved points move as prescribed.
 
-Looked at are points of the body's surface that a support selects, where only points of the file that it selects as well
-say how they move: beside the border of a selection cells of another mesh may be held in part.
+The checks use points of the body's surface that a support selects and whose displacements are interpolated only from
+file points that it selects too, because cells of another mesh may be held in part at the border of a selection.
 """
 
 from __future__ import annotations
@@ -39,8 +39,9 @@ POWER = 0.1  # of a power of ten: a factor is taken for one
 
 @dataclass(frozen=True)
 class Kept:
-    """How results keep to a support: how `far`, m, they are from it at most, how far it tells points to move, and how
-    many times as far they do."""
+    """Compliance of results with a support: largest deviation `far`, m, prescribed displacement, and ratio of the
+    actual one.
+    """
 
     support: Declared
     far: float
@@ -49,7 +50,7 @@ class Kept:
 
 
 def kept(case: Case, place: ProbePoints, found: Matched, u: Floats) -> list[Kept]:
-    """Of all supports of a body, drawn at a place, that can be looked at: by displacements u (n, 3), m, at the end."""
+    """Return the compliance with all supports that can be checked, by displacements u (n, 3), m, at the end."""
     return list(_each(case, place, found, u)) if found.spans else []
 
 
@@ -72,14 +73,14 @@ def _most(u: Floats) -> float:
 
 
 def _share(case: Case, thing: Any) -> float:
-    """Of its full motion, at the end; in a state of an analysis supports are those of the state."""
+    """Return the fraction of a support's full motion at the end; supports of a state are already scaled."""
     if not isinstance(case.analysis, Dynamic) or thing.course is None:
         return 1.0
     return float(thing.course.at(case.analysis.duration))
 
 
 def _certain(found: Matched, where: Condition, X: Floats) -> NDArray[np.bool_]:
-    """Which of points X (k, 3), m, that a support selects are told by points that it selects too."""
+    """Return which points X (k, 3), m, of a support are interpolated only from points that it selects too."""
     which, share = found.places(X)[:2]
     if not len(X):
         return np.zeros(0, dtype=np.bool_)
@@ -95,7 +96,7 @@ def _certain(found: Matched, where: Condition, X: Floats) -> NDArray[np.bool_]:
 
 
 def slips(declared: Declared, case: Case, each: list[Kept], most: float) -> Iterator[Diagnostic]:
-    """That results which move by at most `most`, m, do not keep to supports."""
+    """Yield warnings if results with displacements of at most `most`, m, violate supports."""
     for own in each:
         if own.far <= SLIPS * max(most, own.told):
             continue
@@ -115,7 +116,7 @@ def slips(declared: Declared, case: Case, each: list[Kept], most: float) -> Iter
 
 
 def vast(declared: Declared, case: Case, place: ProbePoints, most: float) -> Iterator[Diagnostic]:
-    """That a body at rest, drawn at a place, moves by many times its size: by `most`, m."""
+    """Yield a warning if a static body moves by `most`, m, many times its size."""
     size = float(np.linalg.norm(np.ptp(place.X, axis=0)))
     if not isinstance(case.analysis, Dynamic) and most > VAST * size:
         problem = (
@@ -126,7 +127,7 @@ def vast(declared: Declared, case: Case, place: ProbePoints, most: float) -> Ite
 
 
 def _decimal(times: float) -> bool:
-    """Whether it is about a power of ten, as units of length are of each other."""
+    """Return whether a ratio is about a power of ten, which suggests a wrong unit of length."""
     if times <= 0.0 or not (power := round(math.log10(times))):
         return False
     return abs(times / 10.0**power - 1.0) <= POWER

@@ -1,4 +1,4 @@
-"""That what a file tells cannot be matched to a body."""
+"""Exception for result files that cannot be matched to a body."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ SAME = 1e-6  # of the extent: points that are one
 
 
 class Unmatched(Exception):
-    """Why what a file tells cannot be matched: a reason and a remedy, in words for users."""
+    """Result file that cannot be matched, with a reason and a remedy for users."""
 
     def __init__(self, reason: str, remedy: str) -> None:
         super().__init__(f"{reason}; {remedy}")

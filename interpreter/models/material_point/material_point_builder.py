@@ -18,7 +18,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.material_point.imposed_deformation import NAMES, Driven, driven, faces_of
 from softmark.interpreter.models.material_point.material_point_declaration import Homogeneous
 from softmark.interpreter.models.postprocessing.nodal_forces import Carried, Holder
-from softmark.interpreter.models.shared.prepared_model import Meshless, Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
 from softmark.interpreter.problem.body_case import Case
 from softmark.records import dataclass
 from softmark.solvers.materials import law_for, mixed_for
@@ -287,7 +287,7 @@ def load(model: Homogeneous) -> None:
     """Do nothing: this module imports all that building needs."""
 
 
-def prepare(model: Homogeneous, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+def prepare(model: Homogeneous, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build a material point with the deformation that supports and loads impose. Raises Fault."""
     return PreparedPoint(declared, case, driven(case, model.state, declared), point_of(case, model.strain), Block(case))
 

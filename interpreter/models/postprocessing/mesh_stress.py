@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from softmark.interpreter.models.shared.prepared_model import Moved, Solution
+from softmark.interpreter.models.shared.prepared_model import DeformedMesh, Solution
 from softmark.interpreter.results.state_results import Moment
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import in_state_of_value
@@ -43,7 +43,7 @@ def _at_rest_alone(solution: Solution) -> Callable[[], Stresses] | None:
     return solution.stress or (None if solution.displacement is None else moved)
 
 
-def stress_of(model: Model, case: Case, mesh: Moved) -> Callable[[], Stresses]:
+def stress_of(model: Model, case: Case, mesh: DeformedMesh) -> Callable[[], Stresses]:
     """Return the stress function of a model on its mesh, computed once. It raises NoStress with a reason."""
     return Told(model, _at_the_end(case), mesh)
 
@@ -54,7 +54,7 @@ class Told:
 
     model: Model
     case: Case
-    mesh: Moved
+    mesh: DeformedMesh
 
     def __call__(self) -> Stresses:
         """Return the stress. Raises NoStress with a reason."""
@@ -92,10 +92,10 @@ class Told:
             state = replace(state, at=material_at)
         if not case.parts:
             return Stresses(state)
-        from softmark.interpreter.models.shared.region_cells import owners
+        from softmark.interpreter.models.shared.region_cells import materials_of_cells
         from softmark.solvers.stress_recovery.multi_material_recovery import MultiMaterialStresses
 
-        return MultiMaterialStresses.of(state, case.materials, owners(case, mesh.mesh).cells)
+        return MultiMaterialStresses.of(state, case.materials, materials_of_cells(case, mesh.mesh).cells)
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,7 +27,7 @@ from softmark.interpreter.models.reduced.training_states import (
 )
 from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.deformed_mesh import MeshData, displacement_of
-from softmark.interpreter.models.shared.prepared_model import Moved, Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
 from softmark.interpreter.models.shared.solid_dynamics import PreparedMotion, kept_of
 from softmark.interpreter.problem.body_case import Case, case_for, fault
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
@@ -270,7 +270,7 @@ class PreparedReduced:
         """Return the largest distance of points X (n, 3), m, outside a mesh that was read from a file, m."""
         return self.rest.static.outside(X)
 
-    def after(self, before: Moved) -> Self:
+    def after(self, before: DeformedMesh) -> Self:
         """Return the model itself, because it starts from rest."""
         return self
 
@@ -344,7 +344,7 @@ def load(model: Modal | Pod) -> None:
     """Do nothing: this module imports all that building needs."""
 
 
-def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build the basis, with training if needed, and the reduced equations. Raises Fault."""
     scene = scene_of(workshop, declared)
     full = scene.declared[model.of]
@@ -427,7 +427,7 @@ def _said_of_equations(equations: Equations) -> dict[str, Any]:
     return found
 
 
-def _moving(still: PreparedReduced, full: Declared, case: Case, workshop: Workshop) -> MovingReduced:
+def _moving(still: PreparedReduced, full: Declared, case: Case, workshop: BuildContext) -> MovingReduced:
     """Build the dynamic analysis in the same space. Raises Fault."""
     whole: Any = fem_builder.prepare(full.thing, full, case, workshop)
     problem, equations = whole.problem, still.equations

@@ -13,7 +13,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.fem import fem_builder
 from softmark.interpreter.models.reduced.reduced_declaration import ADVICE
 from softmark.interpreter.models.reduced.training_scenes import scenes
-from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.models.spring_network.stiffness_calibration import scaled
 from softmark.interpreter.planning.sweep_expansion import value_of
 from softmark.interpreter.problem.body_case import Case, case_for, fault
@@ -43,7 +43,7 @@ class Training:
     seconds: tuple[float, float]
 
 
-def trained(model: Pod, declared: Declared, case: Case, mesh: Mesh, workshop: Workshop) -> Training:
+def trained(model: Pod, declared: Declared, case: Case, mesh: Mesh, workshop: BuildContext) -> Training:
     """Return the training states of a model, computed once for all models that share them. Raises Fault."""
     scene = scene_of(workshop, declared)
     key: Any = ("training", model.of, model.parts, model.over)
@@ -58,20 +58,20 @@ def trained(model: Pod, declared: Declared, case: Case, mesh: Mesh, workshop: Wo
     return found
 
 
-def known(workshop: Workshop, key: Any) -> Training:
+def known(workshop: BuildContext, key: Any) -> Training:
     """Return the training that a workshop has stored."""
     found: Training = workshop.meshes[key]
     return found
 
 
-def scene_of(workshop: Workshop, declared: Declared) -> Scene:
+def scene_of(workshop: BuildContext, declared: Declared) -> Scene:
     """Return the scene that is being run. Raises Fault if there is none."""
     if workshop.scene is None:
         raise fault("E532", declared.at("of"), f"`{declared.name}` has no scene to find `{declared.thing.of}` in")
     return workshop.scene
 
 
-def _computed(model: Pod, declared: Declared, case: Case, mesh: Mesh, scene: Scene, workshop: Workshop) -> Training:
+def _computed(model: Pod, declared: Declared, case: Case, mesh: Mesh, scene: Scene, workshop: BuildContext) -> Training:
     wall, cpu = time.perf_counter(), time.process_time()
     states, settings, failed = [], [], []
     ranges: dict[str, list[Any]] = {"load": sorted(set(model.parts))}
@@ -82,7 +82,7 @@ def _computed(model: Pod, declared: Declared, case: Case, mesh: Mesh, scene: Sce
         full = setting.scene.declared[model.of]
         own = case_for(setting.scene, full)
         # of one mesh, as a check has said
-        bench = Workshop({full.thing.meshed_as(own): mesh}, scene=workshop.scene, measured=workshop.measured)
+        bench = BuildContext({full.thing.meshed_as(own): mesh}, scene=workshop.scene, measured=workshop.measured)
         for part in dict.fromkeys(model.parts):
             words = f"{100 * part:g} % of the load{setting.words}"
             static, _ = fem_builder.at_rest(full.thing, full, scaled(own, part), bench)

@@ -12,7 +12,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case
-from softmark.references.surface_geometry import SearchedSurface
+from softmark.references.surface_geometry import SurfaceSearch
 from softmark.solvers.mesh.mesh import Floats, Mesh, boundary_surface
 from softmark.solvers.mesh.mesh_distortion import cell_qualities
 from softmark.solvers.mesh.surface_bodies import SurfaceBody
@@ -55,8 +55,8 @@ def _surface_distances(mesh: Mesh, points: Floats, triangles: Any) -> tuple[floa
 
     These are the two one-sided Hausdorff distances, sampled at corners, edges and centres of facets.
     """
-    own = SearchedSurface(*boundary_surface(mesh))
-    there = SearchedSurface(points, triangles)
+    own = SurfaceSearch(*boundary_surface(mesh))
+    there = SurfaceSearch(points, triangles)
     weights = PER_FACET / PER_FACET.sum(axis=1, keepdims=True)
     sampled = np.unique(np.einsum("sk,tki->tsi", weights, own.points[own.triangles]).reshape(-1, 3), axis=0)
     short = own.closest(points).distances

@@ -32,7 +32,9 @@ EXACT, FINE = 4, 10  # squared: Gauss points on flat facets, where products of s
 
 def create_foundations(case: Case, mesh: Mesh) -> dict[str, ElasticFoundation]:
     """Return the springs and dashpots of every foundation, by name. Raises Fault where a foundation has no area."""
-    each = ((bed, _plane_keeping_springs if isinstance(bed.thing, Level) else _distributed_springs) for bed in case.beds)
+    each = (
+        (bed, _plane_keeping_springs if isinstance(bed.thing, Level) else _distributed_springs) for bed in case.beds
+    )
     return {bed.name: made(case, bed, mesh) for bed, made in each}
 
 

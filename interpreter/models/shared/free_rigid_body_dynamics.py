@@ -130,7 +130,9 @@ def add_free_rigid_bodies(motion: PreparedMotion, case: Case) -> MotionWithRigid
         assembly=assembly,
         mass=_mass(problem.mass, made),
         rest=np.zeros(assembly.dofs),
-        velocity=np.concatenate([problem.velocity, *(_initial_velocity(b, bodies[n]) for b, n in zip(made, names, strict=True))]),
+        velocity=np.concatenate(
+            [problem.velocity, *(_initial_velocity(b, bodies[n]) for b, n in zip(made, names, strict=True))]
+        ),
         courses=(*courses, *problem.courses),
         tolerance=FINER * problem.tolerance,
         sound=lambda x: sound(x[:dofs]),
@@ -141,7 +143,9 @@ def add_free_rigid_bodies(motion: PreparedMotion, case: Case) -> MotionWithRigid
         ),
     )
     static, declared, analysis, mesh = motion.static, motion.declared, motion.analysis, motion.mesh
-    return MotionWithRigidBodies(static, declared, analysis, fitted, mesh, case=motion.case, chart=chart, names=names, dofs=dofs)
+    return MotionWithRigidBodies(
+        static, declared, analysis, fitted, mesh, case=motion.case, chart=chart, names=names, dofs=dofs
+    )
 
 
 def _create_free_body(touch: Touch, first: int) -> FreeRigidBody:

@@ -62,7 +62,9 @@ def histories_after(contacts: Mapping[str, Energy], u: Floats, before: Past) -> 
     return found
 
 
-def add_friction_result(touch: ContactNumbers, contact: RigidContact, u: Floats, own: FrictionHistory | None) -> ContactNumbers:
+def add_friction_result(
+    touch: ContactNumbers, contact: RigidContact, u: Floats, own: FrictionHistory | None
+) -> ContactNumbers:
     """Return a contact result extended by slip, sticking share and dissipation; unchanged without friction."""
     if own is None or not isinstance(contact, RigidFriction):
         return touch
@@ -70,7 +72,9 @@ def add_friction_result(touch: ContactNumbers, contact: RigidContact, u: Floats,
     push = contact.A * contact.pressures(u)
     slip, held = float(own.slid[pressed].max(initial=0.0)), float(push[sticks].sum() / max(push.sum(), LEAST))
     field: Any = touch.field
-    seen = None if field is None else replace(field, rubbed=_nodal_friction(contact, push, sticks, own.slid, len(field.X)))
+    seen = (
+        None if field is None else replace(field, rubbed=_nodal_friction(contact, push, sticks, own.slid, len(field.X)))
+    )
     return replace(touch, rubbing=Friction(slip, held, share * touch.area, own.now), field=seen)
 
 
@@ -89,7 +93,9 @@ def _nodal_friction(contact: RigidContact, push: Floats, sticks: Bools, slid: Fl
 
 def resume_contacts(contacts: Mapping[str, Energy], past: Past) -> dict[str, Energy]:
     """Return contacts that continue from the anchors that a state has recorded."""
-    return {name: _resume_contact(contact, past[name]) if contact.rubs else contact for name, contact in contacts.items()}
+    return {
+        name: _resume_contact(contact, past[name]) if contact.rubs else contact for name, contact in contacts.items()
+    }
 
 
 def _resume_contact(contact: Any, own: FrictionHistory) -> Energy:

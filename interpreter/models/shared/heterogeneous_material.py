@@ -164,7 +164,11 @@ def _rule(mesh: Mesh) -> Rule:
 def must_be_in_range(case: Case, mesh: Mesh) -> None:
     """Raise Fault if a constant is out of range at integration points, nodes or points of a finer rule."""
     for profile in profiles(case.material).values():
-        for X in (rule_positions(mesh, _rule(mesh)), mesh.points[mesh.cells], rule_positions(mesh, _finer_rule(mesh.kind))):
+        for X in (
+            rule_positions(mesh, _rule(mesh)),
+            mesh.points[mesh.cells],
+            rule_positions(mesh, _finer_rule(mesh.kind)),
+        ):
             _must_be_allowed(case, profile, values(profile, X), X)
 
 
@@ -353,7 +357,9 @@ def constant_statistics(case: Case, mesh: Mesh, profile: Profile) -> ConstantSta
             seen = np.concatenate([seen.ravel(), [least_seen, most_seen]])
             each = known.means[0] * w.sum(axis=1)
     steep = float(w.sum(axis=1)[change > STEEP].sum()) / total
-    found = ConstantStatistics(float(seen.min()), float(seen.max()), float(each.sum()) / total, steep, float(change.max()), lost)
+    found = ConstantStatistics(
+        float(seen.min()), float(seen.max()), float(each.sum()) / total, steep, float(change.max()), lost
+    )
     out = _outside_fields(profile, X)
     if out is None:
         return found
@@ -422,7 +428,11 @@ def cell_means(mesh: Mesh, each: Sequence[Part]) -> dict[str, Floats]:
 
 def facts(case: Case, mesh: Mesh, parts: Parts) -> dict[str, Any]:
     """Return the `graded` part of a report."""
-    return {"graded": {f"{of}.{profile.name}": spread.facts() for of, profile, spread in _varying_constants(case, mesh, parts)}}
+    return {
+        "graded": {
+            f"{of}.{profile.name}": spread.facts() for of, profile, spread in _varying_constants(case, mesh, parts)
+        }
+    }
 
 
 def _locks(declared: Declared, case: Case, poisson: float) -> Iterator[Diagnostic]:

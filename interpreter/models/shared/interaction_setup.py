@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.models.postprocessing.nodal_forces import Carried
     from softmark.interpreter.models.shared.friction_history import Past
-    from softmark.interpreter.models.shared.prepared_model import Moved
+    from softmark.interpreter.models.shared.prepared_model import DeformedMesh
     from softmark.interpreter.models.shared.unsupported_bodies import Loose
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.assembly.assembly import Assembly
@@ -127,7 +127,7 @@ def rigid_body_report(solid: Any, known: Mapping[str, Any] | None) -> dict[str, 
     return {"rigid": force_driven_rigid_bodies.rigid_body_report(solid.pieces[0].case, known)}
 
 
-def with_moved_rigid_bodies(case: Case, mesh: Moved | None) -> Case:
+def with_moved_rigid_bodies(case: Case, mesh: DeformedMesh | None) -> Case:
     """Return a case with its force-driven rigid bodies at their positions in a state; unchanged without such bodies."""
     if mesh is None or not case.pressed:
         return case
@@ -142,7 +142,9 @@ def contacts_at_equilibrium(solid: Any, found: Equilibrium) -> dict[str, RigidCo
     return dict(zip(contacts, found.beside, strict=True)) if found.beside else contacts
 
 
-def describe_free_motions(solid: Any, contacts: Mapping[str, RigidContact], x: Floats) -> tuple[tuple[Diagnostic, ...], str]:
+def describe_free_motions(
+    solid: Any, contacts: Mapping[str, RigidContact], x: Floats
+) -> tuple[tuple[Diagnostic, ...], str]:
     """Return warnings about a solid that supports leave free, in a state x (3 n,), m, and its remaining free motions."""
     if solid.loose is None:
         return (), ""
@@ -178,7 +180,7 @@ def _replace_contacts(assembly: Assembly, contacts: Mapping[str, RigidContact]) 
     return assembly.joined([*plain, *contacts.values()])
 
 
-def resume_interactions(made: Solid, before: Moved) -> Solid:
+def resume_interactions(made: Solid, before: DeformedMesh) -> Solid:
     """Return a solid whose contacts continue from the rigid body positions and the friction history of the state
     before.
     """
@@ -206,7 +208,9 @@ def resume_interactions(made: Solid, before: Moved) -> Solid:
     return found
 
 
-def contact_state(solid: Any, u: Floats, contacts: Mapping[str, RigidContact], facts: Mapping[str, Any]) -> dict[str, Any]:
+def contact_state(
+    solid: Any, u: Floats, contacts: Mapping[str, RigidContact], facts: Mapping[str, Any]
+) -> dict[str, Any]:
     """Return the contact state of a solid after displacements u (n, 3), m.
 
     It has the rigid body positions, the friction history, the barrier stiffening and the added contact points.

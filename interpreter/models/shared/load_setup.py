@@ -11,7 +11,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.models.shared.loaded_surface import surface_of
-from softmark.interpreter.models.shared.material_regions import pieces
+from softmark.interpreter.models.shared.material_regions import regions_by_material
 from softmark.interpreter.problem.body_case import Case, fault
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import LoadedSurface
 from softmark.interpreter.problem.symmetry_planes import must_not_act_on_axis, must_not_act_on_plane, must_not_turn_half
@@ -34,14 +34,14 @@ MOST_NODES = 1500  # that a moment is put on: its tangent has an entry for every
 Distribution = Literal["consistent", "lumped", "uniform"]
 
 
-def together(applied: Sequence[tuple[Declared, Energy]], dofs: int) -> list[Energy]:
+def merge_loads(applied: Sequence[tuple[Declared, Energy]], dofs: int) -> list[Energy]:
     """Return the energies of all loads, with all dead forces merged into one."""
     found = [energy for _, energy in applied]
     dead = sum((e.f for e in found if isinstance(e, DeadForces)), np.zeros(dofs))
     return [DeadForces(dead), *(e for e in found if not isinstance(e, DeadForces))]
 
 
-def at_nodes(load: Energy, points: Floats) -> Floats:
+def nodal_forces_at_rest(load: Energy, points: Floats) -> Floats:
     """Return the nodal forces (n, 3), N, of a load on the undeformed body with these nodes (n, 3), m."""
     g = np.zeros(points.size)
     load.add_gradient(np.zeros_like(g), g)
@@ -62,42 +62,42 @@ def _load(case: Case, load: Declared, mesh: Mesh, parts: Integration, small: boo
     dead = np.zeros((len(mesh.points), 3))
     match load.thing.action:
         case BodyForce(acceleration=g):
-            for own in pieces(case, mesh, parts):
+            for own in regions_by_material(case, mesh, parts):
                 weights = nodal_mass(own.mesh, own.parts, own.density, mass, case.depth)
                 dead += weights[:, None] * np.array(g)
         case SurfaceTraction(where=where, traction=traction):
             t = np.array(traction)
-            surface = _surface(case, load, where, mesh)
+            surface = _loaded_surface(case, load, where, mesh)
             surface.spread(dead, lambda A: np.linalg.norm(A, axis=-1)[..., None] * t, False, case.depth)
         case RemoteStress(where=where) as pull:
             sigma = np.array(pull.tensor)
-            _surface(case, load, where, mesh).spread(dead, lambda A: A @ sigma, True, case.depth)
+            _loaded_surface(case, load, where, mesh).spread(dead, lambda A: A @ sigma, True, case.depth)
         case PressureLoad(where=where, pressure=p) if small:
-            _surface(case, load, where, mesh).spread(dead, lambda A: -p * A, True, case.depth)
+            _loaded_surface(case, load, where, mesh).spread(dead, lambda A: -p * A, True, case.depth)
         case PressureLoad(where=where, pressure=p):
-            facets, of_parts = _surface(case, load, where, mesh).weighted
+            facets, of_parts = _loaded_surface(case, load, where, mesh).weighted
             if case.depth:
                 from softmark.solvers.energies.axisymmetric import AxisymmetricPressure
 
                 return AxisymmetricPressure(mesh.points, facets, p, of_parts, depth=case.depth)
             return FollowerPressure(mesh.points, facets, p, of_parts)
         case MomentLoad(where=where, moment=moment):
-            turning = _turning(case, load, where, np.array(moment), mesh)
+            turning = _surface_moment(case, load, where, np.array(moment), mesh)
             if not small:
                 return turning
-            dead = at_nodes(turning, mesh.points)
+            dead = nodal_forces_at_rest(turning, mesh.points)
         case PointLoad(at=at, force=force):
-            _at_point(dead, case, load, at, force, mesh)
+            _add_point_force(dead, case, load, at, force, mesh)
         case LineForce():
-            _along_line(dead, case, load, mesh)
+            _add_line_force(dead, case, load, mesh)
         case unknown:  # refused when a scene is checked
             raise TypeError(f"no solid knows a load that acts as {type(unknown).__name__}")
     return DeadForces(dead.ravel())
 
 
-def _turning(case: Case, load: Declared, where: Condition, moment: Floats, mesh: Mesh) -> FaceMoment:
+def _surface_moment(case: Case, load: Declared, where: Condition, moment: Floats, mesh: Mesh) -> FaceMoment:
     """Return a moment on a part of the surface. Raises Fault if its nodes are too many for a fully coupled tangent."""
-    surface = _surface(case, load, where, mesh)
+    surface = _loaded_surface(case, load, where, mesh)
     if (count := len(np.unique(np.concatenate([surface.whole, surface.nodes])))) > MOST_NODES:
         raise fault(
             "E520",
@@ -117,12 +117,16 @@ def nodal_mass(mesh: Mesh, parts: Integration, density: Any, mass: Distribution,
     revolution, the masses are those of whole rings, by the consistent matrix.
     """
     if mass == "uniform":
-        whole = float(parts.w.sum()) * density if isinstance(density, float | int) else _massive(mesh, density)[1].sum()
+        whole = (
+            float(parts.w.sum()) * density
+            if isinstance(density, float | int)
+            else _mass_quadrature(mesh, density)[1].sum()
+        )
         return np.full(len(mesh.points), float(whole) / len(mesh.points))
     if mass == "lumped":
         lumped: Floats = mass_matrix(mesh, parts, density, mass)[::3]
         return lumped
-    N, w, density = _massive(mesh, density)  # as the mass matrix has them: g is g at every node
+    N, w, density = _mass_quadrature(mesh, density)  # as the mass matrix has them: g is g at every node
     if depth:
         from softmark.solvers.energies.axisymmetric import circumference_in_slices
 
@@ -132,7 +136,7 @@ def nodal_mass(mesh: Mesh, parts: Integration, density: Any, mass: Distribution,
     return carried
 
 
-def _massive(mesh: Mesh, density: Any) -> tuple[Floats, Floats, float]:
+def _mass_quadrature(mesh: Mesh, density: Any) -> tuple[Floats, Floats, float]:
     """Return shape functions (q, a), volumes (m, q), m^3, of the points of mass integrals, and the density, kg/m^3.
 
     A varying density is multiplied into the volumes, and the returned density is one. Shape functions are (m, q, a) if
@@ -152,12 +156,12 @@ def mass_matrix(mesh: Mesh, parts: Integration, density: Any, mass: Distribution
 
     if mass == "uniform":
         return np.repeat(nodal_mass(mesh, parts, density, mass), 3)
-    N, w, density = _massive(mesh, density)
+    N, w, density = _mass_quadrature(mesh, density)
     form = consistent_mass if mass == "consistent" else lumped_mass
     return form(mesh.cells, N, w, density, len(mesh.points))
 
 
-def _at_point(dead: Floats, case: Case, load: Declared, at: Vector3, force: Vector3, mesh: Mesh) -> None:
+def _add_point_force(dead: Floats, case: Case, load: Declared, at: Vector3, force: Vector3, mesh: Mesh) -> None:
     place = locate_points(mesh, np.array([at]))
     if case.shape.file and place.outside[0] > 0:
         away = units.format_value(float(place.outside[0]), units.LENGTH)
@@ -174,7 +178,7 @@ def _at_point(dead: Floats, case: Case, load: Declared, at: Vector3, force: Vect
     np.add.at(dead, place.nodes, place.N[:, :, None] * (np.array(force) / len(place.nodes)))
 
 
-def _along_line(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> None:
+def _add_line_force(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> None:
     """Add a force per length along a line, cell by cell. Raises Fault where the line leaves the body."""
     from softmark.solvers.mesh.mesh_line import integrate_along
 
@@ -192,7 +196,7 @@ def _along_line(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> None:
     np.add.at(dead, place.nodes, (w[:, None] * place.N)[:, :, None] * np.array(line.force))
 
 
-def _surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> LoadedSurface:
+def _loaded_surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> LoadedSurface:
     """Return the loaded surface of a load. Raises Fault, also if the load is incompatible with planes of symmetry."""
     found = surface_of(case, load, where, mesh)
     must_not_act_on_axis(case, load, mesh.points[found.touched], mesh.points)

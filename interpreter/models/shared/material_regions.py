@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Piece:
+class MaterialRegion:
     """Cells of one material: a case with that material only, and a mesh of these cells over all nodes.
 
     `which` (k,) are their indices in the whole mesh, and `number` is the index of the material. Where constants vary in
@@ -42,16 +42,16 @@ class Piece:
         return heterogeneous_material.density_of(case)
 
 
-def sampled(each: tuple[Piece, ...], pressures: bool = False) -> tuple[Piece, ...]:
+def sample_regions(each: tuple[MaterialRegion, ...], pressures: bool = False) -> tuple[MaterialRegion, ...]:
     """Return the pieces with varying constants evaluated at their integration points. Raises Fault.
 
     If cells need more points than those of their element, `parts` has these; with `pressures`, they also integrate the
     pressures.
     """
-    return each if all(own.case.uniform for own in each) else tuple(_sampled(own, pressures) for own in each)
+    return each if all(own.case.uniform for own in each) else tuple(_sample_region(own, pressures) for own in each)
 
 
-def _sampled(own: Piece, pressures: bool) -> Piece:
+def _sample_region(own: MaterialRegion, pressures: bool) -> MaterialRegion:
     from softmark.interpreter.models.shared import heterogeneous_material
 
     if own.case.uniform:
@@ -97,7 +97,7 @@ def _local(seen: Any, own: Mesh) -> LocalPoints | None:
     return None if seen is None or seen.rule is None else seen.rule.local(own)
 
 
-def must_be_mirrored(each: tuple[Piece, ...]) -> None:
+def must_be_mirrored(each: tuple[MaterialRegion, ...]) -> None:
     """Raise Fault if fibre directions are incompatible with planes of symmetry."""
     for own in each:
         case = own.graded or own.case
@@ -108,30 +108,30 @@ def must_be_mirrored(each: tuple[Piece, ...]) -> None:
             anisotropy_limits.must_be_mirrored(case, rule_positions(own.mesh, own.mesh.element.quadrature()))
 
 
-def pieces(case: Case, mesh: Mesh, parts: Integration) -> tuple[Piece, ...]:
+def regions_by_material(case: Case, mesh: Mesh, parts: Integration) -> tuple[MaterialRegion, ...]:
     """Return the cells of every material that has some; for one material, the whole mesh. Raises Fault."""
     if not case.parts:
-        return (Piece(case, mesh, parts, slice(None)),)
+        return (MaterialRegion(case, mesh, parts, slice(None)),)
     from softmark.interpreter.models.shared import region_cells
 
-    return tuple(Piece(*own) for own in region_cells.pieces(case, mesh, parts))
+    return tuple(MaterialRegion(*own) for own in region_cells.region_meshes(case, mesh, parts))
 
 
-def _whole(case: Case, mesh: Mesh) -> tuple[Piece, ...]:
+def _regions_of_elements(case: Case, mesh: Mesh) -> tuple[MaterialRegion, ...]:
     """Return the cells of every material, with the quadrature of their element."""
     from softmark.solvers.mesh.element_interpolation import integrate_cells
 
-    return pieces(case, mesh, integrate_cells(mesh))
+    return regions_by_material(case, mesh, integrate_cells(mesh))
 
 
-def lost(case: Case, mesh: Mesh) -> float:
+def largest_quadrature_error(case: Case, mesh: Mesh) -> float:
     """Return the largest relative quadrature error of an integral of a varying constant."""
     from softmark.interpreter.models.shared import heterogeneous_material
 
-    return heterogeneous_material.largest_quadrature_error(case, mesh, partial(_whole, case, mesh))
+    return heterogeneous_material.largest_quadrature_error(case, mesh, partial(_regions_of_elements, case, mesh))
 
 
-def typical(case: Case, mesh: Mesh | None) -> tuple[Any, ...]:
+def representative_materials(case: Case, mesh: Mesh | None) -> tuple[Any, ...]:
     """Return the representative materials as `Case.typical` does, but from the cells of a mesh.
 
     Files are read, and values outside the body do not count.
@@ -140,7 +140,7 @@ def typical(case: Case, mesh: Mesh | None) -> tuple[Any, ...]:
         return case.typical
     from softmark.interpreter.models.shared import heterogeneous_material
 
-    return heterogeneous_material.representative_materials(case, mesh, partial(_whole, case, mesh))
+    return heterogeneous_material.representative_materials(case, mesh, partial(_regions_of_elements, case, mesh))
 
 
 def facts(case: Case, mesh: Mesh | None) -> dict[str, Any]:
@@ -153,7 +153,7 @@ def facts(case: Case, mesh: Mesh | None) -> dict[str, Any]:
     if not case.uniform and mesh is not None:
         from softmark.interpreter.models.shared import heterogeneous_material
 
-        found |= heterogeneous_material.facts(case, mesh, partial(_whole, case, mesh))
+        found |= heterogeneous_material.facts(case, mesh, partial(_regions_of_elements, case, mesh))
     return found
 
 
@@ -167,7 +167,7 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
     if not case.uniform:
         from softmark.interpreter.models.shared import heterogeneous_material
 
-        found = (*found, *heterogeneous_material.notes(declared, case, mesh, partial(_whole, case, mesh)))
+        found = (*found, *heterogeneous_material.notes(declared, case, mesh, partial(_regions_of_elements, case, mesh)))
     return found
 
 
@@ -180,7 +180,7 @@ def softer_by(case: Case, mesh: Mesh, u: Any, pressures: bool) -> float:
         return 0.0
     from softmark.interpreter.models.shared import stiffness_warnings
 
-    return stiffness_warnings.softer_by(u, _whole(case, mesh), pressures)
+    return stiffness_warnings.softer_by(u, _regions_of_elements(case, mesh), pressures)
 
 
 def stiffer_by(case: Case, mesh: Mesh, u: Any, p: Any) -> float:
@@ -192,10 +192,12 @@ def stiffer_by(case: Case, mesh: Mesh, u: Any, p: Any) -> float:
         return 0.0
     from softmark.interpreter.models.shared import stiffness_warnings
 
-    return stiffness_warnings.stiffer_by(u, _whole(case, mesh), p)
+    return stiffness_warnings.stiffer_by(u, _regions_of_elements(case, mesh), p)
 
 
-def softness_note(declared: Declared, each: tuple[Piece, ...], u: Any, p: Any = None) -> tuple[Diagnostic, ...]:
+def softness_note(
+    declared: Declared, each: tuple[MaterialRegion, ...], u: Any, p: Any = None
+) -> tuple[Diagnostic, ...]:
     """Return warnings that a body may be softer or stiffer than its cells, because moduli vary within them.
 
     `u` (n, 3) are displacements, m, and `p` (m, b) the pressures of cells, Pa, if these are unknowns.
@@ -208,7 +210,7 @@ def softness_note(declared: Declared, each: tuple[Piece, ...], u: Any, p: Any = 
     return tuple(stiffness_warnings.softness_note(declared, u, parts, p))
 
 
-def of_cells(case: Case, mesh: Any) -> Any:
+def cell_constants(case: Case, mesh: Any) -> Any:
     """Return a function that computes the varying constants of the cells of a deformed mesh, for files; None without
     any.
     """
@@ -216,4 +218,4 @@ def of_cells(case: Case, mesh: Any) -> Any:
         return None
     from softmark.interpreter.models.shared import heterogeneous_material
 
-    return lambda: heterogeneous_material.cell_means(mesh.mesh, _whole(case, mesh.mesh))
+    return lambda: heterogeneous_material.cell_means(mesh.mesh, _regions_of_elements(case, mesh.mesh))

@@ -5,24 +5,24 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Self
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.models.shared.load_setup import at_nodes
+from softmark.interpreter.models.shared.load_setup import nodal_forces_at_rest
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.mesh import Mesh
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.shared.prepared_model import Moved
+    from softmark.interpreter.models.shared.prepared_model import DeformedMesh
     from softmark.solvers.mesh.shape import Shape
 
 
-class OnMesh:
+class MeshBasedModel:
     """Prepared model on a mesh: the body's `shape`, its `mesh`, and every load `applied` separately, at full size."""
 
     shape: Shape
     mesh: Mesh
     applied: tuple[tuple[Declared, Energy], ...]
 
-    def after(self, before: Moved) -> Self:
+    def after(self, before: DeformedMesh) -> Self:
         """Return the model itself, because it starts from rest."""
         return self
 
@@ -33,7 +33,7 @@ class OnMesh:
 
     def forces(self) -> list[tuple[Declared, Floats]]:
         """Return the nodal forces (n, 3), N, of every load separately, on the undeformed body."""
-        return [(load, at_nodes(energy, self.points)) for load, energy in self.applied]
+        return [(load, nodal_forces_at_rest(energy, self.points)) for load, energy in self.applied]
 
     def outside(self, X: Floats) -> float:
         """Return the largest distance of points X (n, 3), m, outside a mesh that was read from a file, m."""

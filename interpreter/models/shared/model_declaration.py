@@ -196,7 +196,9 @@ class Model:
             from softmark.interpreter.models.shared import fluid_capabilities
 
             yield from (
-                fluid_capabilities.refusals(self, declared, case) if case.porous else fluid_capabilities.refuse_unused_drains(case)
+                fluid_capabilities.refusals(self, declared, case)
+                if case.porous
+                else fluid_capabilities.refuse_unused_drains(case)
             )
         elif case.remembers:
             from softmark.interpreter.models.shared import relaxation_capabilities

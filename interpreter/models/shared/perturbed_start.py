@@ -68,7 +68,7 @@ def solid_state(known: Disturbance, problem: Statics, points: Floats, cells: Int
     return x
 
 
-def of_solid(known: Disturbance, problem: Statics, points: Floats, elastic: Elastic) -> Equilibrium:
+def recover_solid(known: Disturbance, problem: Statics, points: Floats, elastic: Elastic) -> Equilibrium:
     """Find the equilibrium to which a perturbed solid returns. Raises NotConverged."""
     from softmark.solvers.statics.recovery_from_perturbation import Tangled, inside_out, recovered
 
@@ -80,7 +80,7 @@ def of_solid(known: Disturbance, problem: Statics, points: Floats, elastic: Elas
     )
 
 
-def of_springs(known: Disturbance, problem: Statics, points: Floats, elastic: Elastic) -> Equilibrium:
+def recover_springs(known: Disturbance, problem: Statics, points: Floats, elastic: Elastic) -> Equilibrium:
     """Find the equilibrium of a perturbed spring network along the cells of `elastic`. Raises NotConverged.
 
     The law of `elastic` is not used. Springs do not distinguish inside from outside: only their own energy guides the
@@ -93,7 +93,7 @@ def of_springs(known: Disturbance, problem: Statics, points: Floats, elastic: El
     return recovered(problem, tangled)
 
 
-def of_rod(known: Disturbance, problem: Statics, rest: Floats) -> Equilibrium:
+def recover_rod(known: Disturbance, problem: Statics, rest: Floats) -> Equilibrium:
     """Find the equilibrium of a perturbed rod. Raises NotConverged.
 
     Its sections are rotated at random if it is scrambled or spun.

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 Status = Literal["converged", "capped", "read", "not_converged", "diverged", "failed", "skipped", "unsupported"]
 
 
-class Moved(Protocol):
+class DeformedMesh(Protocol):
     """Mesh with nodal displacements and contact state, for exported files and for the next state.
 
     `shared/deformed_mesh.py` has an implementation.
@@ -95,7 +95,7 @@ class Moved(Protocol):
 
 
 @dataclass(frozen=True)
-class Spent:
+class ElapsedTime:
     """Wall and CPU time, s, of a solution by an external program; if `most`, they are upper bounds."""
 
     wall_s: float
@@ -135,14 +135,14 @@ class Solution:
     displacement: Callable[[NDArray[np.float64]], NDArray[np.float64]] | None = None  # (n, 3) -> (n, 3), m
     notes: tuple[Diagnostic, ...] = ()
     history: History | None = None  # of a dynamic analysis; `displacement` is then that of its end
-    mesh: Moved | None = None  # of a model that has one
+    mesh: DeformedMesh | None = None  # of a model that has one
     stress: Callable[[], Stresses] | None = (
         None  # of a model on a mesh (`postprocessing/mesh_stress.py`); it raises NoStress
     )
     carried: Callable[[], Carried] | None = None  # what acts at its nodes, of a state of rest; found when asked for
     followed: Followed | None = None  # of a motion with contacts: what these do
     at_rest: EquilibriumForces | None = None  # what that comes to: of solutions that an error is stated from
-    spent: Spent | None = None  # of one that another program solved: our clock knows nothing of it
+    spent: ElapsedTime | None = None  # of one that another program solved: our clock knows nothing of it
     reduction_error: Callable[[], ReductionError] | None = None  # of a reduced model, against the full equations
     step_errors: Callable[[], ModalErrors | None] | None = None  # of a motion, made when asked for: costs little
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz, about a static equilibrium
@@ -180,7 +180,7 @@ class Prepared(Protocol):
     def warm(self) -> None:
         """Compile or load whatever the solution needs, outside the timing."""
 
-    def after(self, before: Moved) -> Prepared:
+    def after(self, before: DeformedMesh) -> Prepared:
         """Return the model with the state before as its start; the model itself if it starts from rest."""
 
     def solve(self, watch: Watch) -> Solution:
@@ -209,7 +209,7 @@ class Meshless:
         """Return 0: points are checked earlier against the declared shape."""
         return 0.0
 
-    def after(self, before: Moved) -> Self:
+    def after(self, before: DeformedMesh) -> Self:
         """Return the model itself, because it starts from rest."""
         return self
 
@@ -218,12 +218,12 @@ class Meshless:
 
 
 @dataclass
-class Workshop:
+class BuildContext:
     """Meshes that models of one run share, and the scene, for a model that needs the metrics it is assessed by."""
 
     meshes: dict[tuple[Any, ...], Any] = field(default_factory=dict)
     seconds: dict[tuple[Any, ...], tuple[float, float]] = field(default_factory=dict)  # wall, CPU
     borrowed: tuple[float, float] = (0.0, 0.0)  # what the meshes cost that the present model found made
     scene: Scene | None = None
-    build: Callable[[Declared, Case, Workshop], Prepared] | None = None  # another model: builders.build
+    build: Callable[[Declared, Case, BuildContext], Prepared] | None = None  # another model: builders.build
     measured: Mapping[str, Any] = field(default_factory=dict)  # what references of measured data hold

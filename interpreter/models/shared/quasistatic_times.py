@@ -32,7 +32,7 @@ KINKED = 1e-3  # of a table's largest value: steps end at its rows that are fart
 BEFORE = 1e-9  # of a step: where a course is looked at before it jumps
 
 
-def whole_of(case: Case) -> Case:
+def case_at_full_size(case: Case) -> Case:
     """Return the case with all loads, supports and drains at full size."""
 
     def full(declared: Declared) -> Declared:
@@ -45,7 +45,7 @@ def whole_of(case: Case) -> Case:
 
 
 @dataclass(frozen=True)
-class Timed:
+class AmplitudeSchedule:
     """Loads and supports over time: `courses` of every load, `movers`, and the full support displacements `target`
     (c,).
 
@@ -61,7 +61,7 @@ class Timed:
 
     @classmethod
     def of(cls, case: Case, driven: Iterable[tuple[Declared, Energy]], owners: Iterable[Declared], target: Floats
-           ) -> Timed:  # fmt: skip
+           ) -> AmplitudeSchedule:  # fmt: skip
         """Return the amplitudes of a case at full size.
 
         `driven` has each load separately, and `owners` the support that imposes each entry of the target (c,).

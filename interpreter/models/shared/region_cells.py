@@ -35,7 +35,7 @@ THIN = 0.25  # of a cell: more than that no curve leaves between nodes that foll
 
 
 @dataclass(frozen=True)
-class Taken:
+class RegionVolume:
     """Volume of a region, m^3: `asked` by the scene, and `taken` by its cells on a mesh.
 
     `missed` lies in cells of another material, and `beyond` in its own cells but outside the region. `bent` is the part
@@ -47,7 +47,7 @@ class Taken:
 
     asked: float
     taken: float
-    missed: float
+    region_errors: float
     beyond: float
     beside: float
     bent: float = 0.0
@@ -68,7 +68,7 @@ class Taken:
 
 
 @dataclass(frozen=True)
-class Owners:
+class CellMaterials:
     """Index of the material of every cell (m,), 0 for the body, and the volumes of each region.
 
     `shares` (r + 1, m) are the volume fractions of every material in each cell, first the body; `sizes` (m,) are cell
@@ -76,7 +76,7 @@ class Owners:
     """
 
     cells: Ints
-    taken: tuple[Taken, ...]
+    taken: tuple[RegionVolume, ...]
     shares: Floats
     sizes: Floats
 
@@ -84,15 +84,17 @@ class Owners:
         """Return the direction, 1 (more cells) or -1 (fewer), in which assigning all cut cells of a region changes more
         volume.
         """
-        most = _most(self.shares)
-        more, less = (float(self.sizes[_leaning(self.shares, most, part, way) != most].sum()) for way in (1, -1))
+        most = _dominant_material(self.shares)
+        more, less = (
+            float(self.sizes[_assign_cut_cells(self.shares, most, part, way) != most].sum()) for way in (1, -1)
+        )
         return 1 if more >= less else -1
 
 
-def pieces(case: Case, mesh: Mesh, parts: Integration) -> Iterator[tuple[Case, Mesh, Integration, Ints, int]]:
+def region_meshes(case: Case, mesh: Mesh, parts: Integration) -> Iterator[tuple[Case, Mesh, Integration, Ints, int]]:
     """Yield the cells of every material that has some, as fields of `Piece` (material_regions.py). Raises Fault."""
     for number, material in enumerate(case.materials):
-        which = np.flatnonzero(owners(case, mesh).cells == number)
+        which = np.flatnonzero(materials_of_cells(case, mesh).cells == number)
         if len(which):
             own = Integration(np.ascontiguousarray(parts.dNdX[which]), parts.w[which], parts.N)
             alone = replace(case, other_material=material, parts=())
@@ -109,25 +111,25 @@ def submesh(mesh: Mesh, which: Ints) -> Mesh:
     return kept[-1][1]
 
 
-def owners(case: Case, mesh: Mesh) -> Owners:
+def materials_of_cells(case: Case, mesh: Mesh) -> CellMaterials:
     """Return the material of every cell, cached in the mesh. Raises Fault for regions that overlap or are empty."""
-    key = Owners, tuple((part.thing.where, part.thing.over) for part in case.parts), case.leaning
+    key = CellMaterials, tuple((part.thing.where, part.thing.over) for part in case.parts), case.leaning
     if key not in mesh.selections:
         mesh.selections[key] = _found(case, mesh)
-    found: Owners = mesh.selections[key]
+    found: CellMaterials = mesh.selections[key]
     return found
 
 
-def _found(case: Case, mesh: Mesh) -> Owners:
+def _found(case: Case, mesh: Mesh) -> CellMaterials:
     kind = cells_of(mesh, case.depth)
-    _disjoint(case, mesh)
+    _must_be_disjoint(case, mesh)
     parts = remaining_conditions(case)
     shares = np.array([fractions(where, kind, mesh) for where in parts])  # (r, m)
-    along = [_along(where, mesh, f) for where, f in zip(parts, shares, strict=True)]
+    along = [_follows_curve(where, mesh, f) for where, f in zip(parts, shares, strict=True)]
     shares = np.vstack([np.clip(1.0 - shares.sum(axis=0), 0.0, 1.0), shares])
     shares[0, shares[0] <= SMALL] = 0.0  # of the body: what rounding leaves
-    most = _most(shares)
-    cells = most if case.leaning == (0, 0) else _leaning(shares, most, *case.leaning)
+    most = _dominant_material(shares)
+    cells = most if case.leaning == (0, 0) else _assign_cut_cells(shares, most, *case.leaning)
     asked = shares @ kind.sizes
     taken = []
     for i, part in enumerate(case.parts, start=1):
@@ -135,13 +137,13 @@ def _found(case: Case, mesh: Mesh) -> Owners:
         least = float(beside[beside > SMALL * asked.sum()].min(initial=asked[i]))
         alike = any(other.thing.material == part.thing.material for other in case.parts[: i - 1])
         if alike and asked[i] <= SMALL * asked.sum():  # it lies within another of the same material
-            taken.append(Taken(0.0, 0.0, 0.0, 0.0, least))
+            taken.append(RegionVolume(0.0, 0.0, 0.0, 0.0, least))
         else:
-            taken.append(_taken(part, kind.sizes, shares[i], cells == i, along[i - 1], least))
-    return Owners(cells, tuple(taken), shares, kind.sizes)
+            taken.append(_region_volume(part, kind.sizes, shares[i], cells == i, along[i - 1], least))
+    return CellMaterials(cells, tuple(taken), shares, kind.sizes)
 
 
-def _along(where: Condition, mesh: Mesh, share: Floats) -> Bools:
+def _follows_curve(where: Condition, mesh: Mesh, share: Floats) -> Bools:
     """Return which cells (m,) have nodes on a border but none beyond it, so that a curve cuts only a thin part of them."""
     found = np.minimum(share, 1.0 - share) <= THIN
     on = np.zeros_like(found)
@@ -153,22 +155,22 @@ def _along(where: Condition, mesh: Mesh, share: Floats) -> Bools:
     return np.asarray(found & on)
 
 
-def _leaning(shares: Floats, most: Ints, part: int, side: int) -> Ints:
+def _assign_cut_cells(shares: Floats, most: Ints, part: int, side: int) -> Ints:
     """Return the materials of cells (m,) if all cells cut by the border of a region belong to it, or none of them."""
     own, others = shares[part], shares.copy()
     others[part] = -1.0
     crossed = (own > SMALL) & (own < 1.0 - WHOLE)
-    found: Ints = np.where(crossed, part if side > 0 else _most(others), most)
+    found: Ints = np.where(crossed, part if side > 0 else _dominant_material(others), most)
     return found
 
 
-def _most(shares: Floats) -> Ints:
+def _dominant_material(shares: Floats) -> Ints:
     """Return the material with the largest fraction of each cell (m,); among equal ones a region precedes the body."""
     found: Ints = len(shares) - 1 - np.argmax(np.round(shares, 9)[::-1], axis=0)
     return found
 
 
-def _taken(part: Declared, sizes: Floats, share: Floats, own: Any, along: Bools, beside: float) -> Taken:
+def _region_volume(part: Declared, sizes: Floats, share: Floats, own: Any, along: Bools, beside: float) -> RegionVolume:
     """Return the volumes of one region. Raises Fault if it is empty."""
     asked = float(share @ sizes)
     if asked <= SMALL * float(sizes.sum()):
@@ -179,10 +181,10 @@ def _taken(part: Declared, sizes: Floats, share: Floats, own: Any, along: Bools,
     wrong = np.where(own, 1.0 - share, share) * sizes
     missed, beyond, bent = (float(wrong[which].sum()) for which in (~own, own, along))
     missed, beyond = (0.0 if v <= WHOLE * asked else v for v in (missed, beyond))
-    return Taken(asked, float(sizes[own].sum()), missed, beyond, beside, bent)
+    return RegionVolume(asked, float(sizes[own].sum()), missed, beyond, beside, bent)
 
 
-def _disjoint(case: Case, mesh: Mesh) -> None:
+def _must_be_disjoint(case: Case, mesh: Mesh) -> None:
     """Raise Fault if regions of different materials share a volume and none is declared to lie over the other."""
     kind = cells_of(mesh, case.depth)
     for a, b in unordered_overlaps(case):
@@ -198,7 +200,7 @@ def _disjoint(case: Case, mesh: Mesh) -> None:
 def facts(case: Case, mesh: Mesh) -> dict[str, Any]:
     """Return the `regions` part of a report."""
     found = {}
-    for part, own in zip(case.parts, owners(case, mesh).taken, strict=True):
+    for part, own in zip(case.parts, materials_of_cells(case, mesh).taken, strict=True):
         found[part.name] = {
             "asked_m3": own.asked, "taken_m3": own.taken, "missed_m3": own.missed, "beyond_m3": own.beyond,
         }  # fmt: skip
@@ -207,7 +209,7 @@ def facts(case: Case, mesh: Mesh) -> dict[str, Any]:
 
 def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
     """Yield warnings where cells do not follow a region."""
-    for part, own in zip(case.parts, owners(case, mesh).taken, strict=True):
+    for part, own in zip(case.parts, materials_of_cells(case, mesh).taken, strict=True):
         if own.off <= MISSED:
             continue
         at = declared.at("size" if declared.thing.own_mesh is None else "mesh")
@@ -221,7 +223,7 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
         )  # fmt: skip
 
 
-def missed(case: Case, prepared: Prepared) -> list[tuple[float, tuple[int, int]]]:
+def region_errors(case: Case, prepared: Prepared) -> list[tuple[float, tuple[int, int]]]:
     """Return for every region that cells do not follow its relative volume error, and the side of a bounding solution.
 
     The error is infinite unless the border cuts next to no volume from cells, as a polygon does from a circle. The side
@@ -230,7 +232,7 @@ def missed(case: Case, prepared: Prepared) -> list[tuple[float, tuple[int, int]]
     """
     if not case.parts or prepared.mesh is None:
         return []
-    own, found = owners(case, prepared.mesh), []
+    own, found = materials_of_cells(case, prepared.mesh), []
     for number, taken in enumerate(own.taken, start=1):
         if taken.off > 0.0:
             way = (number, own.side(number)) if taken.off > MISSED else (0, 0)

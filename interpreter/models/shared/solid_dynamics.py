@@ -15,7 +15,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.shared import self_intersections
 from softmark.interpreter.models.shared.mesh_notes import mesh_facts
-from softmark.interpreter.models.shared.prepared_model import ModalErrors, Moved, Prepared, Solution, Status
+from softmark.interpreter.models.shared.prepared_model import DeformedMesh, ModalErrors, Prepared, Solution, Status
 from softmark.interpreter.problem.amplitude_tables import table_fault
 from softmark.interpreter.problem.body_case import Case, Fault, Touch
 from softmark.interpreter.results.even_thinning import pick_evenly
@@ -97,7 +97,7 @@ class PreparedMotion:
         """Undeformed points that loads act at (n, 3), m."""
         return self.static.points
 
-    def after(self, before: Moved) -> Self:
+    def after(self, before: DeformedMesh) -> Self:
         """Return the analysis itself, because dynamic analyses have no states."""
         return self
 

@@ -17,11 +17,11 @@ from softmark.interpreter.models.postprocessing import nodal_forces
 from softmark.interpreter.models.postprocessing.vibrations import about
 from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.deformed_mesh import Deformed, displacement_of
-from softmark.interpreter.models.shared.load_setup import mass_matrix, single_loads, together
-from softmark.interpreter.models.shared.mesh_based_model import OnMesh
+from softmark.interpreter.models.shared.load_setup import mass_matrix, merge_loads, single_loads
+from softmark.interpreter.models.shared.mesh_based_model import MeshBasedModel
 from softmark.interpreter.models.shared.mesh_notes import filled_notes, mesh_facts, sliver_note, volume_note
-from softmark.interpreter.models.shared.perturbed_start import Disturbance, disturbance_of, of_springs
-from softmark.interpreter.models.shared.prepared_model import Moved, Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.perturbed_start import Disturbance, disturbance_of, recover_springs
+from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
 from softmark.interpreter.models.shared.solid_dynamics import PreparedMotion, in_motion
 from softmark.interpreter.models.shared.support_constraints import solid_supports
 from softmark.interpreter.models.shared.support_selection import held_notes
@@ -49,7 +49,7 @@ PATIENCE = 60  # Newton iterations of a trial; a network that does not collapse 
 
 
 @dataclass(frozen=True)
-class PreparedSprings(OnMesh):
+class PreparedSprings(MeshBasedModel):
     """Spring network: its mesh, springs, static problem, and the result of fitting their stiffness."""
 
     model: MassSpring
@@ -78,7 +78,7 @@ class PreparedSprings(OnMesh):
         """Springs and loads over all nodes."""
         return self.problem.assembly
 
-    def after(self, before: Moved) -> PreparedSprings:
+    def after(self, before: DeformedMesh) -> PreparedSprings:
         """Return the model with the state before as its start, unless a perturbed start is declared."""
         return self if self.disturbance else replace(self, before=np.ravel(before.displacement))
 
@@ -96,7 +96,7 @@ class PreparedSprings(OnMesh):
         if self.disturbance is None:
             return equilibrium(problem)
         cells = Elastic(self.mesh.cells, self.parts.dNdX, self.parts.w, SmallStrain(1.0, 1.0))
-        return of_springs(self.disturbance, problem, self.mesh.points, cells)
+        return recover_springs(self.disturbance, problem, self.mesh.points, cells)
 
     def _loose(self, d: Floats) -> str:
         return static_result.unresisted(self.mesh.points, d.reshape(-1, 3))
@@ -181,7 +181,7 @@ def load(model: MassSpring) -> None:
         warm_kernels()
 
 
-def prepare(model: MassSpring, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+def prepare(model: MassSpring, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build the static or dynamic spring network, and fit it if calibrated. Raises Fault."""
     mesh = mesh_of(model.solid, declared, case, workshop)
     parts = integrate_cells(mesh)
@@ -224,7 +224,7 @@ def statics_of(case: Case, mesh: Mesh, parts: Integration, springs: Springs, mea
     """Return the static problem, with the loads and supports of a solid on the same mesh. Raises Fault."""
     fixed, target, way = solid_supports(case, mesh, measured)
     dofs = mesh.points.size
-    loads = together(single_loads(case, mesh, parts, small=False, mass="lumped"), dofs)
+    loads = merge_loads(single_loads(case, mesh, parts, small=False, mass="lumped"), dofs)
     return Statics(
         Assembly(dofs, fixed, [springs], loads),
         VectorSpace(dofs),
@@ -242,7 +242,7 @@ def statics_of(case: Case, mesh: Mesh, parts: Integration, springs: Springs, mea
 # ------------------------------------------------------------------ fitting
 
 
-def _fitted(built: PreparedSprings, case: Case, workshop: Workshop) -> PreparedSprings:
+def _fitted(built: PreparedSprings, case: Case, workshop: BuildContext) -> PreparedSprings:
     """Return the network with its stiffness times the best factor. Raises Fault."""
     if workshop.scene is None:
         raise fault("E521", built.declared.at("stiffness"), f"`{built.declared.name}` has no scene to be fitted to")

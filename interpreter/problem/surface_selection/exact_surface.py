@@ -13,7 +13,7 @@ from softmark.interpreter.language.coordinate_conditions import EVERYWHERE, Cond
 from softmark.interpreter.problem.surface_selection.containment import HERE, Point, inside_condition
 from softmark.interpreter.problem.surface_selection.facet_patches import ConditionOnPatches, Floats, Patches
 from softmark.interpreter.problem.surface_selection.selected_facets import Part, select_patches
-from softmark.interpreter.problem.surface_selection.sphere_selection import symmetry_cuts, select_curved_side
+from softmark.interpreter.problem.surface_selection.sphere_selection import select_curved_side, symmetry_cuts
 from softmark.records import dataclass
 from softmark.solvers.mesh.boolean_shapes import Combined
 from softmark.solvers.mesh.curved_boundary import ConeSide, CylinderSide, EllipsoidSide

@@ -1,1 +1,1 @@
-"""Curves as SVG: axes, marks, colours, and labels that do not meet."""
+"""Charts as SVG: axes, markers, colours, and labels that do not overlap."""

@@ -1,4 +1,4 @@
-"""Axes: from a range of SI values to ticks with labels, linear or logarithmic."""
+"""Chart axes: ticks with labels for a range of SI values, linear or logarithmic."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Axis:
-    """A range in SI with its ticks; `log` spaces it by decades."""
+    """A range in SI with its ticks; `log` for a logarithmic scale."""
 
     low: float
     high: float
@@ -25,21 +25,21 @@ class Axis:
     log: bool = False
 
     def at(self, value: float) -> float:
-        """Where a value lies: 0 at the low end, 1 at the high end."""
+        """Return the position of a value: 0 at the low end, 1 at the high end."""
         if self.log:
             return math.log(value / self.low) / math.log(self.high / self.low)
         return (value - self.low) / (self.high - self.low)
 
 
 def nice_step(span: float, about: int) -> float:
-    """The step out of 1, 2, 2.5, 5 times a power of ten that divides a span into about so many parts."""
+    """Return the step of 1, 2, 2.5 or 5 times a power of ten that divides a span into about `about` parts."""
     raw = span / max(about, 1)
     decade = 10.0 ** math.floor(math.log10(raw))
     return next(m * decade for m in (1.0, 2.0, 2.5, 5.0, 10.0) if m * decade >= raw * 0.999)
 
 
 def linear(low: float, high: float, name: str, unit: str, about: int = 6) -> Axis:
-    """An axis from low to high with round ticks in the unit that fits."""
+    """Return an axis from low to high with round ticks in a suitable unit."""
     scale = choose_scale((low, high), unit)
     step = nice_step((high - low) / scale.factor, about)
     decimals = max(0, (1 if _mantissa(step) == 2.5 else 0) - math.floor(math.log10(step) + 1e-9))
@@ -53,7 +53,7 @@ def _mantissa(step: float) -> float:
 
 
 def whole(low: int, high: int, name: str, about: int = 6) -> Axis:
-    """An axis of whole numbers."""
+    """Return an axis of whole numbers."""
     high = max(high, low + 1)
     step = max(1, round(nice_step(high - low, about)))
     first = -(-low // step) * step
@@ -62,9 +62,9 @@ def whole(low: int, high: int, name: str, about: int = 6) -> Axis:
 
 
 def logarithmic(low: float, high: float, name: str, unit: str, about: int = 7) -> Axis:
-    """An axis that holds low and high, with ticks at decades: lengths `10 µm`, plain numbers `10⁻³`.
+    """Return an axis that includes low and high, with ticks at decades: lengths `10 µm`, plain numbers `10⁻³`.
 
-    Its ends are 1, 2 or 5 times a power of ten; it spans a decade at least, so that there are two ticks.
+    Its ends are 1, 2 or 5 times a power of ten; it spans at least a decade, so that there are two ticks.
     """
     bottom, top = _round_down(low), _round_up(high)
     if top < 10 * bottom:

@@ -1,7 +1,7 @@
-"""Where the names of curves stand: by their ends if there is room, further off with a thin line, or nowhere.
+"""Placement of curve names: at the end of the curve, farther away with a thin leader line, or only in the legend.
 
-Of the places that fit, the one is taken whose line is short and crosses least; a legend has the names that
-fit nowhere.
+Among the positions that fit, the one with the shortest leader line and the fewest crossings is chosen. A name that fits
+nowhere appears only in the legend.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ ANGLES = (-20, 25, -50, 55, 160, -160, 90, 125, -125, -90)  # degrees, clockwise
 
 @dataclass(frozen=True)
 class LabelPlace:
-    """Where a name stands; `line` leads to it from the end of its curve."""
+    """Position of a name; `line` is the leader line from the end of its curve."""
 
     x: float
     y: float
@@ -35,14 +35,14 @@ class LabelPlace:
     line: tuple[Point, Point] | None = None
 
     def box(self, name: str) -> Box:
-        """What the name covers."""
+        """Return the box that the name covers."""
         width = LETTER * len(name)
         left = self.x - {"start": 0.0, "middle": 0.5, "end": 1.0}[self.anchor] * width
         return left - 3, self.y - 12, left + width + 3, self.y + 5
 
 
 def places(paths: Sequence[Path], names: Sequence[str | None], area: Box) -> dict[int, LabelPlace]:
-    """A place for each name that fits into the area, on no curve and on no other name; None is not named."""
+    """Return a position for each name that fits into the area without covering curves or names; None is not labelled."""
     named = [i for i, path in enumerate(paths) if names[i] is not None and any(path)]
     ends = {i: [p for p in paths[i] if p][-1] for i in named}
     room = _Room(area, {i: [p for p in dense(paths[i]) if _in(p, area)] for i in named}, ends)
@@ -56,7 +56,7 @@ def places(paths: Sequence[Path], names: Sequence[str | None], area: Box) -> dic
 
 
 class _Room:
-    """What is drawn already: curves, their ends, names and the lines to them."""
+    """Occupied parts of the plot: curves, their ends, names and leader lines."""
 
     def __init__(self, area: Box, curves: dict[int, list[Point]], ends: dict[int, Point]) -> None:
         self.area = area
@@ -68,9 +68,9 @@ class _Room:
         self.lines = np.zeros((0, 2))
 
     def best(self, index: int, name: str, candidates: Iterable[LabelPlace]) -> LabelPlace | None:
-        """The cheapest place for the name of a curve, which is then taken; None if there is none.
+        """Return and occupy the cheapest position for the name of a curve; None if there is none.
 
-        Fines only add to the length of a line, so that longer lines than the cheapest so far are not looked at.
+        Penalties only add to the length of a line, so lines longer than the cheapest cost so far are skipped.
         """
         fitting = [place for place in candidates if self.fits(place.box(name))]
         chosen, least = None, math.inf
@@ -87,7 +87,7 @@ class _Room:
         return chosen
 
     def fits(self, box: Box) -> bool:
-        """Whether a box lies within the area and covers nothing."""
+        """Return whether a box lies within the area and covers nothing."""
         area = self.area
         if not (box[0] >= area[0] and box[1] >= area[1] and box[2] <= area[2] and box[3] <= area[3]):
             return False
@@ -96,7 +96,7 @@ class _Room:
         return not (_inside(self.points, box).any() or _inside(self.lines, box).any())
 
     def cost(self, index: int, place: LabelPlace) -> float:
-        """How far a name is from its end, in pixels, with a fine for everything that its line goes across."""
+        """Return the distance of a name from its end, in pixels, plus a penalty for everything its line crosses."""
         if place.line is None:
             return 0.0
         steps = np.array(_between(*place.line, 3.0))
@@ -113,13 +113,13 @@ def _length(place: LabelPlace) -> float:
 
 
 def _inside(points: Any, box: Box) -> Any:
-    """Which of the points (n, 2) a box covers (n,)."""
+    """Return which of the points (n, 2) are inside a box (n,)."""
     x, y = points[:, 0], points[:, 1]
     return (box[0] < x) & (x < box[2]) & (box[1] < y) & (y < box[3])
 
 
 def _near(points: Any, steps: Any, reach: float) -> Any:
-    """Which of the points (n, 2) are nearer than `reach` to one of the steps (k, 2): (n,)."""
+    """Return which of the points (n, 2) are closer than `reach` to one of the steps (k, 2): (n,)."""
     apart = points[:, None, :] - steps[None, :, :]
     return ((apart * apart).sum(axis=2) < reach * reach).any(axis=1)
 
@@ -129,7 +129,7 @@ def _in(point: Point, box: Box) -> bool:
 
 
 def _candidates(end: Point, crowd: bool, led: bool) -> Iterator[LabelPlace]:
-    """Beside the end unless others end there; with `led`, further off too."""
+    """Yield positions next to the end unless other curves end there; with `led`, also positions farther away."""
     x, y = end
     if not crowd:
         yield LabelPlace(x + 9, y + 4, "start")
@@ -146,7 +146,7 @@ def _candidates(end: Point, crowd: bool, led: bool) -> Iterator[LabelPlace]:
 
 
 def _led(end: Point, radius: float, angle: float) -> LabelPlace:
-    """A name some way off, with a line to it."""
+    """Return a position at a distance, with a leader line."""
     c, s = math.cos(angle), math.sin(angle)
     stop = end[0] + radius * c, end[1] + radius * s
     line = (end[0] + 6 * c, end[1] + 6 * s), stop
@@ -156,7 +156,7 @@ def _led(end: Point, radius: float, angle: float) -> LabelPlace:
 
 
 def runs(path: Path) -> Iterator[list[Point]]:
-    """The stretches of a path between its gaps."""
+    """Yield the pieces of a path between its gaps."""
     run: list[Point] = []
     for point in (*path, None):
         if point is not None:
@@ -167,7 +167,7 @@ def runs(path: Path) -> Iterator[list[Point]]:
 
 
 def dense(path: Path) -> Iterator[Point]:
-    """The points of a path and points between them, about 6 pixels apart."""
+    """Yield the points of a path with points between them, about 6 pixels apart."""
     for run in runs(path):
         yield run[0]
         for a, b in pairwise(run):
@@ -175,6 +175,6 @@ def dense(path: Path) -> Iterator[Point]:
 
 
 def _between(a: Point, b: Point, step: float) -> list[Point]:
-    """Points from a (left out) to b, about `step` pixels apart."""
+    """Return points from a (excluded) to b, about `step` pixels apart."""
     n = max(1, min(200, round(math.dist(a, b) / step)))
     return [(a[0] + (b[0] - a[0]) * i / n, a[1] + (b[1] - a[1]) * i / n) for i in range(1, n + 1)]

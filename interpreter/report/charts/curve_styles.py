@@ -1,7 +1,7 @@
-"""How curves are told apart: colour and dash and marker, so that no one of them is needed.
+"""Styles of curves: colour, dash and marker are redundant, so that none of them alone is needed.
 
-Colours are those of Okabe and Ito (2008) and three more, as classes `c0` to `c8` that `report.css` defines
-for light and dark paper. Models differ in all three; references are heavy and neutral and differ by their dash.
+Colours are those of Okabe and Ito (2008) and three more, as classes `c0` to `c8` that `report.css` defines for light
+and dark themes. Models differ in all three; references are heavy and neutral and differ by their dash.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Role = Literal["model", "reference", "rest", "phase", "bins"]
 
 @dataclass(frozen=True)
 class Look:
-    """The look of one curve; `marker` is a key of MARKERS or empty."""
+    """Style of one curve; `marker` is a key of MARKERS or empty."""
 
     role: Role
     colour: int = 0
@@ -25,7 +25,7 @@ class Look:
 
     @property
     def classes(self) -> str:
-        """Classes that `report.css` knows."""
+        """CSS classes defined in `report.css`."""
         return f"{self.role} c{self.colour}" if self.role in ("model", "bins") else self.role
 
 
@@ -77,17 +77,17 @@ REST = Look("rest", dash="1 4")
 
 
 def model_look(index: int) -> Look:
-    """The look of the model with this place among the models; all of the first 315 differ."""
+    """Return the style of the model with this index; the first 315 all differ."""
     names = tuple(MARKERS)
     return Look("model", index % COLOURS, MODEL_DASHES[index % len(MODEL_DASHES)], names[index % len(names)])
 
 
 def reference_look(index: int) -> Look:
-    """The look of the reference with this place among the references; from the seventh on, with markers."""
+    """Return the style of the reference with this index; from the seventh on, with markers."""
     marker = "" if index < len(REFERENCE_DASHES) else tuple(MARKERS)[index % len(MARKERS)]
     return Look("reference", 0, REFERENCE_DASHES[index % len(REFERENCE_DASHES)], marker)
 
 
 def phase_look(index: int) -> Look:
-    """The look of a phase of a solution: marker and dash only, the colour is the model's."""
+    """Return the style of a solution phase: only marker and dash, because the colour is the model's."""
     return Look("phase", 0, PHASE_DASHES[index % len(PHASE_DASHES)], tuple(MARKERS)[index % len(MARKERS)])

@@ -1,4 +1,4 @@
-"""A chart as inline SVG: grid, axes, curves with markers, and names at the ends of curves."""
+"""Line chart as inline SVG: grid, axes, curves with markers, and names at the ends of curves."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Curve:
-    """A line of SI points, None where there is no value; `column` is its first cell in the data table."""
+    """Curve of SI points, None at gaps; `column` is the index of its first column in the data table."""
 
     name: str
     look: Look
@@ -26,7 +26,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Chart:
-    """What is drawn: `width` and `height` of the plot, in pixels; `desc` says in words what it shows."""
+    """Chart content: `width` and `height` of the plot are in pixels; `desc` describes it in words."""
 
     identity: str
     title: str
@@ -44,7 +44,7 @@ class Chart:
     bottom: float = 52.0
 
     def pixel(self, point: Point) -> Point:
-        """Where a point lies in the picture."""
+        """Return the position of a point in the picture."""
         x, y = self.x.at(point[0]), self.y.at(point[1])
         return self.left + x * self.width, self.top + (1.0 - y) * self.height
 
@@ -55,13 +55,13 @@ class Chart:
 
     @cached_property
     def names(self) -> dict[int, LabelPlace]:
-        """Where the names of curves stand."""
+        """Positions of the names of curves."""
         wanted = [curve.name if curve.named and self.labels else None for curve in self.curves]
         right, bottom = self.left + self.width + self.right, self.top + self.height
         return places(self.paths, wanted, (self.left, self.top, right, bottom))
 
     def svg(self) -> str:
-        """The picture."""
+        """Return the chart as SVG."""
         w, h = self.left + self.width + self.right, self.top + self.height + self.bottom
         title = tag("title", text(plain(self.title)), id=f"{self.identity}-t")
         clip = f'<clipPath id="{self.identity}-c">{self._plot()}</clipPath>'
@@ -76,7 +76,7 @@ class Chart:
         )  # fmt: skip
 
     def _plot(self) -> str:
-        """The plot with room for markers at its edges: curves that leave it end there."""
+        """Return the plot area with a margin for markers; curves are clipped at its edges."""
         return tag("rect", x=self.left - 6, y=self.top - 6, width=self.width + 12, height=self.height + 12)
 
 
@@ -110,7 +110,7 @@ def _name(curve: Curve, index: int, path: Path, place: LabelPlace) -> str:
 
 
 def _axes(chart: Chart) -> str:
-    """Grid lines, tick labels and the names of both axes."""
+    """Return grid lines, tick labels and the names of both axes."""
     left, top, right, bottom = chart.left, chart.top, chart.left + chart.width, chart.top + chart.height
     across = [(left + chart.x.at(value) * chart.width, label) for value, label in chart.x.ticks]
     up = [(bottom - chart.y.at(value) * chart.height, label) for value, label in chart.y.ticks]
@@ -128,7 +128,7 @@ def _text(words: str, x: float, y: float, anchor: str, **attributes: object) -> 
 
 
 def sample(look: Look) -> str:
-    """A short piece of the curve for a legend; hidden from screen readers, whose legend is the name."""
+    """Return a short piece of the curve for a legend; hidden from screen readers."""
     line = tag("g", tag("path", d="M1 7H37"), stroke_dasharray=look.dash or None)
     mark = tag("path", class_="mark", d=MARKERS[look.marker](19, 7)) if look.marker in MARKERS else ""
     drawn = tag("g", line, mark, class_=f"curve {look.classes}")

@@ -1,4 +1,4 @@
-"""Viridis: perceptually uniform, readable for colour-blind readers and in grey. `raster.js` has the same numbers."""
+"""Viridis colour map: perceptually uniform, readable for colour-blind readers and in grey. `raster.js` has a copy."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ VIRIDIS = (
 
 
 def viridis(t: float) -> str:
-    """The colour of a number between 0 and 1, as `#rrggbb`."""
+    """Return the colour of a number between 0 and 1, as `#rrggbb`."""
     near = min(1.0, max(0.0, t))
     parts = (sum(row[c] * near**k for k, row in enumerate(VIRIDIS)) for c in range(3))
     return "#" + "".join(f"{round(255 * min(1.0, max(0.0, part))):02x}" for part in parts)
 
 
 def gradient(stops: int = 17) -> str:
-    """A colour bar from left to right, as CSS."""
+    """Return a colour bar from left to right, as CSS."""
     colours = ", ".join(viridis(i / (stops - 1)) for i in range(stops))
     return f"linear-gradient(to right, {colours})"

@@ -1,1 +1,1 @@
-"""The page and the terminal's text of `dsl compare`."""
+"""Page and terminal text of `dsl compare`."""

@@ -1,4 +1,4 @@
-"""What changed between two results, for the terminal."""
+"""Terminal text of the changes between two results."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NOTHING = "Nothing changed: the same models, statuses and values; no time differ
 
 
 def changes_table(changes: Changes, colour: bool) -> str:
-    """A block for each kind of change, what explains it first; a sentence where there is none."""
+    """Return a block for each kind of change, likely causes first; a sentence if there are none."""
     found = all_visible(changes)
     paint = colour and not os.environ.get("NO_COLOR")
     blocks = [
@@ -47,7 +47,7 @@ def _style(words: str, name: str, paint: bool) -> str:
 
 
 def _block(heading: str, rows: Sequence[Sequence[str]], paint: bool) -> str:
-    """Aligned rows under a heading; the last cell of a row is free."""
+    """Return aligned rows under a heading; the last cell of a row has any width."""
     if not rows:
         return ""
     fixed = max(len(row) for row in rows) - 1
@@ -64,7 +64,7 @@ def _facts(facts: Sequence[FactChange]) -> list[tuple[str, str]]:
 
 
 def plain_fact(known: Any) -> str:
-    """A fact in words; of a digest its beginning."""
+    """Return a fact in words; digests are shortened."""
     said = "nothing" if known is None else str(known)
     return said[:12] if len(said) == 64 and set(said) <= set("0123456789abcdef") else said  # a digest
 
@@ -86,7 +86,7 @@ def _metric(change: MetricChange) -> tuple[str, str, str, str]:
 
 
 def value(number: float | None, unit: str) -> str:
-    """A number with its unit."""
+    """Return a number with its unit."""
     return "none" if number is None else format_quantity(number, unit, 6, percent=True).replace("\u00a0", " ")
 
 
@@ -99,6 +99,6 @@ def _time(change: TimeChange, paint: bool) -> tuple[str, str, str, str]:
 
 
 def seconds(spread: Spread) -> str:
-    """A median with its quartiles, where they differ."""
+    """Return a median time with its quartiles if they differ."""
     said, low, high = (format_quantity(s, "s", 3) for s in (spread.median, spread.q1, spread.q3))
     return (said if low == high else f"{said} [{low}-{high}]").replace("\u00a0", " ")

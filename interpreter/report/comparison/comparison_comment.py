@@ -1,4 +1,4 @@
-"""What changed between two results, as a comment of a pull request: verdicts, then numbers beyond noise, then times."""
+"""Pull-request comment on the changes between two results: verdicts, numbers beyond noise, then times."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SORT = {"lost": 0, "found": 1, "changed": 2, "added": 3, "removed": 4}  # verdic
 
 
 def comment(changes: Changes, limit: int = LIMIT) -> str:
-    """Markdown of at most `limit` characters."""
+    """Return Markdown of at most `limit` characters."""
     verdicts = _verdicts(changes)
     numbers = sorted((m for m in changes.metrics if m.verdict in SORT), key=_weight)
     times = sorted((t for t in changes.times if t.verdict != "undecided"), key=lambda t: -t.ratio)
@@ -32,7 +32,7 @@ def comment(changes: Changes, limit: int = LIMIT) -> str:
 
 
 def _verdicts(changes: Changes) -> list[Row]:
-    """Expectations, and what became of models and references; what is worse now comes first."""
+    """Return changes of expectations and of the status of models and references, worse ones first."""
     rows = [(_worse(f), _fact(f)) for f in changes.expectations]
     rows += [(s.new in WORSE, _status(s)) for s in changes.status]
     rows += [(False, (code(name), "", "added")) for name in changes.added]
@@ -75,7 +75,7 @@ def _time(change: TimeChange) -> Row:
 
 
 def _noise(changes: Changes) -> str:
-    """What is no more than noise is counted."""
+    """Return a sentence with the number of changes that are only noise."""
     below = sum(m.verdict not in SORT for m in changes.metrics)
     undecided = sum(t.verdict == "undecided" for t in changes.times)
     numbers = f"{below} more changed by less than the uncertainty of their references" if below else ""
@@ -85,7 +85,7 @@ def _noise(changes: Changes) -> str:
 
 
 def _explained(changes: Changes) -> str:
-    """What may be why: other texts, parameters, versions and machines."""
+    """Return possible causes: changed texts, parameters, versions and machines."""
     facts = [*changes.scenes, *changes.environment]
     told = [f"{plain(f.what)} {code(plain_fact(f.old))} → {code(plain_fact(f.new))}" for f in facts[:12]]
     more = [f"{len(facts) - 12} more"] if len(facts) > 12 else []

@@ -1,4 +1,4 @@
-"""`page`: what `dsl compare` shows, one HTML file that needs nothing else; the advice comes first."""
+"""HTML page of `dsl compare`, one self-contained file that starts with the recommendation."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ OPEN = 40  # configurations beyond which their table is folded
 
 
 def page(comparison: ComparisonRecord) -> str:
-    """A complete HTML5 document: no network, no other file."""
+    """Return a complete HTML5 document without network access or other files."""
     own = views(comparison)
     return document(
         f"{title(own)} – softmark comparison",
@@ -34,13 +34,13 @@ def page(comparison: ComparisonRecord) -> str:
 
 
 def title(own: Sequence[SceneView]) -> str:
-    """What is compared, in a line."""
+    """Return the names of the compared scenes in one line."""
     titles = list(dict.fromkeys(view.title for view in own))
     return listed(titles) if 0 < len(titles) <= 3 else count(len(titles), "scene") if titles else "Nothing to compare"
 
 
 def conclusion(own: Sequence[SceneView]) -> str:
-    """`9 configurations of 3 models, 8 of them solved.`"""
+    """Return `9 configurations of 3 models, 8 of them solved.`"""
     points = [p for view in own for p in view.points]
     if not points:
         return "There are no configurations."
@@ -62,12 +62,12 @@ def _header(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
 
 
 def _advice(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
-    """What to take, first of all."""
+    """Return the section with the recommendations."""
     return section("advice", "Advice", advice(own, comparison))
 
 
 def advice(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
-    """A sentence for each scene, what must be said about it beneath."""
+    """Return a recommendation for each scene, with its caveats below."""
     blocks = []
     allowed = comparison.analysis.options.allow_contaminated
     for view in own:
@@ -81,12 +81,12 @@ def advice(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
 
 
 def _sentence(advice: Advice) -> str:
-    """The sentence, what must be said about it beneath."""
+    """Return one recommendation with its caveats below."""
     return prose(advice.sentence) + "".join(tag("small", prose(caveat)) for caveat in advice.caveats)
 
 
 def _under(view: SceneView, own: Sequence[SceneView], markup: str) -> str:
-    """Under the scene's title where there are several scenes."""
+    """Return the markup under the scene's title if there are several scenes."""
     return (tag("h3", text(view.heading)) if len(own) > 1 else "") + markup if markup else ""
 
 
@@ -96,7 +96,7 @@ def _diagrams(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
 
 
 def diagrams(own: Sequence[SceneView]) -> str:
-    """Error against effort, with what failed beneath; empty where nothing was computed."""
+    """Return error-against-effort diagrams, with the failures below; empty if nothing was computed."""
     return "".join(_under(view, own, _figures(view) + _failures(view)) for view in own if view.points)
 
 
@@ -115,7 +115,7 @@ def _figures(view: SceneView) -> str:
 
 
 def _failures(view: SceneView) -> str:
-    """What has no solution, and why."""
+    """Return the configurations without a solution, with the reasons."""
     entries = {(f.label, f.message): f for f in view.analysis.failures}.values()
     if not entries:
         return ""
@@ -131,7 +131,7 @@ def _failures(view: SceneView) -> str:
 def _tables(
     make: Callable[[SceneView], str], name: str, title: str
 ) -> Callable[[Sequence[SceneView], ComparisonRecord], str]:
-    """A section that has the same table for every scene."""
+    """Return a function that makes a section with the same table for every scene."""
 
     def made(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
         blocks = [_under(view, own, make(view)) for view in own if view.points]
@@ -151,7 +151,7 @@ def _levers(view: SceneView) -> str:
 
 
 def _provenance(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
-    """The command, the environment, the references and the scenes."""
+    """Return the command, the environment, the references and the scenes."""
     again = tag("p", "To repeat this comparison:")
     repeat = again + tag("pre", tag("code", text(comparison.command)), class_="command") if comparison.command else ""
     scenes = [listing(scene) for scene in comparison.scenes]
@@ -170,7 +170,7 @@ def _references(own: Sequence[SceneView]) -> str:
 
 
 def _warnings(own: Sequence[SceneView]) -> str:
-    """Warnings about points, each once with how many it concerns."""
+    """Return warnings about configurations, each once with the number of configurations concerned."""
     found: dict[PointWarning, int] = {}
     for warning in (w for view in own for point in view.points for w in point.warnings):
         found[warning] = found.get(warning, 0) + 1

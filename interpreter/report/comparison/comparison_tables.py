@@ -1,4 +1,4 @@
-"""Tables of a comparison: all points, effort to an error, best within a frame, orders, distances, single changes."""
+"""Tables of a comparison: all points, effort for an error, best within a frame time, orders, distances, single changes."""
 
 from __future__ import annotations
 
@@ -23,30 +23,30 @@ DASH = "–"
 
 
 def table(caption: str, head: Sequence[str], rows: Sequence[str], kind: str = "") -> str:
-    """A table in its scrolling box; `head` and `rows` are markup."""
+    """Return a table in its scrolling box; `head` and `rows` are markup."""
     label = tag("caption", tag("span", prose(caption)))
     own = tag("table", label, tag("thead", tag("tr", *head)), tag("tbody", *rows), class_=f"compared {kind}".strip())
     return tag("div", own, class_="scroll", tabindex=0, role="region", aria_label=caption.replace("`", ""))
 
 
 def heading(words: str, number: bool = False) -> str:
-    """The head of a column."""
+    """Return a column header."""
     return tag("th", prose(words), scope="col", class_="n" if number else None)
 
 
 def row_head(name: str, below: str = "") -> str:
-    """The head of a row."""
+    """Return a row header."""
     return tag("th", tag("code", broken(name)), tag("small", text(below)) if below else "", scope="row")
 
 
 def cell(words: str, below: str = "", best: bool = False) -> str:
-    """A number and what stands below it; words are text."""
+    """Return a cell with a number and a smaller text below it."""
     shown = tag("strong", text(words)) if best else text(words)
     return tag("td", shown, tag("small", prose(below)) if below else "", class_="n")
 
 
 def row(*cells: str) -> str:
-    """A row of a table."""
+    """Return a table row."""
     return tag("tr", *cells)
 
 
@@ -54,12 +54,12 @@ def row(*cells: str) -> str:
 
 
 def all_points(view: SceneView) -> str:
-    """Every configuration with its status, size, errors, times and solver, and a CSV of it."""
+    """Return every configuration with status, size, errors, times and solver, and a CSV of them."""
     return configurations(view) + _points_csv(view)
 
 
 def configurations(view: SceneView, most: int | None = None) -> str:
-    """The table of configurations, the first so many."""
+    """Return the table of configurations, of at most `most` rows."""
     head = [heading(w) for w in ("Configuration", "Status")]
     named = (f"`{m}`" for m in (*view.metrics, *view.measurements))
     head += [heading(w, True) for w in (*named, "Unknowns", *_clocks(view))]
@@ -90,13 +90,13 @@ def _point(view: SceneView, point: ComparedPoint) -> str:
 
 
 def _unbalanced(point: ComparedPoint) -> str:
-    """What is left of the full model's equations, where only reduced ones were solved."""
+    """Return the residual of the full model if only reduced equations were solved."""
     left = point.reduced.full_residual if point.reduced else None
     return "" if left is None else tag("small", text(f"full equations: {left:.2g} of the load is not balanced"))
 
 
 def _solver(point: ComparedPoint) -> str:
-    """Which linear solver, after how many iterations."""
+    """Return the linear solver and its number of iterations."""
     below = "" if point.iterations is None else tag("small", text(count(point.iterations, "iteration")))
     return tag("td", text(point.linear_solver or DASH), below, class_="solver")
 
@@ -124,7 +124,7 @@ def _times(view: SceneView, point: ComparedPoint) -> list[str]:
 
 
 def said_bytes(number: float | None) -> str:
-    """`12.3 MB`."""
+    """Return `12.3 MB`."""
     if not number:
         return DASH
     power = next((p for p in (9, 6, 3) if number >= 10**p), 0)
@@ -132,7 +132,7 @@ def said_bytes(number: float | None) -> str:
 
 
 def _quality(point: ComparedPoint) -> str:
-    """Runs, runs left out, and what was flagged."""
+    """Return the number of timing runs, of excluded runs, and the flags."""
     cost = point.cost
     said = [count(cost.runs, "run")] if cost.runs else []
     said += [f"{cost.excluded_runs} left out"] if cost.excluded_runs else []
@@ -160,7 +160,7 @@ def _points_csv(view: SceneView) -> str:
 
 
 def _quartiles(spread: Spread | None) -> tuple[Cell, ...]:
-    """Median, quartiles and runs; time steps have no quartiles."""
+    """Return median, quartiles and number of runs; time steps have no quartiles."""
     if spread is None:
         return (None,) * 4
     q1, q3 = (spread.q1, spread.q3) if spread.quartiles else (None, None)
@@ -171,7 +171,7 @@ def _quartiles(spread: Spread | None) -> tuple[Cell, ...]:
 
 
 def effort_to_error(view: SceneView) -> str:
-    """For every error: what each line needs to get to each level."""
+    """Return, for every error metric, the effort that each line needs to reach each level."""
     return "".join(_levels(view, metric) for metric, own in view.metrics.items() if own.levels)
 
 
@@ -205,7 +205,7 @@ def _level(view: SceneView, entry: EffortAtLevel, best: bool, metric: str) -> st
 
 
 def best_at_rates(view: SceneView) -> str:
-    """For every error and rate: the most accurate configuration that fits, and the next model."""
+    """Return, for every error and frame rate, the most accurate configuration that is fast enough, and the next model."""
     if not view.metrics:
         return ""
     if not view.timed or not any(p.cost.frame for p in view.points):
@@ -241,7 +241,7 @@ def _rate(view: SceneView, metric: str, rate: BestInFrame) -> str:
 
 
 def orders(view: SceneView) -> str:
-    """Observed orders and limits of every line that refines something; empty where none does."""
+    """Return observed orders and limits of every refinement line; empty if there is none."""
     entries = view.analysis.orders
     if not entries:
         return ""
@@ -262,7 +262,7 @@ def orders(view: SceneView) -> str:
 
 
 def _order(view: SceneView, entry: LineOrders) -> list[str]:
-    """A row for each probe, or metric; the errors stand in the first."""
+    """Return a row for each probe or metric; the errors are in the first row."""
     errors = [_error_order(entry, m) for m in view.metrics]
     limits = entry.limits or [Limit(DASH, "metric", "", None, None, ConvergenceEstimate("unusable", entry.doubt))]
     (first, *others) = ([_name(o.of), *limit_cells(o.finest, o.refined, o.unit or "1")] for o in limits)
@@ -275,7 +275,7 @@ def _name(name: str) -> str:
 
 
 def limit_cells(finest: float | None, found: ConvergenceEstimate, unit: str) -> list[str]:
-    """The finest value, the order, the limit with its index, and whether they can be relied upon."""
+    """Return the finest value, the order, the limit with its index, and whether they are reliable."""
     mark = "" if found.asymptotic else " ‡"
     order = DASH if found.order is None else typeset_number(f"{found.order:.2f}") + mark
     below = "" if found.relative is None else typeset_number(f"{100 * found.relative:.2g} %")
@@ -288,7 +288,7 @@ def limit_cells(finest: float | None, found: ConvergenceEstimate, unit: str) -> 
 
 
 def amount(value: float | None, unit: str, digits: int = 6, mark: str = "") -> str:
-    """A value in words with a mark behind it; a dash where there is none."""
+    """Return a value in words followed by a mark; a dash if there is none."""
     return DASH if value is None else format_quantity(value, unit, digits, percent=True) + mark
 
 
@@ -306,7 +306,7 @@ def _error_order(entry: LineOrders, metric: str) -> str:
 
 
 def distances(view: SceneView) -> str:
-    """How far everyone is from everyone; empty where there is nobody to be far from."""
+    """Return the distances between all results; empty if there are fewer than two."""
     known = view.analysis.distances
     names = known.names
     if len(names) < 2:
@@ -328,7 +328,7 @@ def distances(view: SceneView) -> str:
 
 
 def _beyond(label: str, name: str) -> str:
-    """What a label says beyond the name of its model."""
+    """Return the part of a label after the name of its model."""
     return label.removeprefix(name).removeprefix(", ")
 
 
@@ -342,7 +342,7 @@ def _distance(value: float | None, reason: str | None, own: bool) -> str:
 
 
 def levers(view: SceneView) -> str:
-    """What one changed thing does; empty where no two configurations differ by one."""
+    """Return the effect of single changes; empty if no two configurations differ by only one."""
     entries = view.analysis.levers
     if not entries:
         return ""

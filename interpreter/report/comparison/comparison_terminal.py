@@ -1,4 +1,4 @@
-"""A comparison as a table in the terminal: the front marked by `*`, the advice last."""
+"""Terminal table of a comparison; `*` marks the Pareto front, and the recommendation comes last."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CODES = {"bold": "1", "good": "32", "bad": "31", "quiet": "2"}
 
 
 def table(comparison: ComparisonRecord, colour: bool, path: str | None = None, width: int | None = None) -> str:
-    """Every configuration of every scene, what failed, and what to take; the path of the page after it."""
+    """Return all configurations of every scene, failures and recommendation, followed by the path of the page."""
     paint, room = _looks(colour, width)
     blocks = [block for own in _scenes(comparison) for block in _scene(own, paint, room)]
     blocks = blocks or ["There are no configurations."]
@@ -30,20 +30,20 @@ def table(comparison: ComparisonRecord, colour: bool, path: str | None = None, w
 
 
 def errors(comparison: ComparisonRecord, colour: bool) -> str:
-    """The same tables before anything was timed, with what their marks mean, without what is to be taken."""
+    """Return the tables before timing, with the meaning of their marks but without a recommendation."""
     paint, room = _looks(colour, None)
     each = (_errors(own, ": errors; times are being measured", paint, room) for own in _scenes(comparison))
     return "\n\n".join(block for blocks in each for block in blocks)
 
 
 def _looks(colour: bool, width: int | None) -> tuple[bool, int]:
-    """Whether to paint, and how many characters a line has."""
+    """Return whether to use colours, and the number of characters per line."""
     room = width or max(80, shutil.get_terminal_size((WIDE, 24)).columns if colour else WIDE)
     return colour and not os.environ.get("NO_COLOR"), room
 
 
 def _scenes(comparison: ComparisonRecord) -> list[list[SceneView]]:
-    """The problems of every scene."""
+    """Return the problems of every scene."""
     scenes: dict[str, list[SceneView]] = {}
     for view in views(comparison):
         scenes.setdefault(view.analysis.scene, []).append(view)
@@ -55,7 +55,7 @@ def _style(words: str, name: str, paint: bool) -> str:
 
 
 def _scene(own: Sequence[SceneView], paint: bool, room: int) -> list[str]:
-    """A scene; `own` are its problems, of which it has several where a sweep changes what errors are measured from."""
+    """Return the lines of a scene; `own` are its problems, several if a sweep changes the reference."""
     blocks = _errors(own, "", paint, room)
     told = own[:TOLD]
     answers = [
@@ -74,7 +74,7 @@ def _scene(own: Sequence[SceneView], paint: bool, room: int) -> list[str]:
 
 
 def _errors(own: Sequence[SceneView], beside: str, paint: bool, room: int) -> list[str]:
-    """The title, with what is said `beside` it, the table, and its notes."""
+    """Return the title with the text `beside` it, the table, and its notes."""
     blocks = [_style(all_visible(own[0].title) + beside, "bold", paint), _rows(own, paint)]
     notes = [_spoken(note) for note in (apart(own), *_notes(own)) if note]
     return [*blocks, *(["\n".join(textwrap.fill(n, room, subsequent_indent="  ") for n in notes)] if notes else [])]
@@ -85,13 +85,13 @@ def _at(view: SceneView, words: str) -> str:
 
 
 def _fewer(lines: Sequence[str]) -> list[str]:
-    """The first lines of an answer, and how many follow."""
+    """Return the first lines of an answer, and the number of omitted ones."""
     more = len(lines) - TOLD
     return [*lines] if more <= 1 else [*lines[:TOLD], f"and {more} more: see the page"]
 
 
 def _spoken(words: str) -> str:
-    """Without what only a page shows, and without what could steer a terminal."""
+    """Return text without markup of the page and without control characters."""
     return plain(all_visible(words)).replace("\u00a0", " ").replace("\u202f", " ")
 
 
@@ -129,7 +129,7 @@ def _row(
 
 
 def _error(view: SceneView, point: ComparedPoint, metric: str) -> str:
-    """`1.2 % *`: on the front; `†`: within the uncertainty."""
+    """Return `1.2 % *` on the front, `†` if within the uncertainty."""
     error, own = point.error(metric), view.metrics.get(metric)
     if error is None or own is None:
         return "-  "
@@ -138,7 +138,7 @@ def _error(view: SceneView, point: ComparedPoint, metric: str) -> str:
 
 
 def _time(view: SceneView, point: ComparedPoint) -> str:
-    """`84 ms ±8 %`: the half width of the quartiles."""
+    """Return `84 ms ±8 %` with half the interquartile range."""
     spread = view.effort(point)
     if spread is None:
         return "-"
@@ -148,7 +148,7 @@ def _time(view: SceneView, point: ComparedPoint) -> str:
 
 
 def _notes(own: Sequence[SceneView]) -> list[str]:
-    """What the marks mean, and what failed, each reason once."""
+    """Return the meaning of the marks, and each reason of failure once."""
     marks = []
     if any(known.front for view in own for known in view.metrics.values()):
         what = "less time" if any(view.timed for view in own) else "fewer unknowns"
@@ -169,7 +169,7 @@ def _notes(own: Sequence[SceneView]) -> list[str]:
 
 
 def _known(own: Sequence[SceneView]) -> dict[str, str]:
-    """What references leave open of each error, the largest."""
+    """Return the largest reference uncertainty of each error."""
     found: dict[str, tuple[float, SceneView]] = {}
     for view in own:
         for name, known in view.metrics.items():

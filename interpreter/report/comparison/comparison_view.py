@@ -1,4 +1,4 @@
-"""One scene of a comparison as the page and the terminal see it: its points, lines, looks, and words for numbers."""
+"""One scene of a comparison, prepared for page and terminal: points, lines, styles, and numbers in words."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CLOCKS = {"cpu_s": "CPU time", "wall_s": "wall time", UNKNOWNS: "unknowns"}
 
 @dataclass(frozen=True)
 class SceneView:
-    """A scene with its share of the analysis."""
+    """A scene with its part of the analysis."""
 
     number: int
     scene: str
@@ -32,33 +32,33 @@ class SceneView:
 
     @property
     def at(self) -> str:
-        """`E = 30 kPa`: what changes what errors are measured from; empty where a scene is one problem."""
+        """Value that changes the reference, `E = 30 kPa`; empty if a scene is a single problem."""
         return ", ".join(f"{name} = {value}" for name, value in self.analysis.problem.items())
 
     @property
     def heading(self) -> str:
-        """Title of the scene, and the problem that it is about."""
+        """Title of the scene, with the value of this problem."""
         return f"{self.title}, {self.at}" if self.at else self.title
 
     @property
     def metrics(self) -> Mapping[str, ErrorAnalysis]:
-        """Error metrics with what the analysis says of them."""
+        """Error metrics with their analysis."""
         return self.analysis.metrics
 
     @cached_property
     def measurements(self) -> Mapping[str, str]:
-        """Metrics that are no error against anything, with their units: they are shown, and rank nothing."""
+        """Metrics without a reference, with their units; they are shown but not ranked."""
         entries = ((n, e) for p in self.points for n, e in p.errors.items() if n not in self.metrics)
         return {name: str(found.unit) for name, found in entries}
 
     @cached_property
     def _moved(self) -> float:
-        """The largest metric that is a length, m: the scale of rounding."""
+        """Largest metric that is a length, m, as the scale of rounding errors."""
         values = (e.value for p in self.points for e in p.errors.values() if e.unit == "m" and e.value is not None)
         return max(map(abs, values), default=0.0)
 
     def measured(self, point: ComparedPoint, metric: str) -> str:
-        """The value of such a metric in words."""
+        """Return the value of such a metric in words."""
         value = point.metric(metric).value
         unit = self.measurements[metric]
         if value is None:
@@ -67,45 +67,45 @@ class SceneView:
 
     @property
     def without_advice(self) -> str:
-        """Why nothing is recommended where no sentence says so."""
+        """Reason why there is no recommendation."""
         if not self.points:
             return "No configuration was computed."
         return "No error was measured, as no metric is `against` a reference: nothing can be recommended."
 
     @property
     def lines(self) -> Sequence[RefinementLine]:
-        """Lines of models over their refinement."""
+        """Refinement lines of models."""
         return self.analysis.lines
 
     @property
     def clock(self) -> str:
-        """Which effort configurations are compared by."""
+        """Kind of effort by which configurations are compared."""
         return self.analysis.clock
 
     @property
     def effort_name(self) -> str:
-        """`CPU time`, as a heading."""
+        """Name of the effort as a heading: `CPU time`."""
         name = CLOCKS.get(self.clock, self.clock)
         return name[:1].upper() + name[1:]
 
     @property
     def timed(self) -> bool:
-        """Whether anything was timed."""
+        """True if anything was timed."""
         return self.clock != UNKNOWNS
 
     @cached_property
     def by_key(self) -> dict[str, ComparedPoint]:
-        """Points by key; of one configuration in several studies, the first."""
+        """Points by key; the first if a configuration is in several studies."""
         return {p.key: p for p in reversed(self.points)}
 
     @cached_property
     def once(self) -> list[ComparedPoint]:
-        """Its points, each label of a key once."""
+        """Points without duplicates of key and label."""
         return list({(p.key, p.label): p for p in reversed(self.points)}.values())[::-1]
 
     @cached_property
     def looks(self) -> list[Look]:
-        """A look for each line: colour and marker by its model, dash by its place among the model's lines."""
+        """Style of each line: colour and marker of its model, dash by its index among the model's lines."""
         models = {model: i for i, model in enumerate(dict.fromkeys(line.model for line in self.lines))}
         seen: dict[str, int] = {}
         found = []
@@ -116,19 +116,19 @@ class SceneView:
         return found
 
     def effort(self, point: ComparedPoint) -> Spread | None:
-        """What a point took."""
+        """Return the effort of a point."""
         return point.effort(self.clock)
 
     def on_fronts(self, point: ComparedPoint) -> list[str]:
-        """Errors by which a point is on the front."""
+        """Return the error metrics for which a point is on the front."""
         return [name for name, own in self.metrics.items() if point.key in own.front]
 
     def disturbed(self, point: ComparedPoint) -> bool:
-        """Whether its timing was disturbed, where that matters."""
+        """Return whether its timing was disturbed, if times are compared."""
         return self.timed and point.cost.contaminated
 
     def amount(self, value: float, metric: str, digits: int = 3) -> str:
-        """An error in words."""
+        """Return an error in words."""
         return format_quantity(value, self.metrics[metric].unit, digits, percent=True)
 
     def said_effort(self, spread: Spread) -> str:

@@ -1,4 +1,4 @@
-"""The work-precision diagram: error against effort, a line for each model over its refinement, and the front."""
+"""Work-precision diagram: error against effort, a line for each model over its refinement, and the Pareto front."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ RING = 7.0
 
 @dataclass(frozen=True)
 class _Row:
-    """One line of the data table: a member of a line, and where it stands if it can be drawn."""
+    """Row of the data table: a member of a line, with its position if it can be drawn."""
 
     line: int
     point: ComparedPoint
@@ -45,13 +45,13 @@ class _Row:
 
     @property
     def drawn(self) -> bool:
-        """Whether there is something to draw."""
+        """True if it can be drawn."""
         return self.effort is not None and self.error is not None
 
 
 @dataclass(frozen=True)
 class Diagram:
-    """One error of one scene; `frames`: against the time that must fit a frame instead of the whole effort."""
+    """Diagram of one error of one scene; with `frames`, against the time that must fit into a frame."""
 
     view: SceneView
     number: int
@@ -60,12 +60,12 @@ class Diagram:
 
     @property
     def known(self) -> ErrorAnalysis:
-        """What the analysis says of this error."""
+        """Analysis of this error."""
         return self.view.metrics[self.metric]
 
     @property
     def uncertainty(self) -> float:
-        """That of the reference."""
+        """Uncertainty of the reference."""
         return self.known.uncertainty
 
     @cached_property
@@ -81,16 +81,16 @@ class Diagram:
 
     @cached_property
     def drawn(self) -> list[_Row]:
-        """Those that have a place."""
+        """Members that can be drawn."""
         return [row for row in self.rows if row.drawn]
 
     @property
     def clock(self) -> str:
-        """What the effort is."""
+        """Kind of effort."""
         return "wall_s" if self.frames else self.view.clock
 
     def figure(self) -> str:
-        """The figure with its data; what is missing in words where nothing can be drawn."""
+        """Return the figure with its data; a sentence about missing data if nothing can be drawn."""
         if not self.drawn:
             why = _grouped(self.known.judged.left_out.values())
             said = f"No diagram of `{self.metric}`: {why or 'there is nothing to draw'}."
@@ -106,12 +106,12 @@ class Diagram:
 
     @property
     def title(self) -> str:
-        """`eta against CPU time`."""
+        """Title: `eta against CPU time`."""
         return f"{self.metric} against {self.effort_name}"
 
     @property
     def effort_name(self) -> str:
-        """`CPU time of a solution`."""
+        """Name of the effort: `CPU time of a solution`."""
         if self.frames:
             return "time of a step"
         return CLOCKS[self.view.clock] if self.view.timed else "number of unknowns"
@@ -120,7 +120,7 @@ class Diagram:
 
     @cached_property
     def across(self) -> Axis:
-        """Effort, from the least first quartile to the largest third one."""
+        """Effort axis, from the smallest first quartile to the largest third quartile."""
         efforts = [row.effort for row in self.drawn if row.effort is not None]
         low, high = min(s.q1 or s.median for s in efforts), max(s.q3 for s in efforts)
         if self.clock == UNKNOWNS:
@@ -129,7 +129,7 @@ class Diagram:
 
     @cached_property
     def up(self) -> Axis:
-        """Error; far below the uncertainty, and at zero, it ends."""
+        """Error axis; it ends far below the uncertainty, and before zero."""
         positive = [e for row in self.drawn if (e := row.error) is not None and e > 0]
         near = self.uncertainty >= TOLD * min(positive, default=0.0)
         high = max([*positive, self.uncertainty if near else 0.0]) or 1e-12
@@ -139,7 +139,7 @@ class Diagram:
         return _decades(low / 1.3, high * 1.3, name, lambda v: self.view.amount(v, self.metric))
 
     def place(self, row: _Row) -> Place | None:
-        """Where a point is drawn: what is off the axis, at its lower edge."""
+        """Return the position of a point; one below the axis is drawn at its lower edge."""
         if row.effort is None or row.error is None:
             return None
         return row.effort.median, max(row.error, self.up.low)
@@ -223,7 +223,7 @@ class Diagram:
 
 
 def _grouped(pairs: Iterable[tuple[str, str]]) -> str:
-    """`a, b (it diverged); c (it was not timed)`; of many, how many."""
+    """Return names grouped by reason, `a, b (it diverged); c (it was not timed)`; only the count if there are many."""
     reasons: dict[str, list[str]] = {}
     for label, reason in pairs:
         reasons.setdefault(reason, []).append(f"`{label}`")
@@ -235,7 +235,7 @@ def _grouped(pairs: Iterable[tuple[str, str]]) -> str:
 
 
 def _decades(low: float, high: float, name: str, said: Callable[[float], str]) -> Axis:
-    """A logarithmic axis with ticks at decades, and at 2 and 5 between where there are few of them."""
+    """Return a logarithmic axis with ticks at decades, and at 2 and 5 between if there are few decades."""
     axis = logarithmic(low, high, name, "1")
     decades = math.log10(axis.high / axis.low)
     bottom, top = (math.floor(math.log10(v)) for v in (axis.low, axis.high))
@@ -247,7 +247,7 @@ def _decades(low: float, high: float, name: str, said: Callable[[float], str]) -
 
 
 def _inside(axis: Axis) -> Axis:
-    """The axis without a long label at its very end."""
+    """Return the axis without a long label at its end."""
     return replace(axis, ticks=tuple((v, said) for v, said in axis.ticks if axis.at(v) < END or len(said) <= 4))
 
 
@@ -256,20 +256,20 @@ def _inside(axis: Axis) -> Axis:
 
 @dataclass(frozen=True)
 class Overlay:
-    """Band of uncertainty, lines of frames, the front, quartiles, and the marks of single points."""
+    """Additional marks of the diagram: uncertainty band, frame limits, Pareto front, quartiles and marks of points."""
 
     diagram: Diagram
     chart: Chart
 
     def markup(self) -> str:
-        """All of it, from back to front."""
+        """Return all marks, from back to front."""
         parts = [self._band(), self._rates(), "" if self.diagram.frames else self._front()]
         rows = [(i, row) for i, row in enumerate(self.diagram.rows) if row.drawn]
         return "".join([*parts, *(self._spread(row) for _, row in rows), *(self._marks(row) for _, row in rows)])
 
     @property
     def _edges(self) -> tuple[float, float, float, float]:
-        """Left, top, right, bottom of the plot."""
+        """Left, top, right and bottom of the plot."""
         c = self.chart
         return c.left, c.top, c.left + c.width, c.top + c.height
 
@@ -288,7 +288,7 @@ class Overlay:
         return self.chart.pixel((self.chart.x.low, max(error, self.chart.y.low)))[1]
 
     def _rates(self) -> str:
-        """Upright lines where what must fit a frame of so many Hz ends."""
+        """Return vertical lines at the frame times of the given rates."""
         stepped = any(row.point.cost.step_s for row in self.diagram.drawn)
         if self.diagram.clock == UNKNOWNS or (stepped and not self.diagram.frames):
             return ""
@@ -304,7 +304,7 @@ class Overlay:
         return line + tag("text", text(said), transform=turn, text_anchor="end", class_="aside")
 
     def _front(self) -> str:
-        """Steps through the front: what is above and right of them is beaten."""
+        """Return the front as steps; points above and to the right of them are dominated."""
         front = [row for row in self.diagram.drawn if row.point.key in self.diagram.known.front]
         corners = sorted({(row.effort.median, max(row.error, self.diagram.uncertainty))
                           for row in front if row.effort is not None and row.error is not None})  # fmt: skip
@@ -316,7 +316,7 @@ class Overlay:
         return tag("path", d=path, class_="front")
 
     def _spread(self, row: _Row) -> str:
-        """A bar between the quartiles."""
+        """Return a bar between the quartiles."""
         place = self.diagram.place(row)
         if place is None or row.effort is None or row.effort.q1 == row.effort.q3:
             return ""
@@ -326,7 +326,7 @@ class Overlay:
         return tag("path", d=path, class_=f"spread k{row.line} c{self.diagram.view.looks[row.line].colour}")
 
     def _marks(self, row: _Row) -> str:
-        """A ring where it is on the front, a cross where it is capped, a dotted square where it was disturbed."""
+        """Return a ring for a point on the front, a cross if capped, a dotted square if its timing was disturbed."""
         place = self.diagram.place(row)
         if place is None:
             return ""
@@ -351,7 +351,7 @@ KEY = (
 
 
 def key(view: SceneView) -> str:
-    """What the marks mean, those that there are."""
+    """Return the legend of the marks that occur."""
     fronts = any(own.front for own in view.metrics.values())
     there = {
         "front": fronts,
@@ -369,7 +369,7 @@ def key(view: SceneView) -> str:
 
 
 def _told(view: SceneView, metric: str) -> bool:
-    """Whether the uncertainty is large enough to be seen beside the errors."""
+    """Return whether the uncertainty is large enough to be visible next to the errors."""
     errors = [e for p in view.points if (e := p.error(metric))]
     uncertainty = view.metrics[metric].uncertainty
     return uncertainty > 0 and uncertainty >= TOLD * min(errors, default=0.0)
@@ -385,5 +385,5 @@ def _drawing(content: str) -> str:
 
 
 def by_frames(view: SceneView) -> bool:
-    """Whether steps were timed apart from the whole."""
+    """Return whether steps were timed separately."""
     return view.timed and any(p.cost.step_s for p in view.points)

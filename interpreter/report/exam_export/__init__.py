@@ -1,1 +1,1 @@
-"""A scene as an examination for others: what they solve, and the sheet that says how they are judged."""
+"""Export of a scene as an exam for other programs: problems to solve, and a sheet with the evaluation."""

@@ -1,6 +1,6 @@
-"""Models of a scene as files for another program, a folder each, with the exam sheet and how to sit it.
+"""Export of models as input files of another program, a folder each, with the exam sheet and instructions.
 
-A model of several states which are parts of one load is one problem with its states in turn; any other has a folder for
+A model whose states are fractions of one load is one problem with states in order; any other model has a folder for
 each state.
 """
 
@@ -32,7 +32,7 @@ from softmark.interpreter.models.external.problem_transfer import (
     told,
 )
 from softmark.interpreter.models.model_preparation import Measurements, prepared_model
-from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.pipeline.run_options import RunOptions
 from softmark.interpreter.problem.body_case import Case, Fault, case_for
 from softmark.interpreter.report.exam_export import exam_readme, exam_sheet
@@ -47,7 +47,7 @@ Told = list[tuple[Problem, Named]]
 
 @dataclass(frozen=True)
 class Exported:
-    """Where it was written, what (files, from there), and what was left out, with the reason."""
+    """Result of an export: its folder, the files in it, and what was left out with the reason."""
 
     folder: Path
     written: tuple[str, ...]
@@ -55,10 +55,10 @@ class Exported:
 
 
 def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: RunOptions) -> Exported:
-    """The models of a scene, or `only` some, as files of the format `to`, and the exam sheet.
+    """Export the models of a scene, or those in `only`, in the format `to`, with the exam sheet.
 
-    Raises SceneError for what cannot be built, and where one of `only`, or none of all, has words in the format;
-    OSError where the folder cannot be written.
+    Raises SceneError for what cannot be built, and if one of `only`, or no model at all, can be expressed in the
+    format; OSError if the folder cannot be written.
     """
     ready, refused = _ready(scene, to, list(only) or list(scene.of_kind("model")), options)
     if (refused and only) or not ready:
@@ -82,9 +82,9 @@ def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: Ru
 def _ready(
     scene: Scene, to: str, names: Sequence[str], options: RunOptions
 ) -> tuple[dict[str, Told], dict[str, list[Reason]]]:
-    """What is told of models, and of others why they cannot be. Raises SceneError for what cannot be built."""
+    """Return the exportable problems of models, and the reasons for all others. Raises SceneError."""
     ready, refused, faults = dict[str, Told](), dict[str, list[Reason]](), list[Diagnostic]()
-    workshop = Workshop(scene=scene, measured=Measurements(scene))
+    workshop = BuildContext(scene=scene, measured=Measurements(scene))
     for name in names:
         options.say("export", name)
         try:
@@ -98,8 +98,8 @@ def _ready(
     return ready, refused
 
 
-def _told(scene: Scene, name: str, to: str, workshop: Workshop) -> Told:
-    """The problems of a model: one, or one for each state. Raises Untold, Fault."""
+def _told(scene: Scene, name: str, to: str, workshop: BuildContext) -> Told:
+    """Return the problems of a model: one, or one for each state. Raises Untold, Fault."""
     each, alone = [], FORMATS[to].mesh
     for own in [in_state(scene, i) for i in range(len(states_of(scene)))] or [scene]:
         declared = _ours(own.declared[name])
@@ -122,8 +122,8 @@ def _told(scene: Scene, name: str, to: str, workshop: Workshop) -> Told:
     return [(replace(each[-1][0], shares=shares, values_of_states=states_of(scene)), each[-1][1])]
 
 
-def _moving(declared: Declared, case: Case, workshop: Workshop) -> tuple[Problem, Named]:
-    """A motion, as the program is told that knows no state of rest; its steps are the model's. Raises Untold, Fault."""
+def _moving(declared: Declared, case: Case, workshop: BuildContext) -> tuple[Problem, Named]:
+    """Return a dynamic problem for a program without static analyses; its steps are the model's. Raises Untold, Fault."""
     from softmark.interpreter.models.external import external_builder
 
     model = _ours(declared).thing
@@ -141,13 +141,13 @@ def _moving(declared: Declared, case: Case, workshop: Workshop) -> tuple[Problem
 
 
 def _followed(scene: Scene, name: str) -> Iterator[Reason]:
-    """Loads whose forces are told at rest alone, of a model that is told as a mesh."""
+    """Yield loads whose forces are exported only at rest, for a model that is exported as a mesh."""
     declared = _ours(scene.declared[name])
     yield from reasons_of_loads(declared.thing, case_for(scene, declared))
 
 
 def _plain_regions(scene: Scene, ready: Iterable[str]) -> Iterator[str]:
-    """Regions of the bodies of models that are no part of a mesh that goes out."""
+    """Yield regions that are not part of an exported mesh."""
     cases = [case_for(scene, scene.declared[name]) for name in ready]
     gone = {part.name for case in cases for part in case.parts}
     bodies = {case.body.name for case in cases}
@@ -157,12 +157,12 @@ def _plain_regions(scene: Scene, ready: Iterable[str]) -> Iterator[str]:
 
 
 def _ours(declared: Declared) -> Declared:
-    """A model that another program solves, as ours of the same words: that is what it is told of."""
+    """Return a model of an external program as our own model with the same arguments, for export."""
     return replace(declared, thing=declared.thing.solid) if isinstance(declared.thing, Outside) else declared
 
 
 def _shares(problems: Sequence[Problem]) -> tuple[float, ...] | None:
-    """Which parts of the last the loads and motions of each are; None where they are none."""
+    """Return the loads and motions of each problem as fractions of the last one; None if they are not proportional."""
     each = [np.concatenate([own.forces.ravel(), own.values]) for own in problems]
     last = max(float(each[-1] @ each[-1]), np.finfo(float).tiny)
     if any(len(own) != len(each[-1]) for own in each):
@@ -173,7 +173,7 @@ def _shares(problems: Sequence[Problem]) -> tuple[float, ...] | None:
 
 
 def _kept(name: str, each: Told, to: str, folder: Path, written: list[str]) -> dict[str, Any]:
-    """Write a model; what the sheet says of it."""
+    """Write a model and return its entry of the sheet."""
     own: list[str] = []
     for number, (problem, named) in enumerate(each, start=1):
         place = Path(name) if len(each) == 1 else Path(name) / f"state-{number}"

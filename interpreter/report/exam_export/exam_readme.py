@@ -1,4 +1,4 @@
-"""How to sit an exam: a page of text beside the sheet."""
+"""Instructions for an exam, a text file next to the sheet."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FILE = "README.txt"
 
 
 def text(sheet: Mapping[str, Any], to: str) -> str:
-    """What is here, how it is solved, and how an answer is judged."""
+    """Return the instructions: contents, how to solve the problems, and how results are evaluated."""
     scene = sheet["scene"]
     file = scene["standard"] or Path(scene["file"]).name
     lines = [
@@ -41,7 +41,7 @@ def text(sheet: Mapping[str, Any], to: str) -> str:
 
 
 def _asked(metrics: Mapping[str, Any], to: Format) -> Iterator[str]:
-    """Every number that is asked for, with its unit in the sheet and in the files beside it."""
+    """Yield every requested number, with its unit in the sheet and in the files."""
     same: dict[str, list[str]] = {}
     for name, own in metrics.items():
         same.setdefault(own["unit"], []).append(name)
@@ -54,7 +54,7 @@ def _asked(metrics: Mapping[str, Any], to: Format) -> Iterator[str]:
 
 
 def _model(name: str, own: Mapping[str, Any]) -> str:
-    """`linear_tet: linear_tet/job.inp (tet4, small strain, 1148 nodes)`, and its states."""
+    """Return `linear_tet: linear_tet/job.inp (tet4, small strain, 1148 nodes)`, and its states."""
     parts = "" if len(own["shares"]) == 1 else f", {len(own['shares'])} parts of the load in turn"
     if "steps" in own:
         parts += f", {own['steps']} steps of {own['step']:g} s, which are the program's own"

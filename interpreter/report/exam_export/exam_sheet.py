@@ -1,6 +1,6 @@
-"""The exam sheet of a scene: where answers are looked at, what is known there, and what is asked; no model is run.
+"""Exam sheet of a scene: probe points, reference values and requested metrics; no model is solved.
 
-Its schema is `softmark-exam/1`: numbers in SI, null where there is none.
+Its schema is `softmark-exam/1`: numbers in SI, null if there is none.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ UNITS = "SI: points and displacements in m, times in s, forces in N, moments in 
 
 
 def sheet(scene: Scene, options: RunOptions) -> dict[str, Any]:
-    """The sheet, without the models that are exported. Raises SceneError for probes that cannot be found."""
+    """Return the sheet without the exported models. Raises SceneError for probes whose points cannot be found."""
     asked, left = plan_of(scene), []
     known = []
     for name in asked.references:
@@ -61,7 +61,7 @@ def sheet(scene: Scene, options: RunOptions) -> dict[str, Any]:
 
 
 def _place(work: Any, probe: Declared, left: list[dict[str, str]]) -> dict[str, Any]:
-    """The points (n, 3), m, of a probe, in the last state."""
+    """Return the points (n, 3), m, of a probe in the last state."""
     own: dict[str, Any] = {"body": probe.thing.body, "text": _text(probe), "points": None}
     if probe.name not in {known.name for known in work.probes(probe.thing.body)}:
         return own | {"reason": "it has the points of a measurement that could not be read"}
@@ -79,10 +79,10 @@ def _asked(metric: Declared) -> dict[str, Any]:
 
 
 def _text(declared: Declared) -> str:
-    """What the scene says behind `=`, on one line."""
+    """Return the text after `=` in the scene, on one line."""
     return " ".join(declared.location.text.partition("=")[2].split())
 
 
 def write(found: Mapping[str, Any], folder: Path) -> Path:
-    """The sheet as a file. Raises OSError."""
+    """Write the sheet to a file. Raises OSError."""
     return atomic_files.replace(folder / FILE, json.dumps(found, indent=1, allow_nan=False, ensure_ascii=False) + "\n")

@@ -1,1 +1,1 @@
-"""The report on disk: JSON, HTML, JUnit, files for ParaView."""
+"""Files of a report: JSON, HTML, JUnit, and ParaView meshes."""

@@ -1,8 +1,8 @@
-"""The report as a JUnit file, for continuous integration: a test case for each model, reference and expectation.
+"""Report as a JUnit file for continuous integration: a test case for each model, reference and expectation.
 
-What was measured stands beside them as `<properties>`, by which tools draw numbers over builds: of an expectation its
-metric, value, unit, relation, limit, stated error, uncertainty and reference; of a model and of a reference those of
-each of their metrics, by its name; of the suite what the numbers depend on.
+Numbers are `<properties>`, which tools can plot over builds: for an expectation its metric, value, unit, relation,
+limit, stated error, uncertainty and reference; for a model or reference those of each of its metrics, by name; for the
+suite what the numbers depend on.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from softmark.interpreter.results.run_report import (
 
 
 def render(report: Report) -> str:
-    """XML text: failures are expectations not met, errors what did not converge, skipped what was left out."""
+    """Return XML: failures are expectations not met, errors are unconverged solutions, skipped are omitted ones."""
     suite = ElementTree.Element("testsuite", name=str(report.scene["title"]))
     _properties(suite, _of_all(report))
     failures = report.failures
@@ -53,7 +53,7 @@ def _case(suite: ElementTree.Element, name: str, group: str) -> ElementTree.Elem
 
 
 def _properties(element: ElementTree.Element, known: Mapping[str, object]) -> None:
-    """What is known, by name; nothing of what is None or empty."""
+    """Add the known properties by name, except those that are None or empty."""
     if told := {name: value for name, value in known.items() if value not in (None, "")}:
         box = ElementTree.SubElement(element, "properties")
         for name, value in told.items():

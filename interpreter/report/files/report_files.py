@@ -1,4 +1,4 @@
-"""The report on disk: report.json and report.html, each whole or not there; and files for ParaView."""
+"""Writers of report.json and report.html, each complete or absent, and of files for ParaView."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from softmark.interpreter.results.run_report import Report
 
 
 def write(report: Report, folder: str | Path, page: bool = True) -> list[Path]:
-    """Write report.json and, with `page`, report.html into a folder, made if need be; their paths. Raises OSError."""
+    """Write report.json and, with `page`, report.html into a folder, and return their paths. Raises OSError."""
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     written = [replace(target / "report.json", report.dumps())]  # first: it is what cannot be made again
@@ -21,7 +21,7 @@ def write(report: Report, folder: str | Path, page: bool = True) -> list[Path]:
 
 
 def write_vtu(report: Report, folder: str | Path) -> list[Path]:
-    """Write meshes and surfaces for ParaView into vtu/ of a folder; their paths. Raises OSError and ValueError."""
+    """Write meshes and surfaces for ParaView into vtu/ of a folder, and return their paths. Raises OSError, ValueError."""
     from softmark.interpreter.results import vtk_writer
 
     return vtk_writer.write_vtu(report, folder)

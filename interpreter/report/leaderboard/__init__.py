@@ -1,1 +1,1 @@
-"""The site of `dsl board`: `page` puts it together from `matrix`, `figures` and `cards`."""
+"""Site of `dsl board`: `leaderboard_page` combines the result matrix, performance profiles and case cards."""

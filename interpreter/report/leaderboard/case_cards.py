@@ -1,4 +1,4 @@
-"""A card for each case: what is asked, from what truth, how well that is known, and everybody's answer."""
+"""Cards of cases: the question, its reference with uncertainty, and the result of every model."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ HEADS = ("Model", "in the scene", "Error", "±", "Time", "Status")
 
 
 def cards(board: Board, views: Mapping[str, SceneView]) -> str:
-    """The section; `views` are those of a comparison, by the scenes that it has."""
+    """Return the section; `views` are comparison views by scene."""
     return section("cases", "Cases", *(_card(board, name, views) for name in board.cases))
 
 
@@ -68,7 +68,7 @@ def _answer(cell: Cell) -> str:
 
 
 def _front(card: CaseCard, cells: list[Cell], view: SceneView | None) -> str:
-    """Error against time, where there is more than one answer."""
+    """Return error against time if there is more than one result."""
     drawn = [c for c in cells if c.error is not None]
     if view is None or card.metric is None or card.metric not in view.metrics or len(drawn) < 2:
         return ""

@@ -1,4 +1,4 @@
-"""What has changed since another board, as a comment of a pull request."""
+"""Pull-request comment on the changes since another leaderboard."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ COLUMNS = ("case", "model", "before", "after", "change")
 
 
 def comment(old: Board, new: Board) -> str:
-    """Markdown: the cells that differ, and how many do not."""
+    """Return Markdown: the cells that differ, and the number of those that do not."""
     before, after = _by_key(old), _by_key(new)
     timed = (old.environment or {}).get("cpu") == (new.environment or {}).get("cpu")
     rows = [

@@ -1,4 +1,4 @@
-"""`page`: the whole board as one HTML file that needs nothing else."""
+"""HTML page of a leaderboard, one self-contained file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from softmark.interpreter.study.leaderboard.model_strengths import ModelStrength
 
 
 def page(board: Board, compared: ComparisonRecord) -> str:
-    """A complete HTML5 document of a board and the comparison that it was made of: no network, no other file."""
+    """Return a complete HTML5 document of a leaderboard and its comparison, without network access or other files."""
     own = {view.scene: view for view in views(compared)}
     ranked = find_strengths(board)
     sections = [
@@ -32,12 +32,12 @@ def page(board: Board, compared: ComparisonRecord) -> str:
 
 
 def _curves(board: Board, own: dict[str, SceneView]) -> int:
-    """The most that a legend can hide."""
+    """Return the largest number of curves in a legend."""
     return max([len(board.models), *(len(view.lines) for view in own.values())])
 
 
 def _conclusion(board: Board) -> str:
-    """`37 cases, 30 models, 61 answers: 50 right, ...`"""
+    """Return `37 cases, 30 models, 61 answers: 50 right, ...`"""
     words = {"met": "right", "not_met": "wrong", "cannot_tell": "beyond what the reference can tell"}
     found = [(said, sum(c.verdict == key for c in board.cells)) for key, said in words.items()]
     lost = sum(c.error is None for c in board.cells)
@@ -55,7 +55,7 @@ def _header(board: Board) -> str:
 
 
 def _merits(ranked: list[ModelStrengths]) -> str:
-    """What each model is good for."""
+    """Return the strengths of each model."""
     heads = ("Model", "Right", "Quickest", "Most accurate", "Wrong", "No answer")
     head = tag("thead", tag("tr", *(tag("th", text(h), scope="col") for h in heads)))
     rows = [

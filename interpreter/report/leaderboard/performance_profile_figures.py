@@ -1,4 +1,4 @@
-"""Performance profiles as plates; the fronts are the diagrams of `dsl compare`."""
+"""Figures of performance profiles; Pareto fronts use the diagrams of `dsl compare`."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ BY_ERROR = (
 
 
 def profiles(board: Board) -> str:
-    """The section, empty where nobody has a right answer."""
+    """Return the section; empty if no model has a right result."""
     quick, near = time_profiles(board), error_profiles(board)
     plates = []
     if quick:

@@ -1,4 +1,4 @@
-"""The matrix: models down, cases across, in each cell the most accurate answer of the model to the case."""
+"""Result matrix: models down, cases across, each cell with the model's most accurate result for the case."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LEAD = (
 
 
 def matrix(board: Board, order: Sequence[str]) -> str:
-    """The section; `order` is that of the models."""
+    """Return the section; `order` is the order of models."""
     heads = [tag("th", tag("a", text(name), href=f"#case-{name}"), scope="col", title=card.question)
              for name, card in board.cases.items()]  # fmt: skip
     head = tag("thead", tag("tr", tag("th", "Model", scope="col"), *heads))
@@ -59,7 +59,7 @@ def _cell(cells: Sequence[Cell]) -> str:
 
 
 def _lost(board: Board) -> str:
-    """A row of cases that nobody could answer."""
+    """Return a row of cases that no model could solve."""
     cells = [
         tag("td", "failed", class_="none", title=card.reason) if card.reason else tag("td")
         for card in board.cases.values()
@@ -68,7 +68,7 @@ def _lost(board: Board) -> str:
 
 
 def error_of(cell: Cell) -> str:
-    """An error in words; what is as small as rounding is so."""
+    """Return an error in words; errors of rounding size are marked as such."""
     return "–" if cell.error is None else _amount(cell.error, cell.unit)
 
 

@@ -1,6 +1,5 @@
-"""What a notebook shows of a scene, a report, a comparison or a stability study: a piece of HTML within its page.
+"""Notebook display of scenes, reports, comparisons and robustness studies, as pieces of HTML.
 
-`box_frame.py` is what they share. Each is readable as plain HTML where styles and scripts are taken away, needs no
-network and is of bounded size; what scripts draw stands in a frame of its own, whose names and styles touch nothing
-else.
+`box_frame.py` is shared by all. Each piece is readable without styles and scripts, needs no network and has a bounded
+size. Scripts run in a frame of their own, so their names and styles do not affect the notebook.
 """

@@ -1,4 +1,4 @@
-"""The box of what a notebook shows: its styles, which touch nothing outside, and the frame for what scripts draw."""
+"""Box of a notebook display: isolated styles, and the frame for content drawn by scripts."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ SIGNS = {"good": "✓", "bad": "✗", "warn": "…", "quiet": "–"}
 
 
 def shell(title: str, *content: str) -> str:
-    """The box with its title; `content` is markup."""
+    """Return the box with its title; `content` is markup."""
     heading = tag("p", text(title), class_="title")
     return tag("div", tag("style", part("inline.css")), heading, *content, class_="softmark")
 
 
 def verdict(mood: str, words: str) -> str:
-    """One line: a sign, and how it ended."""
+    """Return one line with a symbol and the outcome."""
     return tag("p", tag("span", SIGNS[mood], aria_hidden="true"), " ", prose(words), class_=f"verdict {mood}")
 
 
 def framed(label: str, markup: str, styles: Sequence[str], scripts: Sequence[str], curves: int = 0) -> str:
-    """Markup with its scripts as a document in a frame, as high as what it holds."""
+    """Return markup with its scripts as a document in a frame that is as high as its content."""
     own = excerpt(label, curves, markup, [*styles, "frame.css"], [*scripts, "frame.js"])
     return tag("iframe", srcdoc=own, title=label, loading="lazy", width="100%", height="640")
 
 
 def bounded(drawn: str, rest: str, where: str) -> str:
-    """What is drawn, if it fits beside the rest; else a sentence, with where it is to be had."""
+    """Return the drawing if it fits with the rest; else a sentence about where to find it."""
     if len(drawn) + len(rest) <= LARGEST:
         return drawn
     size = f"{len(drawn) / 1e6:.1f} of at most {LARGEST / 1e6:.0f} million characters"
@@ -38,7 +38,7 @@ def bounded(drawn: str, rest: str, where: str) -> str:
 
 
 def table(label: str, head: Sequence[str], rows: Sequence[str]) -> str:
-    """A table in a box that scrolls; `head` are words, `rows` markup."""
+    """Return a scrolling table; `head` are words, `rows` markup."""
     top = tag("thead", tag("tr", *(tag("th", prose(word), scope="col") for word in head)))
     own = tag("table", top, tag("tbody", *rows))
     return tag("div", own, class_="scroll", tabindex=0, role="region", aria_label=label)

@@ -1,4 +1,4 @@
-"""A comparison in a notebook: what to take, every configuration, and error against effort."""
+"""Notebook display of a comparison: recommendation, all configurations, and error against effort."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ WHERE = "`comparison.write(FOLDER)`"
 
 
 def inline(comparison: ComparisonRecord) -> str:
-    """A comparison as a piece of HTML, of bounded size."""
+    """Return a comparison as a piece of HTML of bounded size."""
     own = views(comparison)
     said = [tag("p", prose(conclusion(own))), advice(own, comparison)]
     tables = [_table(view, own) for view in own if view.points]
@@ -29,7 +29,7 @@ def inline(comparison: ComparisonRecord) -> str:
 
 
 def _table(view: SceneView, own: Sequence[SceneView]) -> str:
-    """Every configuration of a scene, the first where they are many."""
+    """Return the configurations of a scene, only the first if there are many."""
     heading = tag("p", tag("b", text(view.heading))) if len(own) > 1 else ""
     left = len(view.once) - ROWS
     more = tag("p", prose(f"{left} more are in `comparison.points`."), class_="quiet") if left > 0 else ""

@@ -1,4 +1,4 @@
-"""A report in a notebook: verdicts, then models and metrics with units and stated errors, then the shapes."""
+"""Notebook display of a report: verdicts, models and metrics with units and stated errors, then the shapes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ WHERE = "`report.write(FOLDER)`"
 
 
 def inline(report: Report) -> str:
-    """A report as a piece of HTML, of bounded size."""
+    """Return a report as a piece of HTML of bounded size."""
     # without the text of the scene no number of a line is a link: the listing is not here
     findings = Findings(replace(report, scene={**report.scene, "text": ""}))
     mood, ended = findings.status
@@ -38,7 +38,7 @@ def inline(report: Report) -> str:
 
 
 def _warned(findings: Findings) -> str:
-    """How many warnings there are, the first of them on demand."""
+    """Return the number of warnings, with the first ones on demand."""
     warnings = findings.report.warnings
     if not warnings:
         return ""
@@ -46,7 +46,7 @@ def _warned(findings: Findings) -> str:
 
 
 def _expectations(findings: Findings) -> str:
-    """The table of verdicts, those that are not met first where they are too many to show."""
+    """Return the table of verdicts; those not met come first if there are too many to show."""
     judged = findings.report.expectations
     if not judged:
         return ""
@@ -63,7 +63,7 @@ def _urgency(e: ExpectationResult) -> int:
 
 
 def _results(findings: Findings) -> Sequence[str]:
-    """A table for each body, their footnotes, and what models state of themselves."""
+    """Return a table for each body, their footnotes, and the errors that models state."""
     if not findings.everyone:
         return ()
     notes = Notes(linked=False)
@@ -72,7 +72,7 @@ def _results(findings: Findings) -> Sequence[str]:
 
 
 def _table(findings: Findings, body: BodyResults, notes: Notes) -> str:
-    """The table of a body under its name, its first rows where there are many."""
+    """Return the table of a body under its name, only the first rows if there are many."""
     heading = tag("p", tag("b", prose(f"`{body.name}`"))) if body.name else ""
     few = replace(body, results=body.results[:ROWS])
     more = len(body.results) - len(few.results)
@@ -81,7 +81,7 @@ def _table(findings: Findings, body: BodyResults, notes: Notes) -> str:
 
 
 def _shapes(findings: Findings) -> str:
-    """The view of the written report, of fewer and coarser shapes, in a frame; empty where nothing has a shape."""
+    """Return the view of shapes, with fewer and coarser shapes than on the page; empty if there are none."""
     report = findings.report
     shaped = [n for n in (*report.references, *report.models) if findings.everyone[n].shape is not None]
     few = shaped[:SHAPES]
@@ -97,6 +97,6 @@ def _shapes(findings: Findings) -> str:
 
 
 def _rest(findings: Findings) -> str:
-    """What there is besides."""
+    """Return a sentence about further content of the report."""
     said = f"Numbers as a table: `report.frame()`; the whole page, with curves and sources: {WHERE}."
     return tag("p", prose(said), class_="quiet")

@@ -1,4 +1,4 @@
-"""A scene in a notebook: its parameters, what it declares, what is doubtful about it, and its text."""
+"""Notebook display of a scene: parameters, declarations, warnings and text."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LINES = 200  # of its text
 
 
 def inline(scene: Scene, warnings: Sequence[Diagnostic]) -> str:
-    """A scene as a piece of HTML, of bounded size."""
+    """Return a scene as a piece of HTML of bounded size."""
     parts = [tag("p", prose(_expected(scene))), _doubts(warnings), _parameters(scene), _declared(scene), _text(scene)]
     return shell(scene.title or scene.source.name, *parts)
 
@@ -33,7 +33,7 @@ def _expected(scene: Scene) -> str:
 
 
 def _doubts(warnings: Sequence[Diagnostic]) -> str:
-    """How many warnings there are, and the first."""
+    """Return the number of warnings, and the first of them."""
     if not warnings:
         return ""
     said = [ReportWarning(d.code, d.message, d.span.line if d.span else None, d.help) for d in warnings[:ROWS]]
@@ -53,7 +53,7 @@ def _parameters(scene: Scene) -> str:
 
 
 def _declared(scene: Scene) -> str:
-    """What is declared of each kind, with the word that each is made by."""
+    """Return the declared names of each kind, with their constructors."""
     rows = [_kind(kind, own) for kind in KINDS if (own := scene.of_kind(kind))]
     return table("What the scene declares", ("Kind", "Names"), rows) if rows else ""
 

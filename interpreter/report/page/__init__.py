@@ -1,1 +1,1 @@
-"""What every page is made of: markup, style sheets and scripts, plates with tables."""
+"""Building blocks of HTML pages: markup, style sheets, scripts, and figures with their data."""

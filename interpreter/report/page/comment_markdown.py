@@ -1,4 +1,4 @@
-"""Markdown for comments of pull requests: tables of texts that others wrote, bounded to what a comment may hold."""
+"""Markdown for pull-request comments: tables of untrusted texts, within the size limit of a comment."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Row = Sequence[str]
 
 @dataclass(frozen=True)
 class MarkdownTable:
-    """Rows of cells, each made by `plain` or `code`, the most important first; `noun` is what a row is."""
+    """Rows of cells, each made by `plain` or `code`, the most important first; `noun` names a row."""
 
     noun: str
     columns: Row
@@ -23,7 +23,7 @@ class MarkdownTable:
 
 
 def document(head: str, tables: Sequence[MarkdownTable], tail: str = "", limit: int = LIMIT) -> str:
-    """Head, tables that have rows, and tail; rows for which there is no room are counted at the end of their table."""
+    """Return head, non-empty tables and tail; rows beyond the limit are counted at the end of their table."""
     blocks = [head]
     room = limit - _size(head) - _size(tail) - 8
     for table in (t for t in tables if t.rows):
@@ -44,14 +44,14 @@ def document(head: str, tables: Sequence[MarkdownTable], tail: str = "", limit: 
 
 
 def plain(text: str) -> str:
-    """A text that marks nothing up, breaks no table and calls nobody."""
+    """Return a text without markup, table breaks or mentions of people."""
     escaped = re.sub(r"([\\`*_~\[\]])", r"\\\1", _short(text).replace("&", "&amp;"))
     escaped = escaped.replace("<", "&lt;").replace(">", "&gt;").replace("|", "&#124;")
     return re.sub(r"[@#](?=\w)", lambda sign: f"{sign[0]}\u200b", escaped)
 
 
 def code(text: str) -> str:
-    """A text as it is written, as code, in or outside a table."""
+    """Return a text verbatim as code, inside or outside a table."""
     told = _short(text)
     if not told or "|" in told:  # which ends a cell, in code too
         return told and f"<code>{plain(told)}</code>"
@@ -61,7 +61,7 @@ def code(text: str) -> str:
 
 
 def _short(text: str) -> str:
-    """On one line, its middle left out where it is long."""
+    """Return a text on one line, with its middle omitted if it is long."""
     line = " ".join(visible(encodable(word)) for word in text.split())
     return line if len(line) <= LONGEST else f"{line[: LONGEST // 2]} … {line[-LONGEST // 3 :]}"
 

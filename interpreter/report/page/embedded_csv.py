@@ -1,4 +1,4 @@
-"""CSV that travels inside the page, as a link that saves it."""
+"""CSV data embedded in the page as a download link."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Cell = str | int | float | None
 
 
 def csv_text(header: Sequence[str], rows: Iterable[Sequence[Cell]]) -> str:
-    """RFC 4180; floats in full, an empty field where there is no value."""
+    """Return RFC 4180 text; floats with all digits, an empty field for a missing value."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\r\n")
     writer.writerow([_field(cell) for cell in header])
@@ -31,12 +31,12 @@ def _field(cell: Cell) -> str:
 
 
 def csv_link(name: str, header: Sequence[str], rows: Iterable[Sequence[Cell]], label: str = "CSV") -> str:
-    """A link that saves the rows as `name`.csv."""
+    """Return a link that saves the rows as `name`.csv."""
     body = csv_text(header, rows).encode("utf-8", "replace")
     address = "data:text/csv;charset=utf-8," + quote(body, safe=",;!*()?@$'+=")
     return tag("a", text(label), class_="save", href=address, download=f"{name}.csv")
 
 
 def short(value: float) -> float:
-    """A float with nine digits: enough to draw with; report.json has them all."""
+    """Return a float with nine digits, enough for drawing; report.json has all digits."""
     return float(f"{value:.9g}")

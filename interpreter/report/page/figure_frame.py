@@ -1,7 +1,6 @@
-"""A plate: a chart with its caption, a legend that shows and hides curves, and its numbers as table and CSV.
+"""Figure frame: a chart with caption, a legend that shows and hides curves, and its data as table and CSV.
 
-The legend's boxes work by style sheet alone; `report.js` adds the coordinates of points, which it takes from
-the table.
+The legend works with style sheets only; `report.js` adds the coordinates of points, which it reads from the table.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ SHOWN = 12  # curves of models that are drawn at first; the legend has the other
 
 @dataclass(frozen=True)
 class PlateColumn:
-    """Cells of a data table under one name: symbols with units (`x / mm`), a text for each row and symbol."""
+    """Columns of a data table under one name: symbols with units (`x / mm`), and a text for each row and symbol."""
 
     name: str
     symbols: tuple[str, ...]
@@ -32,7 +31,7 @@ def plate(
     legend: bool = True,
     open_: Sequence[str] | None = None,
 ) -> str:
-    """The figure. `caption` is markup; `open_` names the curves that are shown at first, None for all."""
+    """Return the figure. `caption` is markup; `open_` names the curves shown initially, None for all."""
     drawing = tag("div", chart.svg(), class_="drawing")
     side = _legend(chart, open_) if legend else ""
     numbers = details("Data of this figure", data_table(f"Data: {chart.title}", columns), save)
@@ -51,17 +50,17 @@ def _legend(chart: Chart, open_: Sequence[str] | None) -> str:
 
 
 def toggles(curves: int) -> str:
-    """The rules by which the boxes of a legend hide its curves."""
+    """Return the CSS rules by which the boxes of a legend hide its curves."""
     return "".join(f'.plate:has(input[value="k{i}"]:not(:checked)) .k{i}{{display:none}}' for i in range(curves))
 
 
 def details(summary: str, *content: str) -> str:
-    """Content that opens on demand."""
+    """Return content that opens on demand."""
     return tag("details", tag("summary", text(summary)), *content)
 
 
 def data_table(caption: str, columns: Sequence[PlateColumn]) -> str:
-    """Rows of numbers; the first column heads the rows. A name stands over the symbols of its columns."""
+    """Return a table of numbers; the first column has row headers, and names span the symbols of their columns."""
     first, *rest = columns
     names = [tag("th", text(first.name), rowspan=2, scope="col", data_q=first.symbols[0])]
     names += [tag("th", text(c.name), colspan=len(c.symbols), scope="colgroup") for c in rest]
@@ -78,5 +77,5 @@ def _row(index: int, columns: Sequence[PlateColumn]) -> str:
 
 
 def crowded(total: int, shown: int, where: str = "legend") -> str:
-    """A sentence for the caption where not every model is drawn at first."""
+    """Return a sentence for the caption if not every model is drawn initially."""
     return f" {count(shown, 'model')} of {total} drawn at first: tick others in the {where}." if shown < total else ""

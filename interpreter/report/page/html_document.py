@@ -1,4 +1,4 @@
-"""One HTML file that needs nothing else: what the page of a run and that of a comparison are made of alike."""
+"""Self-contained HTML document, shared by the pages of runs and comparisons."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ def document(
     styles: Sequence[str],
     scripts: Sequence[str],
 ) -> str:
-    """A complete HTML5 document of `sections` (id, markup), with links to those that are not empty by their headings.
+    """Return a complete HTML5 document of `sections` (id, markup), with links to the headings of non-empty ones.
 
-    `numbers` is the file that has all numbers, `curves` how many a figure can show and hide at most; `styles` and
-    `scripts` are files of this package that go in.
+    `numbers` is the file with all numbers, `curves` the largest number of curves that a figure can show and hide;
+    `styles` and `scripts` are files of this package to include.
     """
     items = [tag("li", tag("a", _heading(markup), href=f"#{key}")) for key, markup in sections if markup]
     body = tag(
@@ -46,7 +46,7 @@ def document(
 
 
 def excerpt(title: str, curves: int, content: str, styles: Sequence[str], scripts: Sequence[str]) -> str:
-    """A complete document of `content` alone, for a frame within another page: no header, no links, no footer."""
+    """Return a complete document with only `content`, for a frame in another page: no header, links or footer."""
     return _whole(_head(title, title, curves, styles), tag("body", tag("main", content), _scripts(scripts)))
 
 
@@ -72,26 +72,26 @@ def _scripts(names: Sequence[str]) -> str:
 
 
 def _heading(markup: str) -> str:
-    """What a section is called where it stands, as markup."""
+    """Return the heading of a section as markup."""
     found = _HEADING.search(markup)
     return found[1] if found else ""
 
 
 @lru_cache(maxsize=8)
 def part(name: str, beside: tuple[str, ...] = ()) -> str:
-    """A file of this package, without lines that end in `// with OTHER` where OTHER does not go in beside it."""
+    """Return a file of this package, without lines ending in `// with OTHER` if OTHER is not included."""
     lines = files(__package__ or "").joinpath(name).read_text(encoding="utf-8").splitlines(keepends=True)
     return "".join(line for line in lines if (other := _WITH.search(line)) is None or other[1] in beside)
 
 
 def moment(written: str) -> str:
-    """A time element in words; the text itself where it is not a date."""
+    """Return a time element in words; the text itself if it is not a date."""
     words = in_words(written)
     return text(written) if words == written else tag("time", words, datetime=written)
 
 
 def in_words(written: str) -> str:
-    """`23 November 2026, 17:54 UTC`; the text itself where it is not a date."""
+    """Return `23 November 2026, 17:54 UTC`; the text itself if it is not a date."""
     try:
         found = datetime.fromisoformat(written)
     except ValueError:

@@ -1,4 +1,4 @@
-"""HTML as text: attributes and pieces of text go through `text`; what comes from here is markup."""
+"""HTML generation: attributes and text are escaped by `text`; functions here return markup."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ VOID = frozenset({"meta", "input", "br", "img", "link", "wbr"})
 
 
 def text(value: object) -> str:
-    """Any value as HTML text: `<`, `>`, `&` and quotes escaped, control characters as their pictures."""
+    """Return any value as HTML text: `<`, `>`, `&` and quotes escaped, control characters as symbols."""
     return html.escape(legible(value), quote=True)
 
 
 def legible(value: object) -> str:
-    """Any value as text that HTML and XML can hold and a person sees as it is written."""
+    """Return any value as text allowed in HTML and XML, with control characters made visible."""
     return _CONTROL.sub(lambda match: _picture(match[0]), str(value))
 
 
@@ -29,7 +29,7 @@ def _picture(character: str) -> str:
 
 
 def tag(name: str, /, *content: str, **attributes: object) -> str:
-    """An element; content is markup. Attributes: `class_`, `data_x` for `data-x`; None leaves one out."""
+    """Return an element; content is markup. Attributes: `class_`, `data_x` for `data-x`; None omits one."""
     opening = "".join(_attribute(key, value) for key, value in attributes.items())
     if name in VOID:
         return f"<{name}{opening}>"
@@ -44,7 +44,7 @@ def _attribute(key: str, value: object) -> str:
 
 
 def broken(name: str) -> str:
-    """A name that may be broken after its underscores."""
+    """Return a name that may be wrapped after its underscores."""
     return text(name).replace("_", "_<wbr>")
 
 
@@ -52,33 +52,33 @@ _CODE = re.compile(r"`([^`\n]+)`")
 
 
 def prose(message: str) -> str:
-    """A message as HTML: what stands between backticks becomes code."""
+    """Return a message as HTML; text between backticks becomes code."""
     pieces = _CODE.split(message)  # plain, code, plain, code, ...
     return "".join(tag("code", text(piece)) if i % 2 else text(piece) for i, piece in enumerate(pieces))
 
 
 def plain(message: str) -> str:
-    """A message without its backticks, for titles and for `desc`."""
+    """Return a message without its backticks, for titles and for `desc`."""
     return _CODE.sub(r"\1", message)
 
 
 def section(name: str, heading: str, *content: str) -> str:
-    """A landmark of the page with its heading."""
+    """Return a section of the page with its heading."""
     title = tag("h2", text(heading), id=f"{name}-heading")
     return tag("section", title, *content, id=name, aria_labelledby=f"{name}-heading")
 
 
 def count(n: int, noun: str) -> str:
-    """`1 model`, `4 models`."""
+    """Return `1 model`, `4 models`."""
     return f"{n} {noun}" + ("" if n == 1 else "s")
 
 
 def listed(items: list[str]) -> str:
-    """`a`, `a and b`, `a, b and c`."""
+    """Return `a`, `a and b`, `a, b and c`."""
     return " and ".join([", ".join(items[:-1]), items[-1]]) if len(items) > 1 else "".join(items)
 
 
 def several(items: list[str], most: int = 8) -> str:
-    """The same where they are few; `a, b and 9 others` of many."""
+    """Return a list like `listed` if it is short; `a, b and 9 others` if it is long."""
     few = items if len(items) <= most else [*items[: most - 1], f"{len(items) - most + 1} others"]
     return listed(few)

@@ -1,1 +1,1 @@
-"""The page and the terminal's text of `dsl stress`."""
+"""Page and terminal text of `dsl stress`."""

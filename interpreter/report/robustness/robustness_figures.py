@@ -1,4 +1,4 @@
-"""Figures of `dsl stress`: strips, one row a model, along each quantity; heat maps over pairs of quantities."""
+"""Figures of `dsl stress`: strips along each quantity with one row per model, and heat maps over pairs of quantities."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CELL, EDGE = 46.0, 74.0  # of a heat map
 
 
 def key(study: RobustnessStudyRecord) -> str:
-    """The classes that occur, with what they mean."""
+    """Return the classes that occur, with their meaning."""
     found = dict.fromkeys(p.found.word for p in study.points)
     items = [
         tag("li", _mark(12, 10, name, 5.0, alone=True), tag("b", text(class_of(name).words)), ": ",
@@ -28,7 +28,7 @@ def key(study: RobustnessStudyRecord) -> str:
 
 
 def _mark(x: float, y: float, name: str, size: float, alone: bool = False, title: str = "") -> str:
-    """A coloured disc with the glyph of a class."""
+    """Return a coloured disc with the glyph of a class."""
     said = tag("title", text(plain(title))) if title else ""
     disc = tag("circle", cx=f"{x:.1f}", cy=f"{y:.1f}", r=size + 2.5)
     glyph = tag("text", text(class_of(name).sign), x=f"{x:.1f}", y=f"{y + 3.6:.1f}", text_anchor="middle")
@@ -39,7 +39,7 @@ def _mark(x: float, y: float, name: str, size: float, alone: bool = False, title
 
 
 def strip(study: RobustnessStudyRecord, asked: WalkedQuantity) -> str:
-    """All models along one quantity: bands where the class is the same from point to point. Empty without points."""
+    """Return all models along one quantity, with bands between points of the same class. Empty without points."""
     rows = {m: walked(study, m, asked) for m in study.models}
     rows = {m: points for m, points in rows.items() if len(points) > 1}
     if not rows:
@@ -82,7 +82,7 @@ def _row(model: str, points: Sequence[tuple[Value, RobustnessPoint]], scale: Rul
 
 
 def _nominal(asked: WalkedQuantity, scale: Ruler, rows: int) -> str:
-    """A line where the scene itself is."""
+    """Return a line at the nominal value of the scene."""
     if isinstance(asked.nominal, str) or asked.nominal not in scale.marks:
         return ""
     x = f"{_x(scale, asked.nominal):.1f}"
@@ -90,7 +90,7 @@ def _nominal(asked: WalkedQuantity, scale: Ruler, rows: int) -> str:
 
 
 def _ticks(scale: Ruler, y: float) -> str:
-    """Values under their places, as many as do not meet."""
+    """Return as many labelled values as fit without overlap."""
     pieces, end = [], -1e9
     for value in _some(scale.marks):
         x, said = _x(scale, value), scale.said(value)
@@ -109,7 +109,7 @@ def _some(marks: Sequence[Any]) -> Iterator[Any]:
 
 
 def maps(study: RobustnessStudyRecord) -> str:
-    """A heat map for each model and pair: the class by tint and glyph, the error in figures."""
+    """Return a heat map for each model and pair: the class by tint and glyph, the error as a number."""
     units = {q.name: q.unit for q in study.quantities}
     plates = [_map(own, units) for own in study.maps]
     return tag("div", *plates, class_="small-plates") if plates else ""

@@ -1,4 +1,4 @@
-"""`page`: what `dsl stress` shows, one HTML file that needs nothing else; what went wrong silently comes first."""
+"""HTML page of `dsl stress`, one self-contained file that starts with the silently wrong points."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FOLDED = 60  # points beyond which their table is folded
 
 
 def page(stress: RobustnessRecord) -> str:
-    """A complete HTML5 document of a `softmark-stress/1`: no network, no other file."""
+    """Return a complete HTML5 document of a `softmark-stress/1` result, without network access or other files."""
     return document(
         f"{stress.scene['title']} – softmark stress",
         plain(conclusion(stress)),
@@ -46,7 +46,7 @@ def page(stress: RobustnessRecord) -> str:
 
 
 def conclusion(stress: RobustnessRecord) -> str:
-    """`2 340 points of 9 models: 1 402 right, 512 inaccurate and said so, ...; none was wrong without a word.`"""
+    """Return `2 340 points of 9 models: 1 402 right, 512 inaccurate and said so, ...; none was wrong without a word.`"""
     summary, counts = stress.summary, stress.summary.classes
     models = len(dict.fromkeys(m for study in stress.studies for m in study.models))
     ordered = [name for name in CLASSES if counts.get(name) and name != "silent"]
@@ -70,7 +70,7 @@ def _silent(stress: RobustnessRecord) -> str:
 
 
 def silent(stress: RobustnessRecord, most: int | None = None) -> str:
-    """Every point that was wrong without a word, the first so many, with the command that repeats it."""
+    """Return the silently wrong points, at most `most`, with the command that repeats each."""
     file, plugins = scene_name(stress.scene, "-"), [p["file"] for p in stress.scene.get("plugins", ())]
     items = [
         tag("li", tag("code", text(p.model)), ", ", prose(told(p)), _command(again(file, p, plugins)))
@@ -80,7 +80,7 @@ def silent(stress: RobustnessRecord, most: int | None = None) -> str:
 
 
 def again(file: str, point: RobustnessPoint, plugins: Sequence[str] = ()) -> str:
-    """The command that computes a point again."""
+    """Return the command that computes a point again."""
     parts = ["dsl", "run", file, *(part for own in plugins for part in ("--plugin", own))]
     parts += [part for n, t in point.texts.items() for part in ("-p", f"{n}={t}")]
     return shlex.join([*parts, "--model", point.model])
@@ -95,12 +95,12 @@ def _edges(stress: RobustnessRecord) -> str:
 
 
 def edges(stress: RobustnessRecord) -> str:
-    """For each study, where each model is right, and what comes beyond."""
+    """Return for each study the range in which each model is right, and its status beyond."""
     return "".join(_under(stress, study, _table(study)) for study in stress.studies)
 
 
 def _under(stress: RobustnessRecord, study: RobustnessStudyRecord, markup: str) -> str:
-    """Under the study's name where there are several."""
+    """Return the markup under the study's name if there are several studies."""
     if not markup or len(stress.studies) < 2:
         return markup
     return tag("h3", tag("code", text(study.name))) + markup
@@ -126,7 +126,7 @@ def _table(study: RobustnessStudyRecord) -> str:
 
 
 def _range(own: list[ValidityEdge], unit: str) -> str:
-    """`0.3 … 0.4995`, what comes beyond each end beneath."""
+    """Return `0.3 … 0.4995`, with the status beyond each end below."""
     if not own:
         return tag("td", "–")
     if choices := [e for e in own if isinstance(e, ChoiceEdge)]:
@@ -156,7 +156,7 @@ def _strips(stress: RobustnessRecord) -> str:
 
 
 def strips(stress: RobustnessRecord) -> str:
-    """One figure for each quantity."""
+    """Return one figure for each quantity."""
     blocks = []
     for study in stress.studies:
         figures = "".join(stress_figures.strip(study, asked) for asked in study.quantities)
@@ -165,13 +165,13 @@ def strips(stress: RobustnessRecord) -> str:
 
 
 def _maps(stress: RobustnessRecord) -> str:
-    """Heat maps of pairs."""
+    """Return heat maps of pairs."""
     blocks = [_under(stress, study, stress_figures.maps(study)) for study in stress.studies]
     return section("maps", "Two at a time", *blocks) if any(blocks) else ""
 
 
 def _remedies(stress: RobustnessRecord) -> str:
-    """Why each edge is where it is, and what would move it."""
+    """Return the cause of each limit, and what would move it."""
     found: dict[tuple[str, str, str], list[str]] = {}
     for study in stress.studies:
         for e in study.edges:
@@ -186,7 +186,7 @@ def _remedies(stress: RobustnessRecord) -> str:
 
 
 def _points(stress: RobustnessRecord) -> str:
-    """Every point."""
+    """Return the table of all points."""
     rows = [_point(p) for p in stress.points]
     if not rows:
         return ""
@@ -209,7 +209,7 @@ def _point(point: RobustnessPoint) -> str:
 
 
 def _provenance(stress: RobustnessRecord) -> str:
-    """The command, the environment and the scene."""
+    """Return the command, the environment and the scene."""
     repeat = tag("p", "To repeat this study:") + _command(stress.command) if stress.command else ""
     return section("provenance", "Provenance", repeat, table_of(stress.environment or {}), listing(stress.scene))
 

@@ -1,4 +1,4 @@
-"""A stability study in the terminal: how far each model is right along each quantity, and what lies beyond."""
+"""Terminal text of a robustness study: the range in which each model is right, and its status beyond."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SAID = {
 
 
 def table(found: RobustnessRecord, file: str, overrides: Sequence[str], colour: bool, place: str | None) -> str:
-    """All studies, the counts, and every silent point with the command that repeats it."""
+    """Return all studies, the counts, and every silently wrong point with the command that repeats it."""
     lines = [str(found.scene["title"])]
     for study in found.studies:
         lines += ["", *_study(study)]
@@ -59,7 +59,7 @@ def _is_vector(quantity: WalkedQuantity) -> bool:
 
 
 def _range(edges: Sequence[ValidityEdge], unit: str) -> str:
-    """`right 0.3 .. 0.4995`, or that it is right nowhere, or that nothing was judged."""
+    """Return `right 0.3 .. 0.4995`, or that the model is right nowhere, or that nothing was judged."""
     if isinstance(edges[0], ChoiceEdge):
         return "; ".join(f"{SAID.get(word, word)}: {', '.join(own)}" for word, own in chosen(edges[0]))
     found = ends(edges, lambda value: number(value, unit))
@@ -70,7 +70,7 @@ def _range(edges: Sequence[ValidityEdge], unit: str) -> str:
 
 
 def _beyond(edge: ValidityEdge, unit: str) -> Iterator[str]:
-    """What lies beyond an edge, and what would move it."""
+    """Yield the status beyond a limit, and what would move it."""
     if edge.word is None:
         return
     at = ""
@@ -84,7 +84,7 @@ def _beyond(edge: ValidityEdge, unit: str) -> Iterator[str]:
 
 
 def number(value: float, unit: str) -> str:
-    """A value as people read it; near one half what is missing, which is what counts there."""
+    """Return a readable value; near one half the difference from it, which matters there."""
     if unit == "1" and 0.499 < value < 0.5:
         return f"0.5 - {0.5 - value:.3g}"
     return units.format_value(float(f"{value:.4g}"), units.parse_unit(unit).dimension)
@@ -98,7 +98,7 @@ def _counts(summary: RobustnessSummary) -> str:
 
 
 def _silent(found: RobustnessRecord, file: str, overrides: Sequence[str], colour: bool) -> Iterator[str]:
-    """Points that look right and are wrong, with the commands that repeat them."""
+    """Yield points that look right and are wrong, with the commands that repeat them."""
     silent = [(s.metric, p) for s in found.studies for p in s.points if p.found.word == "silent"]
     if not silent:
         return

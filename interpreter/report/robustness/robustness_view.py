@@ -1,4 +1,4 @@
-"""What the page of `dsl stress` shows, from a `softmark-stress/1`: classes in words, and where values stand."""
+"""Display data of `dsl stress` from a `softmark-stress/1` result: classes in words, and positions of values."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Class:
-    """How a class of points is said and drawn: a letter, a glyph and a tint, so that no one of them is needed."""
+    """Display of a class of points: a letter, a glyph and a tint, so that none of them alone is needed."""
 
     words: str
     sign: str
@@ -41,13 +41,13 @@ CLASSES: Mapping[str, Class] = {
 
 
 def class_of(name: object) -> Class:
-    """The look of a class; one that is not known here is said as it is called."""
+    """Return the display of a class; an unknown one is shown by its name."""
     return CLASSES.get(str(name)) or Class(str(name).replace("_", " "), "?", "")
 
 
 @dataclass(frozen=True)
 class Ruler:
-    """Where the values of a quantity stand, from 0 to 1: by decades, by decades of the gap to a limit, or in turn."""
+    """Scale of a quantity from 0 to 1: by decades, by decades of the distance to a limit, or evenly spaced."""
 
     name: str
     unit: str
@@ -56,7 +56,7 @@ class Ruler:
     ends: tuple[float, float]
 
     def at(self, value: Any) -> float:
-        """0 at the lowest value, 1 at the highest."""
+        """Return the position of a value: 0 for the lowest, 1 for the highest."""
         low, high = self.ends
         return (self._place(value) - low) / (high - low) if high > low else 0.5
 
@@ -64,7 +64,7 @@ class Ruler:
         return place(self.kind, value, self.marks)
 
     def said(self, value: Any) -> str:
-        """A value in the unit that fits it."""
+        """Return a value in a suitable unit."""
         return shown(value, self.unit)
 
 
@@ -73,7 +73,7 @@ GAP_LIMIT, LEAST_GAP = 0.5, 1e-10  # of Poisson's ratio, the one quantity that i
 
 
 def place(kind: str, value: Any, marks: Sequence[Any]) -> float:
-    """The coordinate of a value on a scale of a kind."""
+    """Return the coordinate of a value on a scale of a kind."""
     if kind == "turn":
         return float(list(marks).index(value)) if value in marks else 0.0
     if kind == "gap":
@@ -82,7 +82,7 @@ def place(kind: str, value: Any, marks: Sequence[Any]) -> float:
 
 
 def ruler(asked: WalkedQuantity, values: Sequence[Any]) -> Ruler:
-    """The scale on which the values of a quantity stand apart."""
+    """Return the scale that separates the values of a quantity best."""
     numbers = all(isinstance(v, int | float) for v in values)
     marks = tuple(sorted(set(values)) if numbers else dict.fromkeys(values))
     kind = "turn"
@@ -97,7 +97,7 @@ def ruler(asked: WalkedQuantity, values: Sequence[Any]) -> Ruler:
 
 
 def shown(value: Any, unit: str) -> str:
-    """A value of a quantity in four digits; Poisson's ratios keep all their nines."""
+    """Return a value with four digits; Poisson's ratios keep all nines."""
     if not isinstance(value, int | float) or isinstance(value, bool):
         return str(value)
     if unit not in ("1", ""):
@@ -106,13 +106,13 @@ def shown(value: Any, unit: str) -> str:
 
 
 def reach(own: Collection[ValidityEdge], unit: str) -> list[str]:
-    """Both ends of where a model was found right, by its edges in each direction, or the choices with which it is."""
+    """Return both ends of the range in which a model is right, or the options with which it is."""
     choice = next((e for e in own if isinstance(e, ChoiceEdge)), None)
     return ends(own, lambda value: shown(value, unit)) if choice is None else list(choice.right)
 
 
 def beyond(edge: ValidityEdge, unit: str) -> str | None:
-    """What a model is beyond an edge, and from where; None where it is right as far as it was walked."""
+    """Return the status beyond a limit, and where it starts; None if the model is right at all tested values."""
     if edge.word is None:
         return None
     words = class_of(edge.word).words
@@ -124,7 +124,7 @@ def beyond(edge: ValidityEdge, unit: str) -> str | None:
 
 
 def walked(study: RobustnessStudyRecord, model: str, quantity: WalkedQuantity) -> list[tuple[Value, RobustnessPoint]]:
-    """The points of a model along one quantity, all others nominal; in no order."""
+    """Return the points of a model along one quantity, all others nominal, in no particular order."""
     nominal = {q.name: q.nominal for q in study.quantities}
     own = []
     for point in study.points:
@@ -135,7 +135,7 @@ def walked(study: RobustnessStudyRecord, model: str, quantity: WalkedQuantity) -
 
 
 def told(point: RobustnessPoint) -> str:
-    """What a pointer over a point shows: `rubber.poisson = 0.4999: right, error 0.3 %, states 2 %`."""
+    """Return the tooltip of a point: `rubber.poisson = 0.4999: right, error 0.3 %, states 2 %`."""
     found = point.found
     where = ", ".join(f"{n} = {t}" for n, t in (point.texts or point.values).items()) or "as the scene has it"
     pieces = [class_of(found.word).words]
@@ -147,5 +147,5 @@ def told(point: RobustnessPoint) -> str:
 
 
 def percent(value: float) -> str:
-    """`0.32 %`, `250 %`, `> 1000 %`."""
+    """Return `0.32 %`, `250 %`, `> 1000 %`."""
     return "> 1000 %" if value > 10 else f"{100 * value:.2g} %" if value < 1 else f"{100 * value:.0f} %"

@@ -1,4 +1,4 @@
-"""How far a model was found right along a quantity, in words that say no more than what was judged."""
+"""Validity range of a model along a quantity in words, limited to what was judged."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ Shown = Callable[[float], str]  # a value in its unit
 
 
 def ends(own: Collection[ValidityEdge], shown: Shown) -> list[str]:
-    """Both ends of where a model was found right, in all directions that it was walked; one where they are the same."""
+    """Return both ends of the range in which a model is right, in all tested directions; one if they are equal."""
     found = [v for e in own for v in (e.first_right, e.last_right) if v is not None]
     return list(dict.fromkeys(shown(v) for v in (min(found), max(found)))) if found else []
 
 
 def nowhere(own: Collection[ValidityEdge]) -> str:
-    """What is said of a model that was found right at no point."""
+    """Return a sentence for a model that was right at no point."""
     if not any(e.judged for e in own):
         return "not judged"
     here = next(iter(own)).here
@@ -24,7 +24,7 @@ def nowhere(own: Collection[ValidityEdge]) -> str:
 
 
 def gaps(own: Collection[ValidityEdge]) -> str:
-    """What was not judged between the ends, or nothing."""
+    """Return the parts between the ends that were not judged, or an empty text."""
     if next(iter(own)).here == "unjudged":
         return "not judged here"
     blind = sum(e.blind for e in own)
@@ -32,6 +32,6 @@ def gaps(own: Collection[ValidityEdge]) -> str:
 
 
 def chosen(edge: ChoiceEdge) -> list[tuple[str, list[str]]]:
-    """The options of a quantity that is chosen, under the class that each came to: what is right first."""
+    """Return the options of a choice grouped by class, right ones first."""
     words = dict.fromkeys(("right", *edge.classes.values()))
     return [(word, own) for word in words if (own := edge.under(word))]

@@ -1,5 +1,6 @@
-"""The report of a run: `html` puts sections in order, `terminal` says it as text, `findings` what it comes to.
+"""Report of a run: `report_page` orders the sections, `report_terminal` prints text, `report_summary` draws
+conclusions.
 
-To add a section: one file in `tables` or `figures` with `section_of(findings) -> str` ("" where it has nothing to
-show), one line in `html.SECTIONS`.
+To add a section: one file in `tables` or `figures` with `section_of(findings) -> str` ("" if it has nothing to show),
+one line in `report_page.SECTIONS`.
 """

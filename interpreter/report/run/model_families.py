@@ -1,4 +1,4 @@
-"""Families of models: those that differ by the size of their mesh alone, or by Poisson's ratio alone."""
+"""Families of models that differ only by mesh size, or only by Poisson's ratio."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from softmark.interpreter.report.run.report_summary import Findings
 
 
 def by_size(findings: Findings) -> dict[str, dict[str, float]]:
-    """Family -> its models with their numbers of unknowns, in ascending order; at least two of different size."""
+    """Return family -> models with their numbers of unknowns, ascending; at least two different sizes."""
     found: dict[str, dict[str, float]] = {}
     for name, model in findings.report.models.items():
         kind = model.kind
@@ -20,7 +20,7 @@ def by_size(findings: Findings) -> dict[str, dict[str, float]]:
 
 
 def by_poisson(findings: Findings) -> dict[str, dict[str, float]]:
-    """Family -> its models with their Poisson's ratios, in ascending order; at least two that differ."""
+    """Return family -> models with their Poisson's ratios, ascending; at least two different ones."""
     usual, found = scene_poisson(findings), dict[str, dict[str, float]]()
     for name, model in findings.report.models.items():
         kind = model.kind
@@ -31,7 +31,7 @@ def by_poisson(findings: Findings) -> dict[str, dict[str, float]]:
 
 
 def _lines(found: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:
-    """Families with at least two values; of models with the same value, the first."""
+    """Return families with at least two values; the first of models with equal values."""
     kept: dict[str, dict[str, float]] = {}
     for family, members in found.items():
         first = {value: name for name, value in reversed(list(members.items()))}
@@ -41,6 +41,6 @@ def _lines(found: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, floa
 
 
 def scene_poisson(findings: Findings) -> float | None:
-    """Poisson's ratio of the material that bodies have, where they have one."""
+    """Return Poisson's ratio of the bodies' material, None if it is not unique."""
     values = {d.poisson for d in findings.declared.values() if d.kind == "body" and d.poisson is not None}
     return values.pop() if len(values) == 1 else None

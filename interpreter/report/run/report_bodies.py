@@ -1,4 +1,4 @@
-"""Which models, references, metrics and shapes are about one body: a scene of several bodies is several comparisons."""
+"""Assignment of models, references, metrics and shapes to bodies: several bodies give several comparisons."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class BodyResults:
-    """The names of results and metrics that belong together; `name` is empty where there is only one body."""
+    """Names of results and metrics that belong to a body; `name` is empty if there is only one body."""
 
     name: str
     results: tuple[str, ...]
@@ -20,9 +20,9 @@ class BodyResults:
 
 
 def bodies(findings: Findings) -> tuple[BodyResults, ...]:
-    """The bodies of a report in the order of its results; one without a name where they cannot be told apart.
+    """Return the bodies of a report in the order of its results; one without a name if they cannot be distinguished.
 
-    A metric that is about no body, such as one of time, is in all of them.
+    A metric that belongs to no body, such as a time, is in all of them.
     """
     links, everyone = _links(findings), [n for n, r in findings.everyone.items() if not _is_value(r)]
     groups: dict[str, list[str]] = {}
@@ -37,13 +37,13 @@ def bodies(findings: Findings) -> tuple[BodyResults, ...]:
 
 
 def _is_value(result: Result) -> bool:
-    """Whether it is a value that the scene gives: it has no numbers of its own, and stands beside those held to it."""
+    """Return whether a result is a value given in the scene, which is shown with the results compared with it."""
     return "value" in getattr(result, "facts", {})
 
 
 @dataclass
 class _Links:
-    """Things that belong together, by union-find."""
+    """Groups of connected names, by union-find."""
 
     parent: dict[str, str] = field(default_factory=dict)
 
@@ -72,7 +72,7 @@ def _links(findings: Findings) -> _Links:
 
 
 def _of_result(findings: Findings, name: str, result: Result) -> Iterator[str]:
-    """What a result says about its body: its probes, its declaration, its metrics."""
+    """Yield the links of a result to its body: its probes, its declaration, its metrics."""
     yield from (f"probe {probe}" for probe in result.probes)
     if (body := _body_of(findings, name)) is not None:
         yield f"body {body}"
@@ -81,7 +81,7 @@ def _of_result(findings: Findings, name: str, result: Result) -> Iterator[str]:
 
 
 def _compared_with(findings: Findings, name: str) -> Iterator[str]:
-    """For measured data that say nothing themselves: the metrics and models that are measured from them."""
+    """Yield the metrics and models that use measured data, which have no links of their own."""
     yield from (f"metric {m.name}" for m in findings.metrics if m.against == name and m.probe is not None)
     for other, result in findings.everyone.items():
         if result.shape is not None and result.shape.measured_from == name:
@@ -93,12 +93,12 @@ def _declared(findings: Findings) -> list[str]:
 
 
 def _body_of(findings: Findings, name: str) -> str | None:
-    """The body that a name is declared for."""
+    """Return the body that a name is declared for."""
     return findings.declared.get(name, UNKNOWN).body
 
 
 def _name(findings: Findings, links: _Links, root: str) -> str:
-    """`beam`; several names where bodies share what they are compared with."""
+    """Return the name of the body, such as `beam`; several names if bodies share their references."""
     found = [name for name in _declared(findings) if links.root(f"body {name}") == root]
     return listed(found) or "the rest"
 

@@ -1,4 +1,4 @@
-"""The top of the page: title, conclusion, how the run ended, when and where."""
+"""Page header: title, conclusion, outcome of the run, time and machine."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ SIGNS = {"good": "✓", "bad": "✗", "warn": "…"}
 
 
 def header(findings: Findings) -> str:
-    """The page's header."""
+    """Return the header of the page."""
     mood, words = findings.status
     sign = tag("span", SIGNS[mood], class_="sign", aria_hidden="true")
     status = tag("p", sign, " ", prose(words + "."), class_=f"callout {mood}")
@@ -30,13 +30,13 @@ def header(findings: Findings) -> str:
 
 
 def title(findings: Findings) -> str:
-    """The scene's title, or the name of its file."""
+    """Return the title of the scene, or the name of its file."""
     scene = findings.report.scene
     return str(scene.get("title") or scene.get("file") or "Untitled scene")
 
 
 def _where(findings: Findings) -> str:
-    """`21 November 2026, 08:33 UTC · silicone-beam.scene · AMD EPYC, 2 threads`."""
+    """Return `21 November 2026, 08:33 UTC · silicone-beam.scene · AMD EPYC, 2 threads`."""
     env, scene = findings.report.environment, findings.report.scene
     threads = env.get("threads")
     machine = [str(env["cpu"])] if env.get("cpu") else []

@@ -1,4 +1,4 @@
-"""`render`: the whole page, one file that needs nothing else."""
+"""HTML page of a run's report, one self-contained file."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ SECTIONS: tuple[tuple[str, Callable[[Findings], str]], ...] = (
 
 
 def render(report: Report) -> str:
-    """A complete HTML5 document: no network, no other file; without JavaScript shapes stand still and tooltips lack."""
+    """Return a complete HTML5 document without network access; without JavaScript shapes are still pictures."""
     findings = Findings(report)
     sections = [(key, make(findings)) for key, make in SECTIONS]
     return document(
@@ -86,7 +86,7 @@ def render(report: Report) -> str:
 
 
 def files_of(markup: str) -> tuple[list[str], list[str]]:
-    """The style sheets and the scripts that sections of a report need: what draws shapes only where there are some."""
+    """Return the style sheets and scripts that the sections need; those for shapes only if there are shapes."""
     shown = 'class="shapes"' in markup
     carried, rigid = 'value="carried"' in markup, '"instruments": [{' in markup
     return (

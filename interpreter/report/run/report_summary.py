@@ -1,4 +1,4 @@
-"""What the results come to: which metrics are errors, who is closest to what, and the sentence at the top."""
+"""Conclusions of a report: error metrics, the models closest to each reference, and the summary sentence."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ UNKNOWN = DeclaredName("")
 
 @dataclass(frozen=True)
 class MetricColumn:
-    """A column of the table. `against` is the reference an error is measured from, None for a measurement."""
+    """A column of the table. `against` is the reference of an error metric, None for a measurement."""
 
     name: str
     unit: str
@@ -34,44 +34,44 @@ class MetricColumn:
 
     @property
     def is_error(self) -> bool:
-        """Whether less is better."""
+        """True if smaller values are better."""
         return self.against is not None
 
     @property
     def percent(self) -> bool:
-        """Whether plain numbers of this metric are read as percentages."""
+        """True if plain numbers of this metric are shown as percentages."""
         return self.is_error or self.clock or self.model is not None
 
 
 @dataclass(frozen=True)
 class Findings:
-    """A report, and what follows from it."""
+    """A report with the conclusions drawn from it."""
 
     report: Report
 
     @property
     def declared(self) -> Mapping[str, DeclaredName]:
-        """What the scene's own text declares, by name."""
+        """Declarations of the scene's own text, by name."""
         return self.report.names.declared
 
     @cached_property
     def lines(self) -> range:
-        """Numbers of the lines of the scene's text."""
+        """Line numbers of the scene's text."""
         return range(1, len(str(self.report.scene.get("text", "")).splitlines()) + 1)
 
     def line(self, name: str) -> int | None:
-        """Where a name is declared, if that text is known."""
+        """Return the line where a name is declared, if the text is known."""
         line = self.declared.get(name, UNKNOWN).line
         return line if line in self.lines else None
 
     @cached_property
     def everyone(self) -> dict[str, Result]:
-        """Models and then references."""
+        """Models, then references."""
         return {**self.report.models, **self.report.references}
 
     @cached_property
     def moved(self) -> float:
-        """The largest displacement of any probe and the largest metric that is a length, m: the scale of rounding."""
+        """Largest displacement of any probe or length metric, m, as the scale of rounding errors."""
         found = [0.0]
         for result in self.everyone.values():
             found += [abs(m.value) for m in result.metrics.values() if m.unit == "m" and m.value is not None]
@@ -82,7 +82,7 @@ class Findings:
 
     @cached_property
     def metrics(self) -> tuple[MetricColumn, ...]:
-        """The metrics that somebody has, in the order of the scene's text."""
+        """Metrics with at least one value, in the order of the scene."""
         found = {name: m.unit for r in self.everyone.values() for name, m in r.metrics.items()}
         order = {name: i for i, name in enumerate(self.declared)}
         names = sorted(found, key=lambda name: order.get(name, len(order)))
@@ -100,38 +100,40 @@ class Findings:
 
     @cached_property
     def errors(self) -> tuple[MetricColumn, ...]:
-        """The metrics that measure an error against a reference."""
+        """Metrics that measure an error against a reference."""
         return tuple(m for m in self.metrics if m.is_error)
 
     @cached_property
     def telling(self) -> tuple[MetricColumn, ...]:
-        """Error metrics, the most telling first: what the scene's own expectations ask of its models, in their order.
+        """Error metrics by importance: those used in expectations on models first, in their order.
 
-        Whoever wrote an expectation says by it what the scene is for; without any it is the order of the text.
+        Expectations show what the scene is about; without any, the order of the text is used.
         """
         order = {name: i for i, name in enumerate(self.report.names.expected)}
         return tuple(sorted(self.errors, key=lambda m: order.get(m.name, len(order))))
 
     def best(self, metric: MetricColumn) -> tuple[str, ...]:
-        """The models with the least value of an error metric, and those that the uncertainty leaves undecided."""
+        """Return the models with the smallest value of an error metric, and those that the uncertainty cannot
+        distinguish.
+        """
         values = {n: v for n, m in self.report.models.items() if (v := value_of(m, metric.name)) is not None}
         least = min(values.values(), default=0.0)
         within = least + self.uncertainty(metric)
         return tuple(n for n, v in values.items() if v <= within) if metric.is_error else ()
 
     def uncertainty(self, metric: MetricColumn) -> float:
-        """How large differences of a metric have to be to mean something, in its unit; 0 where nothing is known."""
+        """Return the smallest meaningful difference of a metric, in its unit; 0 if it is unknown."""
         found = (m.metrics.get(metric.name) for m in self.report.models.values())
         return max((m.uncertainty for m in found if m is not None and m.uncertainty), default=0.0)
 
     def tied(self, metric: MetricColumn) -> bool:
-        """Whether several models are best because the uncertainty cannot tell them apart."""
+        """Return whether several models are best because the uncertainty cannot distinguish them."""
         values = {value_of(self.report.models[n], metric.name) for n in self.best(metric)}
         return len(values) > 1
 
     @cached_property
     def probes(self) -> dict[str, dict[str, ProbeResult]]:
-        """Probe -> who has it -> what was seen; the order is that in which probes appear."""
+        """Values at each probe by model or reference, in the order in which probes appear."""
         found: dict[str, dict[str, ProbeResult]] = {}
         for name, result in self.everyone.items():
             for probe, seen in result.probes.items():
@@ -140,20 +142,20 @@ class Findings:
 
     @cached_property
     def unsolved(self) -> dict[str, Result]:
-        """Models and references that were tried and gave no solution."""
+        """Models and references that were attempted and have no solution."""
         return {n: r for n, r in self.everyone.items() if r.status not in (*ANSWERED, *LEFT_OUT)}
 
     # -------------------------------------------------------------- sentences
 
     @property
     def of_last(self) -> str:
-        """` in the last state, 18.25 %`: what numbers are of that stand alone; nothing of a scene in one situation."""
+        """Suffix ` in the last state, 18.25 %` for single numbers; empty for a scene without states."""
         last = next((r.states[-1] for r in self.everyone.values() if r.states), None)
         return "" if last is None else f" in the last state, {format_state(last)}"
 
     @property
     def conclusion(self) -> str:
-        """One sentence: how many, who is closest to the first reference, and what became of expectations."""
+        """Summary sentence: number of models, the closest to the first reference, and the outcome of expectations."""
         parts = [self._crowd(), *self._fates(), *self._first_closest(), self._expected()]
         return "; ".join(part for part in parts if part) + "."
 
@@ -167,7 +169,7 @@ class Findings:
         return models + (f" against {references}" if self.report.references else ", no reference")
 
     def _fates(self) -> Iterator[str]:
-        """`2 of 4 models gave no solution (`a`, `b`)`, and the same for references."""
+        """Yield `2 of 4 models gave no solution (`a`, `b`)`, and the same for references."""
         for results, noun in ((self.report.models, "model"), (self.report.references, "reference")):
             lost = [f"`{n}`" for n in results if n in self.unsolved]
             if lost:
@@ -176,7 +178,7 @@ class Findings:
                 yield f"{len(lost)} of {whole} gave no solution ({listed(shown)})"
 
     def _first_closest(self) -> Iterator[str]:
-        """Who is closest to the first reference, and to the first that was measured."""
+        """Yield the models closest to the first reference, and to the first measured one."""
         where = f"{self.of_last.strip()}, " if self.of_last else ""
         said = [where + words for words in self.closest()]
         known = list(dict.fromkeys(str(m.against) for m in self.telling if self.best(m)))
@@ -185,9 +187,10 @@ class Findings:
         yield from (said[i] for i in chosen if i < len(said))
 
     def closest(self, probe: str | None = None) -> list[str]:
-        """By reference, from its most telling metric: `the closest to theory is rod: 5.9 % (eta), the farthest ...`.
+        """Return a sentence per reference, by its most important metric: `the closest to theory is rod: 5.9 % (eta),
+        ...`.
 
-        With `probe` only the metrics that look there count.
+        With `probe` only the metrics at that probe count.
         """
         said: dict[str, str] = {}
         for metric in self.telling:
@@ -202,7 +205,7 @@ class Findings:
         return list(said.values())
 
     def _farthest(self, metric: MetricColumn, best: tuple[str, ...]) -> str:
-        """`, the farthest is linear_tet: 47 %`: the least error alone tells how good the best is, and nothing else."""
+        """Return `, the farthest is linear_tet: 47 %`, to put the smallest error into perspective."""
         values = {n: v for n, m in self.report.models.items() if (v := value_of(m, metric.name)) is not None}
         worst = max(values, key=lambda n: values[n])
         if worst in best:
@@ -210,7 +213,7 @@ class Findings:
         return f", the farthest is `{worst}`: {format_quantity(values[worst], metric.unit, digits=2, percent=True)}"
 
     def _amount(self, metric: MetricColumn, best: tuple[str, ...]) -> str:
-        """The least error, or the bound under which nothing tells several models apart."""
+        """Return the smallest error, or the bound below which several models cannot be distinguished."""
         if self.tied(metric):
             return f"no difference above ± {format_quantity(self.uncertainty(metric), metric.unit, 2, percent=True)}"
         value = value_of(self.report.models[best[0]], metric.name)
@@ -226,7 +229,7 @@ class Findings:
 
     @property
     def status(self) -> tuple[str, str]:
-        """good, warn or bad, and a line of words: how the run ended."""
+        """Overall outcome: good, warn or bad, and a line of words."""
         if self.report.partial:
             return "warn", "Unfinished: the run goes on, or it was interrupted"
         if self.unsolved:
@@ -247,12 +250,12 @@ class Findings:
 
 
 def value_of(result: Result, metric: str) -> float | None:
-    """The value of a metric, None where there is none."""
+    """Return the value of a metric, None if there is none."""
     found = result.metrics.get(metric)
     return None if found is None or found.value is None else float(found.value)
 
 
 def worth(reference: ReferenceResult) -> str:
-    """What kind of truth a reference is: `consensus of 3 codes`."""
+    """Return the kind of a reference: `consensus of 3 codes`."""
     codes = reference.facts.get("codes")
     return f"{reference.kind} of {codes} codes" if codes else reference.about

@@ -1,4 +1,4 @@
-"""The report as a table in the terminal."""
+"""Terminal table of a report."""
 
 from __future__ import annotations
 
@@ -53,9 +53,9 @@ WIDE = 110  # characters of a line where nobody says how wide the window is
 
 
 def table(report: Report, terminal: bool, width: int | None = None) -> str:
-    """Title, a row per model and reference, expectations, and what went wrong.
+    """Return title, a row per model and reference, expectations and failures.
 
-    Each body has a table of its own; one that is wider than `width` goes on below itself.
+    Each body has its own table; columns beyond `width` continue below.
     """
     report = _shown(report)
     paint = _Paint(terminal and not os.environ.get("NO_COLOR"))
@@ -85,7 +85,7 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
 
 
 def _shown(report: Report) -> Report:
-    """The report with all texts that scenes and files brought as a terminal can show them; the scene's text stays."""
+    """Return the report with all external texts made safe for a terminal; the scene's text is unchanged."""
     scene = {n: v if n == "text" else all_visible(v) for n, v in report.scene.items()}
     models, references = ({n: _plain(r) for n, r in known.items()} for known in (report.models, report.references))
     judged = tuple(replace(e, text=all_visible(e.text), reason=all_visible(e.reason)) for e in report.expectations)
@@ -123,7 +123,7 @@ EFFORT = ("unknowns", "newton", "time", "")
 
 @dataclass(frozen=True)
 class _Rows:
-    """The table of one body."""
+    """Table of one body."""
 
     findings: Findings
     body: BodyResults
@@ -136,13 +136,13 @@ class _Rows:
 
     @cached_property
     def _largest(self) -> dict[str, float]:
-        """Of each metric, in size."""
+        """Largest absolute value of each metric."""
         everyone = [self.findings.everyone[n] for n in self.body.results]
         values = {m.name: [value_of(r, m.name) for r in everyone] for m in self.metrics}
         return {n: max((abs(v) for v in known if v is not None), default=0.0) for n, known in values.items()}
 
     def text(self, room: int) -> str:
-        """The lines; columns that do not fit stand below, with the names again."""
+        """Return the lines; columns that do not fit follow below, with the names repeated."""
         head = ["", *(m.name for m in self.metrics), *EFFORT]
         rows = [self._row(n, self.findings.everyone[n]) for n in self.body.results]
         widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
@@ -184,7 +184,7 @@ class _Rows:
 
 
 def _left_open(reference: ReferenceResult) -> str:
-    """`, ± 23 µm`: what a reference says of its own error, above what nobody needs to know."""
+    """Return `, ± 23 µm`: the uncertainty of a reference, unless it is negligible."""
     error, facts = reference.estimated_error, reference.facts
     if error is not None:
         displaced = reference.probes or reference.shape is not None  # of one of forces alone it tells nothing
@@ -194,12 +194,12 @@ def _left_open(reference: ReferenceResult) -> str:
 
 
 def _off(value: float, unit: str) -> str:
-    """How far off something may be: `23 µm`, at two digits."""
+    """Return an uncertainty with two digits: `23 µm`."""
     return error_statement_table.amount(value, unit).replace("\N{NO-BREAK SPACE}", " ")
 
 
 def _blocks(widths: Sequence[int], room: int, effort: int) -> list[list[int]]:
-    """Places of columns, line by line: the name in front of each; what it took stays together."""
+    """Return column indices block by block, with the name first in each; effort columns stay together."""
     last = list(range(len(widths) - effort, len(widths)))
     blocks: list[list[int]] = [[0]]
     for group in [*([i] for i in range(1, last[0])), last]:
@@ -232,7 +232,7 @@ def _short(clock: str) -> str:
 
 
 def _verdict(found: MetricResult) -> str:
-    """`yes, 46 % left`, `NO, 3.8 x`; where the step is longer than a frame, no time would be short enough."""
+    """Return `yes, 46 % left` or `NO, 3.8 x`; a step longer than a frame can never be fast enough."""
     margin = float(found.details.get("margin", 0.0))
     if found.details["verdict"]:
         return f"yes, {100 * margin:.0f} % left"
@@ -248,7 +248,7 @@ def _amount(value: float, unit_text: str) -> str:
 
 
 def _of_parts(findings: Findings) -> list[str]:
-    """`push, held are of the quarter of layer that is modelled`: of models and, where they say it, of theories."""
+    """Return notes on models of a symmetric part: `push, held are of the quarter of layer that is modelled`."""
     same: dict[str, list[str]] = {}
     for metric in findings.metrics:
         if metric.part:
@@ -257,13 +257,13 @@ def _of_parts(findings: Findings) -> list[str]:
 
 
 def _theirs(findings: Findings, metrics: Sequence[str]) -> str:
-    """Which references have numbers of the same part."""
+    """Return the references whose numbers are of the same part."""
     known = [n for n, r in findings.report.references.items() if any(value_of(r, m) is not None for m in metrics)]
     return f"; of {', '.join(known)} as well" if known else ""
 
 
 def _uncertain(report: Report) -> list[str]:
-    """The footnote of values that are no larger than the uncertainty of what they are measured from."""
+    """Return the footnote on values that do not exceed the uncertainty of their reference."""
     found = {
         name: _amount(metric.uncertainty, metric.unit)
         for part in report.outcomes
@@ -275,7 +275,7 @@ def _uncertain(report: Report) -> list[str]:
 
 
 def _doubted(report: Report) -> list[str]:
-    """The footnote of values of, and measured from, what may be no truth here."""
+    """Return the footnote on values whose reference may not be valid here."""
     found: dict[str, dict[str, None]] = {}
     for part in report.outcomes:
         for name, metric in part.metrics.items():
@@ -286,7 +286,7 @@ def _doubted(report: Report) -> list[str]:
 
 
 def _reasons(report: Report) -> list[str]:
-    """What went wrong, each thing once: who has no solution, and which metrics of whom have no value."""
+    """Return failures, each once: missing solutions, and metrics without a value."""
     lines = [f"{m.name}: {m.message}" for m in report.outcomes if m.message]
     same: dict[str, tuple[dict[str, None], dict[str, None]]] = {}
     for part in report.outcomes:
@@ -301,19 +301,19 @@ def _reasons(report: Report) -> list[str]:
 
 
 def _read(report: Report) -> list[str]:
-    """What reading found in measurements, as units below a header or rows that are left out."""
+    """Return notes on how measurements were read, such as units below a header or omitted rows."""
     known = report.references.items()
     measured = [(n, r.facts.get("notes") or ()) for n, r in known if "uncertainty" in r.facts]
     return [all_visible(f"{name}: {note}") for name, notes in measured for note in notes]
 
 
 def _said(report: Report) -> list[str]:
-    """What references say of themselves."""
+    """Return notes that references give about themselves."""
     return [f"{name}: {said}" for name, r in report.references.items() if (said := r.facts.get("said"))]
 
 
 def _known(report: Report, e: ExpectationResult) -> str:
-    """What the reference of a metric leaves open, where that is not little beside a limit, or may turn the verdict."""
+    """Return the reference uncertainty of a metric, if it is not small relative to the limit or may change the verdict."""
     if e.passed is None or e.value is None:
         return ""
     compared = (e.value, *e.limits)
@@ -328,7 +328,7 @@ def _known(report: Report, e: ExpectationResult) -> str:
 
 
 def _each(report: Report, name: str, metric: str) -> Iterator[MetricResult]:
-    """A metric of a model or reference as it is in every state."""
+    """Yield a metric of a model or reference in every state."""
     owner = report.models.get(name) or report.references.get(name)
     everywhere = [] if owner is None else [owner, *owner.each]
     yield from (own.metrics[metric] for own in everywhere if metric in own.metrics)

@@ -1,4 +1,4 @@
-"""What of a report was taken over from earlier runs, with their dates: its times are of those runs."""
+"""Note on results reused from earlier runs, with their dates; their times are of those runs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ SEVERAL = 8  # names of one run that are listed
 
 
 def sentence(report: Report, quote: str = "") -> str:
-    """`kept from the run of 23 November 2026, 17:54 UTC, with its times: rod, theory; ...`, or nothing."""
+    """Return `kept from the run of 23 November 2026, 17:54 UTC, with its times: rod, theory; ...`, or nothing."""
     by_date: dict[str, list[str]] = {}
     for result in report.outcomes:
         if result.kept:
@@ -25,6 +25,6 @@ def _listed(names: list[str]) -> str:
 
 
 def note(report: Report) -> str:
-    """The same at the top of the page."""
+    """Return the note at the top of the page."""
     said = sentence(report, "`")
     return tag("p", prose(f"{said[:1].upper()}{said[1:]}."), class_="kept where") if said else ""

@@ -217,10 +217,10 @@ def _built_once(
 ) -> tuple[Prepared, Record]:
     """Build the model in one state; `meshes` are shared between states."""
     from softmark.interpreter.models.model_preparation import Measurements, prepared_model
-    from softmark.interpreter.models.shared.prepared_model import Workshop
+    from softmark.interpreter.models.shared.prepared_model import BuildContext
 
     measured = Measurements(scene)
-    workshop = Workshop(meshes=meshes, scene=scene, measured=measured)
+    workshop = BuildContext(meshes=meshes, scene=scene, measured=measured)
     prepared, spent = prepared_model(declared, case, workshop)
     mesh = [sum(s[i] for s in workshop.seconds.values()) for i in (0, 1)]
     rest = [max(0.0, spent[i] - mesh[i] - measured.seconds[i]) for i in (0, 1)]

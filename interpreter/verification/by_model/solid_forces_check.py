@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
 from softmark.interpreter.models.shared.material_regions import own_points
-from softmark.interpreter.models.shared.prepared_model import Moved
+from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.cell_materials_check import alone
 from softmark.interpreter.verification.load_forces_check import loads_on
@@ -35,7 +35,7 @@ class Solved:
 
     model: Fem
     case: Case
-    mesh: Moved
+    mesh: DeformedMesh
 
     @cached_property
     def u(self) -> Floats:
@@ -157,7 +157,7 @@ class Solved:
         return found, lacking, noise
 
 
-def solved(model: Fem, case: Case, mesh: Moved | None) -> Solved:
+def solved(model: Fem, case: Case, mesh: DeformedMesh | None) -> Solved:
     """The state that a mesh is in. Raises Unchecked."""
     if mesh is None or mesh.kind not in CELLS:
         raise Unchecked(f"there is no other formula for {model.element}")
@@ -198,7 +198,7 @@ def _alone(case: Case, f: Floats, x: Floats) -> Wrench:
     return summed({"bed": np.ones(whole.shape, dtype=np.bool_)}, whole, x, case.depth > 0.0)["bed"]
 
 
-def by_support(case: Case, mesh: Moved, left: Floats, x: Floats) -> dict[str, Wrench]:
+def by_support(case: Case, mesh: DeformedMesh, left: Floats, x: Floats) -> dict[str, Wrench]:
     """Of what is left (n, 3) at nodes x (n, 3): what each support of a mesh has."""
     masks = {}
     for support in case.supports:
@@ -207,14 +207,14 @@ def by_support(case: Case, mesh: Moved, left: Floats, x: Floats) -> dict[str, Wr
     return summed(masks, np.hstack([left, np.zeros_like(left)]), x, case.depth > 0.0)
 
 
-def _near(chosen: Any, mesh: Moved) -> Any:
+def _near(chosen: Any, mesh: DeformedMesh) -> Any:
     """Which cells touch chosen nodes (m,)."""
     mask = np.zeros(len(mesh.points), dtype=np.bool_)
     mask[chosen] = True
     return mask[mesh.cells].any(axis=1)
 
 
-def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> MixedBody:
+def pressed(model: Fem, case: Case, mesh: DeformedMesh, which: Any = slice(None)) -> MixedBody:
     """The solid of a formulation with pressures, deformed: of `which` cells, of one material. Raises Unchecked."""
     u, own = np.asarray(mesh.displacement, dtype=np.float64), None
     if model.formulation == "mixed":

@@ -10,7 +10,7 @@ import numpy as np
 
 from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
-from softmark.interpreter.models.shared.material_regions import typical
+from softmark.interpreter.models.shared.material_regions import representative_materials
 from softmark.interpreter.models.shared.prepared_model import Solution
 from softmark.interpreter.problem.body_case import case_for
 from softmark.interpreter.verification import finer_space_error, material_stability
@@ -47,7 +47,7 @@ LOST = 1.7  # how much more they then leave: 1 / (1 - 2^-1/2) over 1 / (1 - 1/2)
 def _largest_poisson(answer: Answer) -> float:
     """Of what the cells are made of: files are read by now."""
     mesh = None if answer.mesh is None else answer.mesh.mesh
-    return float(max(material.poisson for material in typical(answer.own, mesh)))
+    return float(max(material.poisson for material in representative_materials(answer.own, mesh)))
 
 
 class Solids(Sized):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
-from softmark.interpreter.models.shared.prepared_model import Moved
+from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.verification.by_model.solid_forces_check import LEFT, by_support
 from softmark.interpreter.verification.by_model.verifier import Found, Sized
 from softmark.interpreter.verification.load_forces_check import loads_on
@@ -39,7 +39,7 @@ class Networks(Sized):
         x = mesh.points + np.asarray(mesh.displacement, dtype=np.float64)
         return by_support(found.case, mesh, inside - outside, x), LEFT * noise
 
-    def _forces(self, found: Found) -> tuple[Moved, Floats, Floats, float]:
+    def _forces(self, found: Found) -> tuple[DeformedMesh, Floats, Floats, float]:
         """The mesh, what springs and what loads do at its nodes (n, 3), N, and the rounding of both; once."""
         if Networks not in found.known:
             built, mesh = cast("PreparedSprings", found.prepared), found.solution.mesh  # at rest, as it says
@@ -49,7 +49,7 @@ class Networks(Sized):
             inside, noise = solid_forces.spring_forces(mesh.points, springs.edges, springs.k, u)
             outside, unsure = loads_on(found.case, mesh, u, False, "lumped")
             found.known[Networks] = mesh, inside, outside, noise + unsure / LEFT
-        known: tuple[Moved, Floats, Floats, float] = found.known[Networks]
+        known: tuple[DeformedMesh, Floats, Floats, float] = found.known[Networks]
         return known
 
     def model(self, answer: Answer, seen: ProbeAnswer) -> float:

@@ -32,7 +32,7 @@ def update_rotations(x: Floats, X: Floats, q0: Floats, at: Floats, q: Floats, T:
     for k in range(x.shape[0]):
         a, b, c = x[k, 3], x[k, 4], x[k, 5]
         m = a * a + b * b + c * c
-        if m < 0.01:  # what is left out of the series is below rounding
+        if m < 0.01:  # the truncation error of the series is below rounding
             s = 0.5 - m * (1.0 / 48.0 - m * (1.0 / 3840.0 - m / 645120.0))
         else:
             s = math.sin(0.5 * math.sqrt(m)) / math.sqrt(m)
@@ -219,13 +219,13 @@ def _tangent(
     dot = theta[0] * M[0] + theta[1] * M[1] + theta[2] * M[2]
     _add_cross_matrix(w, -0.5 * tau, D_a)
     _rank_one(tw, theta, 0.5 * tau_t, D_a)
-    _rank_one(theta, M, beta, D_b)  # what J M and J^T M have in common
+    _rank_one(theta, M, beta, D_b)  # common part of J M and J^T M
     _rank_one(M, theta, -2.0 * beta, D_b)
     _rank_one(ttM, theta, beta_t, D_b)
     for i in range(3):
         D_b[i, i] += beta * dot
         for j in range(3):
-            D_b[i, j] -= D_a[i, j]  # of A^T w: minus that of A w
+            D_b[i, j] -= D_a[i, j]  # derivative of A^T w: minus that of A w
             D_a[i, j] = -D_b[i, j]
     _add_cross_matrix(M, 0.5, D_a)
     _add_cross_matrix(M, 0.5, D_b)
@@ -270,7 +270,7 @@ def assemble_rod(
     theta, w, M, tw, tM, ttM = theta[:3], w[:3], M[:3], tw[:3], tM[:3], ttM[:3]
     N, Gamma, moment = N[:3], Gamma[:3], moment[:3]
     R, A, J, D_a, D_b = np.zeros((5, 3, 3))
-    by = np.zeros((6, 3, 12))  # theta, psi, Gamma, N, w, M by the increments of both nodes
+    by = np.zeros((6, 3, 12))  # derivatives of theta, psi, Gamma, N, w, M by both nodes' increments
     block = np.zeros((12, 12))
     for e in range(elements.shape[0]):
         a, b = elements[e, 0], elements[e, 1]

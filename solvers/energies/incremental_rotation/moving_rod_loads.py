@@ -1,6 +1,6 @@
 """Concentrated loads on rods in dynamics: moments that keep their direction in space, and tendons through guides.
 
-They act at few nodes and cache their last evaluation. Going through the general `TurnedLoad` instead would take as long
+They act at few nodes and cache their last evaluation. Going through the general `MovingRodLoad` instead would take as long
 as the whole rest of a step, or twice that.
 """
 
@@ -59,7 +59,7 @@ class MovingRodMoments(Energy):
             for j in range(3):
                 turn = b * f[j] - c * e[j], c * d[j] - a * f[j], a * e[j] - b * d[j]
                 for i in range(3):
-                    if (place := places[i][j]) >= 0:  # else it is held
+                    if (place := places[i][j]) >= 0:  # negative: fixed
                         data[place] -= scale * turn[i]
 
     def rounding(self, x: Floats) -> float:
@@ -163,7 +163,7 @@ class MovingGuidedTendon(Energy):
         stiff = (scale * self.through.tension / size)[:, None, None] * (np.eye(3) - t[:, :, None] * t[:, None])
         local = rows.swapaxes(1, 2) @ (stiff @ columns)
         own = self._across @ cross_matrix(scale * pulls) @ T
-        local[:, 3:6, 3:6] += own[:-1]  # a guide between two chords counts once
+        local[:, 3:6, 3:6] += own[:-1]  # count a guide between two chords once
         local[-1, 9:, 9:] += own[-1]
         add_blocks(local, slots, data)
 

@@ -20,8 +20,8 @@ from softmark.solvers.energies.geometrically_exact_rod import RodElastic
 from softmark.solvers.energies.incremental_rotation import moving_rod_kernels
 from softmark.solvers.energies.local_blocks import add_blocks, cross_matrix, project_semidefinite
 
-# of a kernel that is not asked for them
-NO_SLOTS: Any = np.zeros((0, 12, 12), dtype=np.int32)  # as patterns have them
+# empty arguments that switch off parts of the kernel
+NO_SLOTS: Any = np.zeros((0, 12, 12), dtype=np.int32)  # same type as in a sparsity pattern
 Turned = tuple[Floats, Floats, Floats]  # positions (n, 3), rotations (n, 4), d(turn)/d(unknowns) (n, 3, 3)
 NO_FORCES, NO_DATA = np.zeros((0, 6)), np.zeros(0)
 
@@ -40,8 +40,8 @@ class RodChart:
     def reset(self) -> None:
         """Set the reference rotations to those of the undeformed state."""
         self.q0 = self._q_rest.copy()
-        self._known = b""  # the unknowns that `at`, `q` and `T` belong to: their bytes are quicker to compare
-        self._state: Floats | None = None  # of the same
+        self._known = b""  # bytes of the unknowns to which `at`, `q` and `T` belong (fast to compare)
+        self._state: Floats | None = None  # cached state of the same unknowns
 
     def turned(self, x: Floats) -> Turned:
         """Return positions (n, 3), rotations (n, 4) and d(own-axis rotation)/d theta (n, 3, 3), valid until the next
@@ -62,7 +62,7 @@ class RodChart:
     def rebase(self, x: Floats) -> Floats:
         """Make x the reference and return the unknowns of the same state, whose rotation vectors are then zero."""
         q = self.turned(x)[1]
-        self.q0 = q / np.linalg.norm(q, axis=1, keepdims=True)  # which rounding would take from length one
+        self.q0 = q / np.linalg.norm(q, axis=1, keepdims=True)  # rounding would change the unit length
         self._known = b""
         new = x.reshape(-1, 6).copy()
         new[:, 3:] = 0.0
@@ -90,7 +90,7 @@ class MovingRod(Energy):
     def _parts(self) -> Any:
         """Elements, lengths, stiffnesses and rest strains, as arrays for the kernel."""
         rod = self.elastic
-        C = np.array(np.broadcast_to(rod.stiffness.diagonal, rod.rest_strains.shape))  # no view, which is read-only
+        C = np.array(np.broadcast_to(rod.stiffness.diagonal, rod.rest_strains.shape))  # a copy: views are read-only
         return np.ascontiguousarray(rod.elements), rod.lengths, C, rod.rest_strains - rod.offset
 
     def _run(

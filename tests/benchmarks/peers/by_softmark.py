@@ -10,7 +10,7 @@ from protocol import Found, NotConverged, Problem, main
 import softmark.interpreter.models.fem.fem_builder  # noqa: F401 - so that no clock counts it
 from softmark.interpreter.api.python_api import loads
 from softmark.interpreter.models.model_builders import build
-from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.problem.body_case import case_of
 from softmark.solvers.linear import factorisations
 from softmark.solvers.mesh.mesh import Mesh
@@ -31,7 +31,7 @@ def solve(problem: Problem, steps: int) -> Found:
     scene = loads(SCENE.format(**vars(problem), kind=kind)).scene
     declared, case = scene.declared["solid"], case_of(scene, scene.declared["beam"].name)
     mesh = Mesh(problem.points, problem.cells, kind)
-    model = build(declared, case, Workshop({("beam", *declared.thing.mesh_key()): mesh}))
+    model = build(declared, case, BuildContext({("beam", *declared.thing.mesh_key()): mesh}))
     if len(problem.cells) < 1000:
         model.warm()
         factorisations.warm(10**9)  # the kernels that large matrices need

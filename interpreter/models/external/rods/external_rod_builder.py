@@ -14,7 +14,7 @@ from softmark.interpreter.models.external.external_builder import PreparedMoving
 from softmark.interpreter.models.external.external_dynamics import motion_of
 from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, Problem, Section, Stuff
 from softmark.interpreter.models.external.rods.external_rod_declaration import OutsideRod
-from softmark.interpreter.models.shared.prepared_model import Prepared, Workshop
+from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared
 from softmark.interpreter.models.shared.unavailable_model import Unbuilt
 from softmark.interpreter.problem.body_case import Case
 from softmark.records import dataclass
@@ -83,7 +83,7 @@ def load(model: OutsideRod) -> None:
     beam.load(model.ours)
 
 
-def prepare(model: OutsideRod, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+def prepare(model: OutsideRod, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """The same of ours, at rest, to be told; nothing where the program cannot compute it. Raises Fault."""
     if reasons := model.reasons(case):
         return Unbuilt(model.words_of(reasons), "unsupported")

@@ -1,7 +1,7 @@
-"""Files of results, as they are: what they tell, without a unit and matched to nothing.
+"""Readers of result files, without units and without matching to a body.
 
-A format is one file here, with `read(file) -> Told`, and one line in READERS; it is imported when a file of it is read.
-Files are hostile: what is wrong with one ends as Unreadable, within the memory that its size allows.
+Each format is one module with `read(file) -> Told`, and one line in READERS; it is imported on first use. Files may be
+malicious: every error ends as Unreadable, within a memory limit that depends on the file's size.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from softmark.references.measured_data import UNPACK, Unreadable, must_be_unpacked
+from softmark.references.measured_data import UNPACK, Unreadable, require_uncompressed
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.imported_results.result_file import Told
@@ -36,7 +36,7 @@ AGAIN = "write the file again: it may be cut off, or its name may not say its fo
 
 
 def read(file: Path) -> Told:
-    """What a file of results tells. Raises Unreadable with the reason and what to do."""
+    """Read a result file. Raises Unreadable with the reason and a remedy."""
     suffix = file.suffix.lower()
     if suffix not in READERS:
         *known, last = READERS
@@ -65,7 +65,7 @@ def read(file: Path) -> Told:
 
 
 def _by_content(file: Path, reader: str) -> str:
-    """The reader of a file of VTK by what it holds: either ending may have either format."""
+    """Return the reader of a VTK file by its content, because either ending may have either format."""
     if reader not in ("vtk", "vtu"):
         return reader
     from softmark.solvers.mesh.files.vtk import legacy_vtk, vtu_conversion
@@ -76,9 +76,9 @@ def _by_content(file: Path, reader: str) -> str:
 
 
 def _there(file: Path) -> None:
-    """Raises Unreadable where there is no file, nothing in it, or more than is read."""
+    """Raise Unreadable if the file does not exist, is empty or is too large."""
     try:
-        must_be_unpacked(file)
+        require_uncompressed(file)
         size = file.stat().st_size
     except FileNotFoundError:
         known = "the path is relative to the folder of the scene"

@@ -1,8 +1,8 @@
-"""CSV: a row for each point, and for each time where a column is called `time` or `t`.
+"""Reader of CSV tables: a row for each point, and for each time if a column is called `time` or `t`.
 
-Three columns that differ in their endings are a vector: `ux,uy,uz`, `u_x,u_y,u_z`, `U1,U2,U3`, or `u:0,u:1,u:2`
-as ParaView has them. Where points lie: `X,Y,Z`, or `x0,y0,z0`, or ParaView's `Points`, or `x,y,z` where nothing else
-says it. Beside others, `x,y,z` are deformed positions, as `x1,y1,z1` are.
+Three columns that differ in their endings are a vector: `ux,uy,uz`, `u_x,u_y,u_z`, `U1,U2,U3`, or `u:0,u:1,u:2` as
+written by ParaView. Positions are `X,Y,Z`, or `x0,y0,z0`, or ParaView's `Points`, or else `x,y,z`. If there are other
+positions, `x,y,z` are deformed positions, as `x1,y1,z1` are.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ UNIT = re.compile(r"(.*\S)\s*[\[(].*[\])]")
 
 
 def read(file: Path) -> Told:
-    """All times. Raises Unreadable."""
+    """Read all times. Raises Unreadable."""
     with limited_resources(file):
         words = csv_tables.read_header(file)
         if len(words) > MOST:
@@ -65,7 +65,7 @@ def _first(triples: Sequence[Triple], words: Sequence[str]) -> Triple | None:
 
 
 def _vectors(name: str, words: Sequence[str], taken: set[str]) -> dict[str, Triple]:
-    """Columns that belong together, by what their names have in common. Raises Unreadable where two are called so."""
+    """Return columns grouped to vectors by the common part of their names. Raises Unreadable for duplicates."""
     found: list[tuple[str, Triple]] = []
     free = set(words) - taken
     for word in words:
@@ -85,7 +85,7 @@ def _vectors(name: str, words: Sequence[str], taken: set[str]) -> dict[str, Trip
 
 def _told(name: str, found: csv_tables.Columns, places: Triple, moved: Triple | None, vectors: dict[str, Triple],
           clock: Sequence[str], left: tuple[str, ...]) -> Told:  # fmt: skip
-    """Rows by their times. Raises Unreadable."""
+    """Return the rows grouped by time. Raises Unreadable."""
     X, arrays = _stacked(found, places), {word: _stacked(found, triple) for word, triple in vectors.items()}
     times = np.array(found.numbers[clock[0]]) if clock else np.zeros(len(X))
     groups = _groups(times)
@@ -104,11 +104,11 @@ def _told(name: str, found: csv_tables.Columns, places: Triple, moved: Triple | 
 
 
 def _groups(times: Floats) -> list[Ints]:
-    """Rows of one time each, in the order of times, and within it in that of the file."""
+    """Return the rows of each time, in the order of times, and within a time in that of the file."""
     order = np.argsort(times, kind="stable")
     return [rows.astype(np.int64) for rows in np.split(order, np.flatnonzero(np.diff(times[order])) + 1)]
 
 
 def _stacked(found: csv_tables.Columns, triple: Triple) -> Floats:
-    """Columns as vectors (n, 3)."""
+    """Return columns as vectors (n, 3)."""
     return np.column_stack([np.array(found.numbers[word]) for word in triple])

@@ -1,4 +1,4 @@
-"""CalculiX's results, .frd as text: nodes, cells, and vectors at nodes of all increments, at their total times.
+"""Reader of CalculiX results, .frd as text: nodes, cells, and nodal vectors of all increments, at their total times.
 
 Columns are of fixed width. Source: G. Kaminski and K. Wittig, CalculiX GraphiX user's manual, "Result format".
 """
@@ -34,14 +34,14 @@ TEXT = "ask CalculiX for `*NODE FILE`, which is written as text, in place of `*N
 
 @dataclass(frozen=True)
 class Lines:
-    """The lines of a file, from where reading stands."""
+    """Lines of a file, with the current position."""
 
     name: str
     rows: list[bytes]
     at: list[int] = field(default_factory=lambda: [0])
 
     def heads(self) -> Iterator[tuple[str, bytes, int]]:
-        """First lines of blocks with their keys 2C, 3C or 100C, and their numbers from 1. Raises Unreadable."""
+        """Yield the first lines of blocks with their keys 2C, 3C or 100C, and their line numbers. Raises Unreadable."""
         while self.at[0] < len(self.rows):
             row, here = self.rows[self.at[0]], self.at[0] + 1
             self.at[0] += 1
@@ -55,7 +55,7 @@ class Lines:
         raise Unreadable(self.name, ENDED, "look into its log, and let it finish")
 
     def block(self) -> tuple[int, list[bytes]]:
-        """Lines up to ` -3`, which is passed, and the number of the first from 1. Raises Unreadable."""
+        """Return the number of the first line, from 1, and all lines before the next ` -3`. Raises Unreadable."""
         start = i = self.at[0]
         while i < len(self.rows) and self.rows[i][:3] not in (b" -3",):
             if self.rows[i][:3] not in (b" -1", b" -2", b" -4", b" -5"):
@@ -68,7 +68,7 @@ class Lines:
 
 
 def read(file: Path) -> Told:
-    """All increments. Raises Unreadable."""
+    """Read all increments. Raises Unreadable."""
     with limited_resources(file):
         lines = Lines(file.name, read_regular(file).replace(b"\r\n", b"\n").split(b"\n"))
         heads = lines.heads()
@@ -106,7 +106,7 @@ def _moments(name: str, X: Floats, blocks: tuple[Block, ...], steps: dict[float,
 
 
 def _width(name: str, row: bytes, here: int) -> int:
-    """Columns of numbers of nodes, by the format at the end of a line. Raises Unreadable."""
+    """Return the width of node numbers, from the format at the end of a line. Raises Unreadable."""
     form = row.split()[-1] if row.split() else b""
     if form in (b"2", b"3"):
         raise Unreadable(name, f"line {here}: it is binary", TEXT)
@@ -116,7 +116,7 @@ def _width(name: str, row: bytes, here: int) -> int:
 
 
 def _table(name: str, rows: list[bytes], line: int, width: int, many: int) -> tuple[Ints, Floats]:
-    """Lines ` -1`, a node and its numbers: nodes (k,) and numbers (k, many). Raises Unreadable."""
+    """Return nodes (k,) and numbers (k, many) of lines ` -1`. Raises Unreadable."""
     ends = np.cumsum([3, width, *[NUMBER] * many])
     rows = [row.rstrip() for row in rows]
     for i, row in enumerate(rows):
@@ -132,7 +132,7 @@ def _table(name: str, rows: list[bytes], line: int, width: int, many: int) -> tu
 
 
 def _nodes(lines: Lines, row: bytes, here: int) -> tuple[Ints, Floats]:
-    """Numbers of nodes (n,), and where they lie (n, 3). Raises Unreadable."""
+    """Return node numbers (n,) and positions (n, 3). Raises Unreadable."""
     width = _width(lines.name, row, here)
     line, rows = lines.block()
     ids, X = _table(lines.name, rows, line, width, 3)
@@ -146,7 +146,7 @@ def _nodes(lines: Lines, row: bytes, here: int) -> tuple[Ints, Floats]:
 
 
 def _cells(lines: Lines, row: bytes, here: int, ids: Ints) -> list[Block]:
-    """Lines ` -1` of a cell with its type, and ` -2` of its nodes. Raises Unreadable."""
+    """Return cells from lines ` -1` with their type and ` -2` with their nodes. Raises Unreadable."""
     width = _width(lines.name, row, here)
     line, rows = lines.block()
     found: dict[str, list[list[int]]] = {}
@@ -174,7 +174,7 @@ def _cells(lines: Lines, row: bytes, here: int, ids: Ints) -> list[Block]:
 
 
 def _placed(name: str, numbers: Ints, ids: Ints) -> Ints:
-    """Places of nodes in the file by their numbers. Raises Unreadable."""
+    """Return the indices of nodes from their numbers. Raises Unreadable."""
     order = np.argsort(ids)
     at = np.searchsorted(ids[order], numbers).clip(max=len(ids) - 1)
     places: Ints = order[at]
@@ -185,7 +185,7 @@ def _placed(name: str, numbers: Ints, ids: Ints) -> Ints:
 
 
 def _result(lines: Lines, row: bytes, here: int, ids: Ints) -> tuple[float, str, Floats | None]:
-    """The time, the name and the numbers (n, 3) of a result, None where it is no vector at nodes. Raises Unreadable."""
+    """Return time, name and values (n, 3) of a result; None for values that are no nodal vector. Raises Unreadable."""
     width, (line, rows) = _width(lines.name, row, here), lines.block()
     try:
         time, kind = float(row[12:24]), int(row[56:58])

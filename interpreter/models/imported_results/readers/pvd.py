@@ -1,4 +1,4 @@
-"""PVD, ParaView's series of VTU files, or PVTU of one part, with their times: all in its own folder or below."""
+"""Reader of PVD, ParaView's series of VTU or single-part PVTU files with their times, all in its own folder or below."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from softmark.safe_files import read_regular
 
 
 def read(file: Path) -> Told:
-    """All moments. Raises Unreadable."""
+    """Read all states. Raises Unreadable."""
     with limited_resources(file):
         top = parsed(file.name, read_regular(file), "VTKFile")
     entries = [(e.get("file", ""), e.get("timestep", ""), e.get("part", "0")) for e in top.iter("DataSet")]
@@ -40,7 +40,7 @@ def read(file: Path) -> Told:
 
 
 def _moments(name: str, files: list[Path], times: list[str]) -> Iterator[Moment]:
-    """One after the other, at the times of the series. Raises Unreadable."""
+    """Yield the states, at the times of the series. Raises Unreadable."""
     for file, time in zip(files, times, strict=True):
         if time and not NUMBER.fullmatch(time.strip()):
             raise Unreadable(name, f"`{time[:40]}` is no time", AGAIN)

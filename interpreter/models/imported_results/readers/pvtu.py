@@ -1,4 +1,4 @@
-"""PVTU names the VTU files of the parts of a mesh, as programs that may run in parallel write it: one part is read."""
+"""Reader of PVTU, which names the VTU files of the parts of a mesh from parallel programs; only one part is supported."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from softmark.safe_files import read_regular
 
 
 def read(file: Path) -> Told:
-    """One moment. Raises Unreadable."""
+    """Read one state. Raises Unreadable."""
     return told(file.name, [read_moment(file)])
 
 
 def read_moment(file: Path) -> Moment:
-    """The same, for a series. Raises Unreadable."""
+    """Read one state of a series. Raises Unreadable."""
     return vtu.read_moment(part(file))
 
 
 def part(file: Path) -> Path:
-    """The file of the one part, in the same folder or below. Raises Unreadable."""
+    """Return the file of the single part, in the same folder or below. Raises Unreadable."""
     with limited_resources(file):
         top = parsed(file.name, read_regular(file), "VTKFile")
     pieces = top.findall("PUnstructuredGrid/Piece")

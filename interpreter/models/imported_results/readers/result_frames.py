@@ -1,4 +1,4 @@
-"""What a file has of one moment, checked; and moments as a series."""
+"""States read from a file at one time, with checks, and their combination to a series."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Block = tuple[str, Ints]  # meshio's word of an element, or other words for it, 
 
 @dataclass(frozen=True)
 class Moment:
-    """Points (n, 3), cells in blocks of any kind, and arrays with a row for each point, at a time if it has one."""
+    """State of a file at one time: points (n, 3), blocks of cells of any kind, and arrays with a row for each point."""
 
     points: Floats
     blocks: tuple[Block, ...]
@@ -35,19 +35,19 @@ class Moment:
 
     @property
     def vectors(self) -> dict[str, Floats]:
-        """Arrays of three numbers (n, 3)."""
+        """Arrays of vectors (n, 3)."""
         return {name: values for name, values in self.arrays.items() if values.shape[1:] == (3,)}
 
     @property
     def others(self) -> tuple[str, ...]:
-        """The rest of the arrays, in words."""
+        """Descriptions of the other arrays."""
         rest = {name: v[0].size for name, v in self.arrays.items() if v.shape[1:] != (3,)}
         return tuple(f"scalars `{name}`" if k == 1 else f"`{name}`, {k} numbers a point" for name, k in rest.items())
 
 
 def moment(name: str, points: NDArray[np.generic], blocks: Iterable[Block], arrays: Mapping[str, NDArray[np.generic]],
            time: float | None = None, left: tuple[str, ...] = ()) -> Moment:  # fmt: skip
-    """Of the file called so, once it is sound. Raises Unreadable."""
+    """Return the checked state of the file `name`. Raises Unreadable."""
     P = np.asarray(points, dtype=np.float64)
     if P.ndim != 2 or P.shape[1] != 3 or not len(P):
         shape = " x ".join(map(str, P.shape))
@@ -59,7 +59,7 @@ def moment(name: str, points: NDArray[np.generic], blocks: Iterable[Block], arra
 
 def again(name: str, mesh: Moment, arrays: Mapping[str, NDArray[np.generic]], time: float | None = None,
           left: tuple[str, ...] = ()) -> Moment:  # fmt: skip
-    """Other arrays on the mesh of a moment, which is sound. Raises Unreadable."""
+    """Return another state with the mesh of a checked one. Raises Unreadable."""
     n, known = len(mesh.points), {}
     for word, values in arrays.items():
         if len(values) != n:
@@ -74,7 +74,7 @@ def again(name: str, mesh: Moment, arrays: Mapping[str, NDArray[np.generic]], ti
 
 
 def _finite(name: str, what: str, values: Floats) -> None:
-    """Raises Unreadable with the first point (n, 3) that has no number there."""
+    """Raise Unreadable with the first point (n, 3) whose values are not finite."""
     with np.errstate(invalid="ignore"):
         wrong = np.flatnonzero(~np.all(np.abs(values) <= LARGEST, axis=1))
     if len(wrong):
@@ -86,7 +86,7 @@ def _finite(name: str, what: str, values: Floats) -> None:
 
 
 def _sound(name: str, block: Block, count: int) -> Block:
-    """A block whose cells have as many points as their kind, and points that are there. Raises Unreadable."""
+    """Return a block after checking the number of points per cell, and their indices. Raises Unreadable."""
     word, cells = block
     if word not in KINDS and word not in FLAT:
         return block
@@ -104,7 +104,7 @@ def _sound(name: str, block: Block, count: int) -> Block:
 
 
 def told(name: str, moments: Iterable[Moment], ids: Ints | None = None) -> Told:
-    """Moments of one mesh as one story, in the order of their times. Raises Unreadable."""
+    """Return states of one mesh as a series, in the order of their times. Raises Unreadable."""
     every: list[Moment] = []
     for each in moments:
         if every:
@@ -129,7 +129,7 @@ def told(name: str, moments: Iterable[Moment], ids: Ints | None = None) -> Told:
 
 
 def _alike(name: str, first: Moment, each: Moment, i: int) -> None:
-    """Raises Unreadable unless both are of one mesh."""
+    """Raise Unreadable unless both states have the same mesh."""
     remedy = "results of a series are told on one mesh: write them so, or name one of its files"
     if len(each.points) != len(first.points):
         reason = f"its first moment has {len(first.points)} points, moment {i} after it {len(each.points)}"
@@ -144,7 +144,7 @@ def _alike(name: str, first: Moment, each: Moment, i: int) -> None:
 
 
 def _in_time(name: str, every: list[Moment]) -> list[Moment]:
-    """In the order of times, or of the file where it has none. Raises Unreadable where two have one."""
+    """Return states in the order of times, or else of the file. Raises Unreadable for equal times."""
     times = [each.time for each in every if each.time is not None]
     if len(times) < len(every):
         if times:
@@ -158,7 +158,7 @@ def _in_time(name: str, every: list[Moment]) -> list[Moment]:
 
 
 def _most(blocks: Iterable[Block]) -> tuple[str | None, Ints | None, tuple[str, ...]]:
-    """The element of which there are most, its cells (m, a), and the other cells in words."""
+    """Return the most frequent element, its cells (m, a), and a description of the other cells."""
     counts: dict[str, int] = {}
     for word, cells in blocks:
         counts[word] = counts.get(word, 0) + len(cells)
@@ -171,7 +171,7 @@ def _most(blocks: Iterable[Block]) -> tuple[str | None, Ints | None, tuple[str, 
 
 
 def _flat(blocks: Iterable[Block]) -> tuple[str, Ints] | None:
-    """The kind of plane cells of which there are most, and those (m, a); None where there are none that are known."""
+    """Return the most frequent kind of plane cells, and its cells (m, a); None if there are no known ones."""
     each: dict[str, list[Ints]] = {}
     for word, cells in blocks:
         if word in FLAT and len(cells):
@@ -183,7 +183,7 @@ def _flat(blocks: Iterable[Block]) -> tuple[str, Ints] | None:
 
 
 def counted(n: int, word: str) -> str:
-    """Cells of a kind of meshio's, in words."""
+    """Describe a number of cells of a kind named as in meshio."""
     if word in PLURALS:
         return f"{n} {word if n == 1 else PLURALS[word]}"
     return f"{n} cell{'' if n == 1 else 's'} `{KINDS.get(word, word)}`"

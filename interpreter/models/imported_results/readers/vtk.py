@@ -1,4 +1,4 @@
-"""VTK's legacy files, as text and binary."""
+"""Reader of VTK's legacy files, text and binary."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ DATASET = re.compile(rb"^[ \t]*DATASET[ \t]+(\S+)", re.MULTILINE | re.IGNORECASE
 
 
 def read(file: Path) -> Told:
-    """One moment, whose time the format does not tell. Raises Unreadable."""
+    """Read one state; the format has no time. Raises Unreadable."""
     data = read_regular(file)
     kinds = DATASET.findall(data)
     if other := next((kind for kind in kinds if kind.upper() != b"UNSTRUCTURED_GRID"), None):

@@ -1,7 +1,7 @@
-"""VTU, unstructured grids of VTK in XML: as text, in base64 or raw, compressed by zlib or LZMA, in one file.
+"""Reader of VTU, VTK's unstructured grids in XML: text, base64 or raw data, compressed by zlib or LZMA, in one file.
 
-meshio is not asked: it looks for raw arrays by offsets that it has changed, and stops at words that ParaView writes
-beside the numbers. Source: VTK File Formats, section "XML file formats" (vtk.org).
+meshio is not used: it searches raw arrays by offsets that it has changed, and stops at words that ParaView writes
+between the numbers. Source: VTK File Formats, section "XML file formats" (vtk.org).
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ LAGRANGE = {(69, 3): 5, (69, 6): 22, (70, 4): 9, (70, 9): 28, (71, 4): 10, (71, 
 
 
 def read(file: Path) -> Told:
-    """One moment. Raises Unreadable."""
+    """Read one state. Raises Unreadable."""
     return told(file.name, [read_moment(file)])
 
 
 def read_moment(file: Path) -> Moment:
-    """The same, for a series. Raises Unreadable."""
+    """Read one state of a series. Raises Unreadable."""
     with limited_resources(file):
         data = read_regular(file)
         name, (root, appended) = file.name, _parts(data)
@@ -63,7 +63,7 @@ def read_moment(file: Path) -> Moment:
 
 
 def _parts(data: bytes) -> tuple[bytes, tuple[bytes, bytes] | None]:
-    """The XML, and the tag of appended data with what follows it: one scan, however often the tag begins."""
+    """Return the XML, and the tag of appended data with the data; one scan, however often the tag begins."""
     start = data.find(b"<AppendedData")
     end = data.find(b">", start) + 1 if start >= 0 else 0
     if not end:
@@ -72,7 +72,7 @@ def _parts(data: bytes) -> tuple[bytes, tuple[bytes, bytes] | None]:
 
 
 def _joined(source: Source, grid: ElementT, pieces: list[ElementT]) -> Moment:
-    """The pieces as one, and the time that ParaView writes beside them."""
+    """Return the pieces as one state, with the time that ParaView writes."""
     points, blocks, arrays, before = [], list[Block](), list[dict[str, Array]](), 0
     for piece in pieces:
         n = source.count(piece, "NumberOfPoints")
@@ -100,7 +100,7 @@ def _joined(source: Source, grid: ElementT, pieces: list[ElementT]) -> Moment:
 
 
 def _cells(source: Source, piece: ElementT) -> list[Block]:
-    """Cells by kind. Raises Unreadable."""
+    """Return cells by kind. Raises Unreadable."""
     m = source.count(piece, "NumberOfCells")
     items = {a.get("Name"): a for a in piece.findall("Cells/DataArray")}
     if not m:
@@ -134,7 +134,7 @@ def _whole(source: Source, item: ElementT) -> Ints:
 
 @dataclass(frozen=True)
 class Source:
-    """Where the numbers of a file lie, and how they are packed."""
+    """Data arrays of a file, and their encoding."""
 
     name: str
     order: Literal["<", ">"]  # of bytes
@@ -146,14 +146,14 @@ class Source:
     room: list[int]  # bytes that its blocks may still unpack to, whatever names them how often
 
     def count(self, piece: ElementT, word: str) -> int:
-        """A promise of the file. Raises Unreadable."""
+        """Return a declared number of the file. Raises Unreadable."""
         told = piece.get(word, "")
         if not re.fullmatch(r"\d{1,10}", told):
             raise Unreadable(self.name, f"{word} is `{told[:40]}`", AGAIN)
         return int(told)
 
     def rows(self, item: ElementT, n: int, k: int | None = None) -> Array:
-        """Numbers (n, k) of an array at all points. Raises Unreadable."""
+        """Return the values (n, k) of an array at all points. Raises Unreadable."""
         found, word = self.array(item), item.get("Name") or "Points"
         width = item.get("NumberOfComponents") or str(k or 1)
         if not re.fullmatch(r"\d{1,4}", width) or found.size != n * int(width) or (k or int(width)) != int(width):
@@ -162,7 +162,7 @@ class Source:
         return found.reshape(n, int(width))
 
     def array(self, item: ElementT) -> Array:
-        """All numbers of an array. Raises Unreadable."""
+        """Return all values of an array. Raises Unreadable."""
         word, form = item.get("Name") or "Points", item.get("format", "ascii")
         kind = TYPES.get(item.get("type", ""))
         if kind is None:
@@ -183,7 +183,7 @@ class Source:
         return data if self.raw else _decoded(data)
 
     def _unpacked(self, data: bytes) -> bytes:
-        """Size and bytes; or sizes of blocks and what they were before, then the blocks."""
+        """Return decoded bytes: a size and bytes, or sizes of blocks before and after compression, and the blocks."""
         wide = np.dtype(self.header).itemsize
 
         def sizes(start: int, count: int) -> list[int]:
@@ -231,13 +231,13 @@ def _source(name: str, top: ElementT, appended: tuple[bytes, bytes] | None, room
 
 
 def _decoded(data: bytes) -> bytes:
-    """Of base64, in which a header may be closed by itself."""
+    """Return decoded base64, in which a header may be padded separately."""
     parts = re.findall(rb"[^=]+={0,2}", b"".join(data.split()))
     return b"".join(base64.b64decode(part, validate=True) for part in parts)
 
 
 def _opened(packed: str, data: bytes, promised: int) -> bytes:
-    """A block, no longer than it promises and a byte: what is small may hold much."""
+    """Return an unpacked block, limited to its declared size and one byte, because small data may expand greatly."""
     if packed == "zlib":
         return zlib.decompressobj().decompress(data, promised + 1)
     return lzma.LZMADecompressor().decompress(data, promised + 1)

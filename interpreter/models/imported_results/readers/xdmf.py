@@ -1,6 +1,6 @@
-"""XDMF, grids of one moment or series of them, with numbers in the file itself or in HDF5 beside it.
+"""Reader of XDMF: single grids or series of them, with numbers in the file itself or in HDF5 next to it.
 
-meshio is not asked: it opens whatever path a file names. Source: XDMF Model and Format (xdmf.org), versions 2 and 3.
+meshio is not used: it opens any path that a file names. Source: XDMF Model and Format (xdmf.org), versions 2 and 3.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ INCLUDES = ("{http://www.w3.org/2001/XInclude}include", "{http://www.w3.org/2003
 
 @dataclass(frozen=True)
 class Source:
-    """A file, and those beside it that hold its numbers, by the words that it has for them."""
+    """XDMF file, and the files next to it that hold its numbers, by their names in the file."""
 
     name: str
     files: dict[str, Path]
@@ -50,11 +50,11 @@ class Source:
     known: dict[Any, Any] = field(default_factory=dict)  # what was opened
 
     def refused(self, reason: str, remedy: str = AGAIN) -> Unreadable:
-        """What to raise."""
+        """Return the exception to raise."""
         return Unreadable(self.name, reason, remedy)
 
     def numbers(self, of: ElementT) -> Array:
-        """The one item of an element, in the shape that it has. Raises Unreadable."""
+        """Return the single data item of an element, in its shape. Raises Unreadable."""
         items = of.findall("DataItem")
         if len(items) != 1 or list(items[0]):
             raise self.refused(f"`{of.tag}` holds {len(items)} items or parts of them, not one item of numbers", PLAIN)
@@ -83,7 +83,7 @@ class Source:
             raise self.refused(f"an item is no text of numbers ({str(error)[:80]})") from None
 
     def _stored(self, told: str) -> Array:
-        """Numbers of HDF5, in its own file and nowhere else. Raises Unreadable."""
+        """Return numbers from HDF5 files in the same folder only. Raises Unreadable."""
         import h5py
 
         word, _, inner = told.partition(":")
@@ -102,7 +102,7 @@ class Source:
 
 
 def read(file: Path) -> Told:
-    """All moments. Raises Unreadable."""
+    """Read all states. Raises Unreadable."""
     with limited_resources(file):
         top = parsed(file.name, read_regular(file), "Xdmf")
     texts = [i.text.partition(":")[0].strip() for i in top.iter("DataItem") if i.get("Format") == "HDF" and i.text]
@@ -117,7 +117,7 @@ def read(file: Path) -> Told:
 
 
 def _moments(source: Source, top: ElementT) -> list[Moment]:
-    """Grids by their times; what series tell at one time belongs together. Raises Unreadable."""
+    """Return grids by their times; grids of one time are combined. Raises Unreadable."""
     grids = top.findall("Domain/Grid")
     series = [grid for grid in grids if grid.get("GridType") == "Collection"]
     if wrong := next((g for g in series if g.get("CollectionType", "Spatial") != "Temporal"), None):
@@ -154,7 +154,7 @@ def _time(source: Source, grid: ElementT) -> float | None:
 
 
 def _moment(source: Source, base: ElementT, time: float | None, attributes: list[ElementT]) -> Moment:
-    """Points and cells of a grid, and what is told at them. Raises Unreadable."""
+    """Return points and cells of a grid, and values at the points. Raises Unreadable."""
     if base not in source.known:  # which series share
         source.known[base] = _mesh(source, base)
     plane, mesh = source.known[base]
@@ -173,7 +173,7 @@ def _moment(source: Source, base: ElementT, time: float | None, attributes: list
 
 
 def _mesh(source: Source, base: ElementT) -> tuple[bool, Moment]:
-    """Whether a grid is plane, and its points and cells. Raises Unreadable."""
+    """Return whether a grid is plane, and its points and cells. Raises Unreadable."""
     geometry, topology = (base.findall(word)[0] for word in ("Geometry", "Topology"))
     kind = geometry.get("GeometryType") or geometry.get("Type") or "XYZ"
     if kind not in ("XYZ", "XY"):
@@ -184,12 +184,12 @@ def _mesh(source: Source, base: ElementT) -> tuple[bool, Moment]:
 
 
 def _in_space(values: Array) -> Array:
-    """Vectors of two numbers with a third, zero."""
+    """Return 2D vectors with a third component of zero."""
     return np.pad(values, ((0, 0), (0, 1))) if values.ndim == 2 and values.shape[1] == 2 else values
 
 
 def _cells(source: Source, topology: ElementT) -> list[Block]:
-    """Raises Unreadable."""
+    """Return the cells of a topology. Raises Unreadable."""
     from meshio.xdmf.common import translate_mixed_cells, xdmf_to_meshio_type
 
     if topology.get("BaseOffset", "0") != "0" or topology.get("Order"):
@@ -207,7 +207,7 @@ def _cells(source: Source, topology: ElementT) -> list[Block]:
 
 
 def _whole(source: Source, data: Array) -> Array:
-    """Numbers of points that are told as others: a file that names no type means Float."""
+    """Return integers from numbers stored as floats, which is the default type of a file."""
     found = np.asarray(data, dtype=np.float64)
     if not (np.isfinite(found).all() and (found == np.round(found)).all() and (np.abs(found) < 2**53).all()):
         raise source.refused("its cells are no whole numbers of points")

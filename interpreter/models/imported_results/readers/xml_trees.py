@@ -1,4 +1,4 @@
-"""XML of files of results: trees without entities, and paths in them that stay within a folder."""
+"""Safe XML of result files: trees without entities, and paths that stay within a folder."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ ElementT = ElementTree.Element
 
 
 def parsed(name: str, data: bytes, root: str) -> ElementT:
-    """The tree of a file whose outermost element is called so. Raises Unreadable.
+    """Return the tree of a file with the root element `root`. Raises Unreadable.
 
-    UTF-8 alone, and no document type: what expands, or names other files, is declared in one.
+    Only UTF-8 without a document type is accepted, because a document type can expand text or name other files.
     """
     try:
         text = data.decode("utf-8-sig")
@@ -41,7 +41,7 @@ def parsed(name: str, data: bytes, root: str) -> ElementT:
 
 
 class _Shallow(ElementTree.TreeBuilder):
-    """Builds trees of a few levels."""
+    """Tree builder with a limited depth."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -49,20 +49,20 @@ class _Shallow(ElementTree.TreeBuilder):
         self.depth = 0
 
     def start(self, tag: str, attrs: dict[str, str], /) -> ElementT:
-        """As of any builder. Raises Unreadable."""
+        """Open an element. Raises Unreadable if it is nested too deeply."""
         self.depth += 1
         if self.depth > DEEP:
             raise Unreadable(self.name, f"its elements lie more than {DEEP} deep in each other", AGAIN)
         return super().start(tag, attrs)
 
     def end(self, tag: str, /) -> ElementT:
-        """As of any builder."""
+        """Close an element."""
         self.depth -= 1
         return super().end(tag)
 
 
 def numbers(text: str, kind: str) -> NDArray[np.generic]:
-    """Numbers apart by blanks, floats in double precision whatever their type. Raises ValueError, OverflowError."""
+    """Return numbers separated by blanks, floats always in double precision. Raises ValueError, OverflowError."""
     if not text.strip():
         return np.empty(0, kind)
     with warnings.catch_warnings():
@@ -79,7 +79,7 @@ def numbers(text: str, kind: str) -> NDArray[np.generic]:
 
 
 def within(name: str, folder: Path, told: str) -> Path:
-    """The file of that path, which must lie in the folder or below. Raises Unreadable."""
+    """Return the file of a path, which must lie in the folder or below. Raises Unreadable."""
     shown = told if len(told) < 80 else f"{told[:80]}..."
     remedy = "files that belong together lie in one folder: name them by paths within it"
     try:

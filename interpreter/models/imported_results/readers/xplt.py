@@ -1,8 +1,8 @@
-"""FEBio's plot files, .xplt of FEBio 3 and 4 (versions 3.0 to 3.5): points, cells, and vectors at nodes of all states.
+"""Reader of FEBio plot files, .xplt of FEBio 3 and 4 (versions 3.0 to 3.5): points, cells, nodal vectors of all states.
 
-A file is a tree of chunks: a number that says what it is, its size in bytes, and what it holds; states may be packed by
-zlib, each by itself. States that FEBio says did not converge are left. Source: FEBio's own readers, XPLTLib of FEBio
-Studio, and FEBio User's Manual, "Plot file format". No file of FEBio itself was at hand to try this.
+A file is a tree of chunks: a number for the kind, the size in bytes, and the content; states may be compressed by
+zlib, each separately. States that FEBio marks as not converged are skipped. Source: FEBio's own readers, XPLTLib of
+FEBio Studio, and FEBio User's Manual, "Plot file format". No file written by FEBio was available for tests.
 """
 
 from __future__ import annotations
@@ -47,14 +47,14 @@ TYPES = {0: ("hexahedron", 8), 1: ("wedge", 6), 2: ("tetra", 4), 3: ("quad", 4),
 
 @dataclass(frozen=True)
 class Chunk:
-    """What a part of a file holds."""
+    """Content of a part of a file."""
 
     name: str  # of the file
     order: str  # of bytes: < or >
     data: memoryview
 
     def parts(self) -> Iterator[tuple[int, Chunk]]:
-        """Chunks within it by what they are. Raises Unreadable."""
+        """Yield the chunks within it, with their kinds. Raises Unreadable."""
         at, size = 0, len(self.data)
         while at < size:
             if at + 8 > size:
@@ -67,27 +67,27 @@ class Chunk:
             at += long
 
     def all(self, *path: int) -> list[Chunk]:
-        """Chunks at the end of a path."""
+        """Return the chunks at the end of a path."""
         found = [self]
         for step in path:
             found = [part for each in found for what, part in each.parts() if what == step]
         return found
 
     def one(self, *path: int) -> Chunk:
-        """The one there. Raises Unreadable."""
+        """Return the single chunk at the end of a path. Raises Unreadable."""
         found = self.all(*path)
         if len(found) != 1:
             raise Unreadable(self.name, f"it has {len(found)} chunks {path[-1]:#010x} where one is expected", AGAIN)
         return found[0]
 
     def numbers(self, kind: str) -> NDArray[np.generic]:
-        """All that it holds. Raises Unreadable."""
+        """Return its content as numbers. Raises Unreadable."""
         if len(self.data) % 4:
             raise Unreadable(self.name, f"a chunk of numbers has {len(self.data)} bytes", AGAIN)
         return np.frombuffer(self.data, f"{self.order}{kind}4")
 
     def number(self, *path: int) -> int:
-        """The one whole number at the end of a path. Raises Unreadable."""
+        """Return the single integer at the end of a path. Raises Unreadable."""
         found = self.one(*path).numbers("i")
         if found.size != 1:
             raise Unreadable(self.name, f"chunk {path[-1]:#010x} holds {found.size} numbers, not one", AGAIN)
@@ -95,7 +95,7 @@ class Chunk:
 
 
 def read(file: Path) -> Told:
-    """All states that converged. Raises Unreadable."""
+    """Read all states that converged. Raises Unreadable."""
     with limited_resources(file):
         data = memoryview(read_regular(file))
         order = {TAG.to_bytes(4, "little"): "<", TAG.to_bytes(4, "big"): ">"}.get(bytes(data[:4]))
@@ -114,7 +114,7 @@ def read(file: Path) -> Told:
 
 
 def _split(whole: Chunk) -> tuple[Chunk, Chunk, memoryview]:
-    """The root, the mesh, and all that follows it. Raises Unreadable."""
+    """Return the root, the mesh, and the rest of the file. Raises Unreadable."""
     at, found = 0, []
     for expected in (ROOT, MESH):
         what, size = (*np.frombuffer(whole.data[at : at + 8], f"{whole.order}u4").tolist(), 0, 0)[:2]
@@ -127,7 +127,7 @@ def _split(whole: Chunk) -> tuple[Chunk, Chunk, memoryview]:
 
 
 def _nodes(mesh: Chunk) -> tuple[Ints | None, Floats]:
-    """Numbers of nodes (n,), from version 3.3 on, and where they lie (n, 3). Raises Unreadable."""
+    """Return node numbers (n,), from version 3.3 on, and positions (n, 3). Raises Unreadable."""
     section = mesh.one(NODES)
     n, dim = section.number(NODE_HEADER, NODE_SIZE), section.number(NODE_HEADER, NODE_DIM)
     coordinates = section.one(COORDS)
@@ -142,7 +142,7 @@ def _nodes(mesh: Chunk) -> tuple[Ints | None, Floats]:
 
 
 def _cells(domain: Chunk) -> Block:
-    """Cells of a domain, without their numbers. Raises Unreadable."""
+    """Return the cells of a domain, without their numbers. Raises Unreadable."""
     kind, m = domain.number(DOMAIN_HEADER, CELL_TYPE), domain.number(DOMAIN_HEADER, CELL_COUNT)
     if kind not in TYPES:
         raise Unreadable(domain.name, f"its cells are of a type {kind} that is not known", VTK)
@@ -157,14 +157,14 @@ def _cells(domain: Chunk) -> Block:
 
 
 def _item(item: Chunk) -> tuple[str, int]:
-    """The name of a variable, and its type. Raises Unreadable."""
+    """Return the name of a variable, and its type. Raises Unreadable."""
     word = bytes(item.one(ITEM_NAME).data).partition(b"\0")[0].decode("utf-8", "replace")
     return word.partition("=")[2] or word, item.number(ITEM_TYPE)
 
 
 def _moments(whole: Chunk, rest: memoryview, packed: bool, names: list[tuple[str, int]],
              X: Floats, blocks: list[Block]) -> list[Moment]:  # fmt: skip
-    """States that converged. Raises Unreadable."""
+    """Return the states that converged. Raises Unreadable."""
     mesh, found, left = moment(whole.name, X, blocks, {}), list[Moment](), list[str]()
     for what, state in _unpacked(whole, rest) if packed else Chunk(whole.name, whole.order, rest).parts():
         if what == MESH:
@@ -184,10 +184,10 @@ def _moments(whole: Chunk, rest: memoryview, packed: bool, names: list[tuple[str
 
 
 def _unpacked(whole: Chunk, rest: memoryview) -> Iterator[tuple[int, Chunk]]:
-    """Chunks that are each a stream of zlib. Raises Unreadable.
+    """Yield chunks that are each a zlib stream. Raises Unreadable.
 
-    A stream is read in windows that grow with it, so that many short ones cost no more than their bytes; all together
-    unpack to no more than the memory of a reader.
+    A stream is read in growing windows, so that many short ones cost no more than their bytes. The unpacked total is
+    limited to the memory of a reader.
     """
     at, room = 0, FLOOR + FACTOR * len(rest)
     while at < len(rest):
@@ -209,7 +209,7 @@ def _unpacked(whole: Chunk, rest: memoryview) -> Iterator[tuple[int, Chunk]]:
 
 
 def _variables(state: Chunk, names: list[tuple[str, int]], n: int) -> Iterator[tuple[str, Floats]]:
-    """Vectors at all nodes (n, 3), and scalars (n,), by name. Raises Unreadable."""
+    """Yield nodal vectors (n, 3) and scalars (n,), by name. Raises Unreadable."""
     for variable in state.all(STATE_DATA, NODE_DATA, VARIABLE):
         at = variable.number(VARIABLE_ID)
         if not 1 <= at <= len(names):

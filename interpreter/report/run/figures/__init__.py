@@ -1,1 +1,1 @@
-"""Sections of a run's report that draw."""
+"""Sections of a run's report with figures."""

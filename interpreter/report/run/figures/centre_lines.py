@@ -38,7 +38,7 @@ EMPTY = "No probe has a result, so there is nothing to draw."
 
 
 def section_of(findings: Findings) -> str:
-    """The figures, and the tables of point probes."""
+    """Return the figures, and the tables of point probes."""
     figures = [Lines(findings, number, probe).plate() for number, probe in enumerate(lines_of(findings))]
     tables = [point_table(probe, seen) for probe, seen in points_of(findings).items()]
     if not figures and not tables:
@@ -49,7 +49,7 @@ def section_of(findings: Findings) -> str:
 
 @dataclass(frozen=True)
 class Lines:
-    """The figure of one line probe."""
+    """Figure of one line probe."""
 
     findings: Findings
     number: int
@@ -57,24 +57,24 @@ class Lines:
 
     @cached_property
     def undeformed(self) -> Floats:
-        """The line before deformation (n, 3), m."""
+        """Undeformed line (n, 3), m."""
         return max((p.points for p in self.findings.probes[self.probe].values()), key=len)
 
     @cached_property
     def lines(self) -> dict[str, Floats]:
-        """What is drawn (n, 3) in m by name: the undeformed line, then references, then models on top."""
+        """Lines (n, 3), m, by name: the undeformed one, then references, then models on top."""
         seen, report = self.findings.probes[self.probe], self.findings.report
         names = [n for n in (*report.references, *report.models) if n in seen]
         return {REST_NAME: self.undeformed} | {n: seen[n].position for n in names}
 
     @cached_property
     def all_points(self) -> Floats:
-        """Every point that the figure has to hold (m, 3), m."""
+        """All points within the figure (m, 3), m."""
         return np.concatenate([X for n, X in self.lines.items() if n not in self.far])
 
     @cached_property
     def plane(self) -> tuple[int, int]:
-        """The two coordinates with the largest spread, gravity along the second; z before y if equal."""
+        """Two coordinates with the largest spread, gravity along the second; z before y if equal."""
         spread = np.ptp(self.all_points, axis=0)
         first, second = sorted((0, 2, 1), key=lambda i: -float(spread[i]))[:2]
         up = int(np.abs(upward(self.findings)).argmax())
@@ -84,7 +84,7 @@ class Lines:
 
     @cached_property
     def far(self) -> list[str]:
-        """Models that would dwarf the others: they leave the figure."""
+        """Models that would dwarf the others; they are left out of the figure."""
         models, start = self.findings.report.models, self.undeformed[0]
         reach = {n: float(np.abs(X - start).max()) for n, X in self.lines.items()}
         usual = max((r for n, r in reach.items() if n not in models), default=0.0)
@@ -101,7 +101,7 @@ class Lines:
         return float(np.ptp(self.all_points, axis=0).max()) or 1.0
 
     def plate(self) -> str:
-        """Chart, legend, caption, table, CSV."""
+        """Return chart, legend, caption, table and CSV."""
         open_ = drawn_first(self.findings)
         return plate(self._chart(open_), prose(self._caption(open_)), self._columns(), self._save(), open_=open_)
 
@@ -120,7 +120,7 @@ class Lines:
             yield Curve(name, known.get(name, REST), points, 1 + 2 * i, 2, named=named)
 
     def _desc(self) -> str:
-        """The conclusion, and where each line ends."""
+        """Return the conclusion, and the end of each line."""
         ends = "; ".join(f"{name} at {self._place(X[-1])}" for name, X in self.lines.items())
         return f"{plain(self._conclusion())} The lines end as follows: {ends}."
 
@@ -146,14 +146,14 @@ class Lines:
         return f"{plane} {self._conclusion()}{gone}{self._depth()}{shown}"
 
     def _depth(self) -> str:
-        """A sentence where the lines leave the plane of the figure."""
+        """Return a sentence if the lines leave the plane of the figure."""
         third = ({0, 1, 2} - set(self.plane)).pop()
         depth = float(np.ptp(self.all_points[:, third]))
         within = format_quantity(depth, "m", 2)
         return f" Out of this plane the lines spread over {within}." if depth > 1e-6 * self.size else ""
 
     def _columns(self) -> list[PlateColumn]:
-        """The arc position, and every line in the plane of the figure."""
+        """Return the arc position, and every line in the plane of the figure."""
         scale = choose_scale((self.size,), "m")
         decimals = choose_decimals((self.size,), scale, 6)
         heading = scale.heading("s")
@@ -165,7 +165,7 @@ class Lines:
         return found
 
     def _save(self) -> str:
-        """All three coordinates, in m."""
+        """Return a link to all three coordinates, in m."""
         header = ["s [m]", *(f"{name} {axis} [m]" for name in self.lines for axis in AXES)]
         rows = [[short(float(s)), *self._record(i)] for i, s in enumerate(arc(self.undeformed))]
         return csv_link(f"{self.probe}-positions", header, rows)
@@ -176,7 +176,7 @@ class Lines:
 
 
 def _frame(X: Floats) -> tuple[Point, Point, float, float]:
-    """Ranges of both axes (m) and size of the plot in pixels, to one scale; free to the right for names."""
+    """Return ranges of both axes, m, and plot size, pixels, at equal scale, with space for names on the right."""
     low, high = X.min(axis=0), X.max(axis=0)
     margin = 0.05 * float((high - low).max()) or 0.5
     low, high = low - margin, high + margin

@@ -1,4 +1,4 @@
-"""The comparison: what went wrong, the table, its footnotes and CSV, what its columns and references are."""
+"""Comparison section: failures, results table, footnotes and CSV, and the meaning of columns and references."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PARTS = ("median [s]", "min [s]", "max [s]", "runs")
 
 
 def section_of(findings: Findings) -> str:
-    """Everything about the table."""
+    """Return the whole section."""
     if not findings.everyone:
         return section("table", "Comparison", tag("p", "Neither a model nor a reference was run.", class_="quiet"))
     notes, columns = Notes(), ordered(findings.metrics)
@@ -49,7 +49,7 @@ def section_of(findings: Findings) -> str:
 
 
 def vouched(findings: Findings) -> str:
-    """What models state of their own errors, and that their forces were found again."""
+    """Return the errors that models state, and that their forces were verified."""
     models = findings.report.models.items()
     said = [tag("li", tag("code", text(name)), " ", prose(w)) for name, m in models if (w := words(m))]
     said += [tag("li", prose(quiet))] if (quiet := silent(findings.report)) else []
@@ -59,13 +59,13 @@ def vouched(findings: Findings) -> str:
 
 
 def _table(findings: Findings, body: BodyResults, notes: Notes) -> str:
-    """The table of a body, under its name where there are several."""
+    """Return the table of a body, under its name if there are several."""
     heading = tag("h3", prose(f"`{body.name}`")) if body.name else ""
     return heading + ResultsTable(findings, body, notes).html()
 
 
 def messages(findings: Findings) -> str:
-    """What happened, in full, to everyone without a solution."""
+    """Return the full messages of all models and references without a solution."""
     everyone = findings.everyone.items()
     return "".join(_message(n, r) for n, r in everyone if r.status != "converged" or r.message)
 
@@ -78,7 +78,7 @@ def _message(name: str, result: Result) -> str:
 
 
 def _meanings(findings: Findings, columns: Sequence[MetricColumn]) -> str:
-    """What the metrics and the references are."""
+    """Return descriptions of the metrics and the references."""
     items = [_meaning(m) for m in columns if m.summary]
     items += [_source(n, r) for n, r in findings.report.references.items()]
     return tag("dl", *items, class_="meanings") if items else ""
@@ -103,7 +103,7 @@ def _defined(name: str, words: str) -> str:
 
 
 def _csv(findings: Findings, columns: Sequence[MetricColumn]) -> str:
-    """Every number of the table in SI, as a link."""
+    """Return a link to every number of the table, in SI."""
     clocks = sorted({k for m in findings.report.models.values() for k, timing in m.time.items() if timing})
     header = ["name", "kind", "status", "message", "about", *(f"{m.name} [{m.unit}]" for m in columns)]
     uncertain = [m for m in columns if findings.uncertainty(m)]

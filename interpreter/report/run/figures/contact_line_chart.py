@@ -1,4 +1,4 @@
-"""What a metric comes to along a line, as contact pressure: a chart of all models and what they are held to."""
+"""Charts of metrics along a line, such as contact pressure: all models with their reference."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ WIDTH, HEIGHT = 640.0, 300.0
 
 
 def section_of(findings: Findings) -> str:
-    """A chart for each metric that has a curve along its probe, those of the same curves together; else empty."""
+    """Return a chart for each metric with a curve along its probe; metrics with equal curves share one. Else empty."""
     charts: dict[tuple[object, ...], Along] = {}
     for metric in findings.metrics:
         along = {} if metric.probe is None else curves_of(findings, metric, "m")
@@ -36,13 +36,13 @@ def section_of(findings: Findings) -> str:
 
 
 def curves_of(findings: Findings, metric: MetricColumn, unit: str) -> dict[str, PlottedCurve]:
-    """Those of a metric over what has that unit, by the name of the model or reference."""
+    """Return the curves of a metric over an abscissa with that unit, by the name of the model or reference."""
     every = ((name, outcome.metrics.get(metric.name)) for name, outcome in findings.everyone.items())
     return {name: m.curve for name, m in every if m is not None and m.curve and m.curve.units[0] == unit}
 
 
 def _right(metric: MetricColumn, along: Mapping[str, PlottedCurve]) -> dict[str, PlottedCurve]:
-    """What a metric is held against, which is the same for all."""
+    """Return the reference curves of a metric, which are the same for all models."""
     right = metric.against or metric.model
     each = [PlottedCurve(c.x, c.known, c.units) for c in along.values() if c.known is not None]
     return {right: each[0]} if right is not None and each else {}
@@ -50,7 +50,7 @@ def _right(metric: MetricColumn, along: Mapping[str, PlottedCurve]) -> dict[str,
 
 @dataclass(frozen=True)
 class Along:
-    """Curves of all, and of what they are held against, by the distance from where the line of a metric begins."""
+    """Curves of all models and references over the distance from the start of the line."""
 
     findings: Findings
     number: int
@@ -59,27 +59,27 @@ class Along:
 
     @property
     def title(self) -> str:
-        """What is drawn: `pressure`."""
+        """Title of the chart: `pressure`."""
         named = self.findings.declared.get(self.metric.name)
         return named.word.removesuffix("_along").replace("_", " ") if named else self.metric.name
 
     @property
     def key(self) -> str:
-        """Of the chart in the page."""
+        """Identifier of the chart in the page."""
         return f"along-{self.number}"
 
     @property
     def named(self) -> str:
-        """What the file of its points is called."""
+        """Name of the file with its points."""
         return f"{self.metric.name}-along"
 
     @property
     def heading(self) -> str:
-        """What is drawn, in words."""
+        """Heading of the chart."""
         return f"{self.title} along {self.metric.probe}"
 
     def plate(self) -> str:
-        """The chart."""
+        """Return the chart."""
         open_ = [*drawn_first(self.findings, self.curves), *self.findings.report.references]
         known = looks(self.findings.report)
         drawn = tuple(
@@ -92,31 +92,31 @@ class Along:
         return plate(chart, prose(self.caption()), found, file, open_=open_)
 
     def axes(self) -> tuple[Axis, Axis]:
-        """The distance, and the values with nothing among them."""
+        """Axes of distance and value; the value axis includes zero."""
         far, low, high, margin = self.extent
         across = linear(0.0, far, f"along {self.metric.probe}", "m", 8)
         return across, linear(low, high + margin, self.title, self.units[1], 6)
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
-        """The farthest x, the least and the largest y with nothing among them, and what is left free beyond these."""
+        """Largest x, smallest and largest y including zero, and the margin beyond these."""
         every = np.concatenate([c.y for c in self.curves.values()])
         low, high = min(0.0, float(every.min())), max(0.0, float(every.max()))
         return max(float(c.x[-1]) for c in self.curves.values()), low, high, 0.06 * (high - low or 1.0)
 
     @property
     def units(self) -> tuple[str, str]:
-        """Of both axes."""
+        """Units of both axes."""
         return next(iter(self.curves.values())).units
 
     def desc(self) -> str:
-        """The largest of each."""
+        """Description with the largest value of each curve."""
         up = self.units[1]
         return (
             "; ".join(f"{n}: at most {format_quantity(float(c.y.max()), up, 3)}" for n, c in self.curves.items()) + "."
         )
 
     def caption(self) -> str:
-        """Where it is looked at."""
+        """Caption with the location of the line."""
         last = self.findings.of_last
         return f"`{self.metric.name}` along `{self.metric.probe}`, by its points before deformation{last}."

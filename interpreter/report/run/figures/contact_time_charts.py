@@ -1,4 +1,4 @@
-"""What contacts do over time: a chart of all models for each metric that is followed in a motion."""
+"""Contact metrics over time: a chart of all models for each metric recorded in a dynamic analysis."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from softmark.records import dataclass
 
 
 def section_of(findings: Findings) -> str:
-    """A chart for each metric that has values over time and is held against nothing; empty where there is none."""
+    """Return a chart for each metric with values over time and without a reference; else empty."""
     charts: dict[tuple[object, ...], str] = {}
     for metric in findings.metrics:
         timed = curves_of(findings, metric, "s") if metric.against is None and metric.model is None else {}
@@ -23,37 +23,37 @@ def section_of(findings: Findings) -> str:
 
 @dataclass(frozen=True)
 class _Followed(Along):
-    """Values of a metric of all models over time."""
+    """Values of a metric over time, of all models."""
 
     @property
     def key(self) -> str:
-        """Of the chart in the page."""
+        """Identifier of the chart in the page."""
         return f"contact-{self.number}"
 
     @property
     def named(self) -> str:
-        """What the file of its points is called."""
+        """Name of the file with its points."""
         return f"{self.metric.name}-over-time"
 
     @property
     def heading(self) -> str:
-        """What is drawn."""
+        """Heading of the chart."""
         return f"{self.metric.name}, {self.title} over time"
 
     def axes(self) -> tuple[Axis, Axis]:
-        """Time, and the values with nothing among them."""
+        """Axes of time and value; the value axis includes zero."""
         end, low, high, margin = self.extent
         up = linear(low - margin * (low < 0.0), high + margin, self.title, self.units[1], 6)
         return linear(0.0, end, "time", "s", 8), up
 
     def desc(self) -> str:
-        """From where to where each goes."""
+        """Description with the range of each curve."""
         unit = self.units[1]
         ends = (f"{n} from {format_quantity(float(c.y.min()), unit, 3)} to {format_quantity(float(c.y.max()), unit, 3)}"
                 for n, c in self.curves.items())  # fmt: skip
         return "; ".join(ends) + "."
 
     def caption(self) -> str:
-        """What its values are."""
+        """Caption with the meaning of the values."""
         means = " Each is the mean over the two steps that meet there." if self.units[1] in ("N", "Nm") else ""
         return f"`{self.metric.name}` at the times of its steps.{means}"

@@ -1,4 +1,4 @@
-"""Energies over time, a small chart for each model: how well what should be conserved is."""
+"""Energies over time, a small chart for each model, to show how well the total is conserved."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SUM = "total"  # the energy whose drift is told
 
 
 def energy_plates(findings: Findings) -> str:
-    """Charts with a key; empty where no model has energies."""
+    """Return charts with a legend; empty if no model has energies."""
     known = [(n, m, model_look(i)) for i, (n, m) in enumerate(findings.report.models.items())]
     found = [e for n, m, look in known if (e := _energies(n, m, look)) is not None]
     if not found:
@@ -40,7 +40,7 @@ def energy_plates(findings: Findings) -> str:
 
 
 def _energies(name: str, model: ModelResult, look: Look) -> _Energies | None:
-    """The energies (t,) J of a model, None where it has none that fit its times."""
+    """Return the energies (t,), J, of a model; None if it has none that match its times."""
     times = np.asarray(model.solve.get("times") or (), dtype=float)
     given = model.solve.get("energies") or {}
     values = {n: np.asarray(v, dtype=float) for n, v in given.items() if len(v) == len(times)}
@@ -59,12 +59,12 @@ class _Energies:
 
     @cached_property
     def chosen(self) -> NDArray[np.int64]:
-        """Numbers of the moments that are drawn."""
+        """Indices of the times that are drawn."""
         return pick_evenly(len(self.times), DRAWN)
 
     @property
     def words(self) -> str:
-        """By how much the total changes."""
+        """Change of the total energy in words."""
         if SUM not in self.values:
             return f"{len(self.times)} moments"
         total = self.values[SUM]
@@ -74,7 +74,7 @@ class _Energies:
         return f"the total changes by up to {format_quantity(drift, 'J', 2)}{share}"
 
     def plate(self, index: int, phases: dict[str, Look]) -> str:
-        """The chart of this model."""
+        """Return the chart of this model."""
         every = np.concatenate(list(self.values.values()))
         low, high = float(every.min()), float(every.max())
         margin = 0.05 * (high - low) or 1e-12

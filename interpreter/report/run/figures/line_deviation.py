@@ -1,4 +1,4 @@
-"""How far models are from a reference along a line probe, for each pair that an error metric uses."""
+"""Deviation of models from a reference along a line probe, for each pair that an error metric uses."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ DEPTH = 1e-10  # errors below this part of the largest are not drawn: they are r
 
 
 def pairs(findings: Findings) -> list[tuple[str, str]]:
-    """(probe, reference) of the error metrics whose line probe both have."""
+    """Return (probe, reference) of the error metrics whose line probe both have."""
     lines = lines_of(findings)
     found = ((m.probe, m.against) for m in findings.errors)
     return list(dict.fromkeys((p, r) for p, r in found if p in lines and r in lines[p]))
 
 
 def section_of(findings: Findings) -> str:
-    """One figure for each pair; empty where no error metric looks at a line."""
+    """Return one figure for each pair; empty if no error metric uses a line."""
     figures = [_Pair(findings, n, *pair).plate() for n, pair in enumerate(pairs(findings))]
     figures = [figure for figure in figures if figure]
     if not figures:
@@ -47,7 +47,7 @@ def section_of(findings: Findings) -> str:
 
 @dataclass(frozen=True)
 class _Pair:
-    """Models against one reference at one probe."""
+    """Models compared with one reference at one probe."""
 
     findings: Findings
     number: int
@@ -56,11 +56,12 @@ class _Pair:
 
     @cached_property
     def known(self) -> ProbeResult:
+        """Values of the reference at the probe."""
         return self.findings.probes[self.probe][self.reference]
 
     @cached_property
     def distances(self) -> Mapping[str, Floats]:
-        """|u - u_ref| (n,) in m by model."""
+        """Distances |u - u_ref| (n,), m, by model."""
         seen, models = self.findings.probes[self.probe], self.findings.report.models
         u = self.known.displacement
         same = {n: p.displacement for n, p in seen.items() if n in models and p.displacement.shape == u.shape}
@@ -71,7 +72,7 @@ class _Pair:
         return max((float(d.max()) for d in self.distances.values()), default=0.0)
 
     def plate(self) -> str:
-        """The figure, or a sentence where every distance is zero, or nothing without models."""
+        """Return the figure, a sentence if every distance is zero, or nothing without models."""
         if not self.distances:
             return ""
         if self.largest == 0.0:
@@ -95,7 +96,7 @@ class _Pair:
 
     @property
     def _margin(self) -> float:
-        """Room for the longest name to the right of the plot."""
+        """Return the space for the longest name to the right of the plot."""
         return min(180.0, 34.0 + LETTER * max(len(name) for name in self.distances))
 
     def _curves(self, s: Floats, open_: Sequence[str]) -> Iterator[Curve]:

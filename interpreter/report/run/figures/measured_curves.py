@@ -1,4 +1,4 @@
-"""Curves of metrics over those that were measured: one chart for each pair, with the uncertainty of the measurement."""
+"""Charts of metric curves with the measured curve and its uncertainty, one for each pair."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ WHOLE = 0.999  # of the measured range: less is said
 
 
 def section_of(findings: Findings) -> str:
-    """A chart for each measured curve and metric that is compared with it; empty where there are none."""
+    """Return a chart for each measured curve and metric that is compared with it; empty if there are none."""
     plates: dict[tuple[object, ...], str] = {}
     for metric in findings.metrics:
         named = findings.declared.get(metric.name)
@@ -60,7 +60,7 @@ class _Measured:
 
     @cached_property
     def judged(self) -> tuple[float, float]:
-        """The range of models, in x: what lies beyond is not drawn."""
+        """Range of x that models cover; the chart shows only this range."""
         ends = [(float(c.x.min()), float(c.x.max())) for c in self.seen.values()]
         low, high = min(a for a, _ in ends), max(b for _, b in ends)
         margin = 0.05 * (high - low) or 0.05 * abs(high) or 1e-9
@@ -68,7 +68,7 @@ class _Measured:
 
     @cached_property
     def bands(self) -> dict[str, tuple[tuple[float, float], ...]]:
-        """The measurement, and its uncertainty above and below, where models are."""
+        """Measurement with its upper and lower bounds, over the range of the models."""
         d, (low, high) = self.drawn, self.judged
         near = [i for i, x in enumerate(d.x.tolist()) if low <= x <= high]
         near = sorted({*near, *(min(max(i, 0), len(d.x) - 1) for i in (near[0] - 1, near[-1] + 1))}) if near else []
@@ -83,11 +83,11 @@ class _Measured:
 
     @property
     def agreed(self) -> bool:
-        """Whether it is one on which codes agreed."""
+        """True if the curve is a consensus of codes."""
         return self.findings.report.references[self.reference].kind == "consensus"
 
     def plate(self) -> str:
-        """The chart."""
+        """Return the chart."""
         open_ = [*drawn_first(self.findings, self.seen), *self.findings.report.references]
         chart = Chart(
             f"curve-{self.number}", f"{self.metric.name}: against {self.reference}", self._desc(), *self._axes(),
@@ -122,7 +122,7 @@ class _Measured:
         return "; ".join(ends) + "."
 
     def _caption(self) -> str:
-        """What is drawn, what the measurement is made of, and which part of it is judged."""
+        """Return a caption: curves, source of the measurement, and the range that is judged."""
         reference = self.findings.report.references[self.reference]
         beside = "with the band in which codes lie" if self.agreed else "with its uncertainty on both sides"
         said = [f"`{self.metric.name}`: curves of models over `{self.reference}` ({worth(reference)}), {beside}."]
@@ -142,7 +142,7 @@ class _Measured:
         return " ".join(said)
 
     def _inside(self) -> str:
-        """Whose curve lies inside the band, and how much of it."""
+        """Return which curves lie inside the band, and by how much."""
         found = ((n, r.metrics.get(self.metric.name)) for n, r in self.findings.everyone.items())
         shares = [(n, m.details["inside_share"]) for n, m in found if m is not None and "inside_share" in m.details]
         each = [f"`{n}` by {100.0 * float(share):.3g} %" for n, share in shares]

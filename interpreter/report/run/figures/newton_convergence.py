@@ -1,4 +1,4 @@
-"""Residual over iteration, a small chart for each model in its colour; phases differ by marker and dash."""
+"""Residual over Newton iterations, a small chart for each model in its colour; phases differ by marker and dash."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ LEAD = (
 
 @dataclass(frozen=True)
 class _Step:
-    """One row of a history: the residual before the step, None where it was not finite or not known."""
+    """One row of a history: the residual before the step, None if it was not finite or not known."""
 
     phase: str
     load: float | None
@@ -40,7 +40,7 @@ class _Step:
 
 @dataclass(frozen=True)
 class _Course:
-    """The iterations of one model; a report keeps the last of a long history, so they start at `first`."""
+    """Iteration history of one model; a report keeps the last part of a long one, so it starts at `first`."""
 
     name: str
     model: ModelResult
@@ -48,18 +48,18 @@ class _Course:
 
     @cached_property
     def steps(self) -> list[_Step]:
-        """What the report has of the history."""
+        """Steps of the history in the report."""
         entries = self.model.solve.get("history") or ()
         return [_Step(str(e.get("phase", "")), e.get("load"), e.get("residual"), e.get("length")) for e in entries]
 
     @property
     def rows(self) -> list[_Step]:
-        """The history, and the residual that was reached after it."""
+        """Steps of the history, and the final residual."""
         return [*self.steps, _Step("reached", None, self.model.solve.get("residual"), None)]
 
     @property
     def iterations(self) -> int:
-        """Iterations done."""
+        """Number of iterations."""
         return int(self.model.solve.get("iterations") or len(self.steps))
 
     @property
@@ -69,7 +69,7 @@ class _Course:
 
     @property
     def words(self) -> str:
-        """How it ended."""
+        """Outcome in words."""
         end = self.rows[-1].residual
         outcome = f"{self.model.status.replace('_', ' ')}, {count(self.iterations, 'iteration')}"
         reached = "" if end is None else f", residual {typeset_number(f'{end:.2g}')}"
@@ -79,7 +79,7 @@ class _Course:
 
 
 def section_of(findings: Findings) -> str:
-    """The charts; empty where no model has a history."""
+    """Return the charts; empty if no model has a history."""
     known = looks(findings.report)
     everyone = [_Course(n, m, known[n]) for n, m in findings.report.models.items()]
     courses = [course for course in everyone if course.steps]
@@ -99,7 +99,7 @@ def _missing(names: list[str]) -> str:
 
 
 def _residuals(values: Sequence[float | None]) -> Axis:
-    """One axis for all charts, so that they compare."""
+    """Return one axis for all charts, so that they can be compared."""
     positive = [v for v in values if v is not None and v > 0] or [1.0]
     return logarithmic(max(min(positive), 1e-17 * max(positive)), max(positive), "residual", "1", about=5)
 
@@ -129,7 +129,7 @@ def _phases_in_words(steps: Sequence[_Step]) -> str:
 
 
 def _curves(course: _Course, phases: Mapping[str, Look], y: Axis) -> Iterator[Curve]:
-    """A curve for each stretch of one phase, up to the first point of the next, so that the line goes on."""
+    """Yield a curve for each run of one phase, extended to the first point of the next, so that the line is continuous."""
     rows, start = course.rows, 0
     for phase, group in groupby(step.phase for step in course.steps):
         stop = start + len(list(group))
@@ -146,7 +146,7 @@ def _point(iteration: int, residual: float | None, y: Axis) -> Point | None:
 
 
 def _not_finite(steps: Sequence[_Step]) -> str:
-    """A cross at the top for each residual that was not a finite number."""
+    """Return a cross at the top for each residual that was not finite."""
     places = [LEFT + WIDTH * i / len(steps) for i, step in enumerate(steps) if step.residual is None]
     crosses = "".join(f"M{x - 4:.1f} {TOP - 4:.0f}l8 8m-8 0l8-8" for x in places)
     return tag("path", class_="lost", d=crosses) if crosses else ""

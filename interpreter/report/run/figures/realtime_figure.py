@@ -1,4 +1,4 @@
-"""Whether models keep up with the clock: a verdict in words, and where the times of frames lie."""
+"""Real-time performance of models: a verdict in words, and the distribution of frame times."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Judged = Mapping[str, MetricResult]  # model -> what a metric says of it
 
 
 def section_of(findings: Findings) -> str:
-    """A table and a picture for each clock, however many rates it is held against; empty where there is none."""
+    """Return a table and a figure for each set of frame times, with all its rates; empty if there is none."""
     groups: dict[tuple[Any, ...], dict[MetricColumn, Judged]] = {}
     for metric in findings.metrics:
         if judged := _judged(findings, metric):
@@ -41,13 +41,13 @@ def _judged(findings: Findings, metric: MetricColumn) -> Judged:
 
 
 def _clock_of(judged: Judged) -> tuple[Any, ...]:
-    """What metrics that look at the same frames have in common."""
+    """Return the key that metrics with the same frame times share."""
     return tuple((n, *(m.details.get(k) for k in TIMES), m.details.get("frames")) for n, m in judged.items())
 
 
 @dataclass(frozen=True)
 class _Clock:
-    """The metrics that look at the same frames, each with a rate of its own."""
+    """Metrics that use the same frame times, each with its own rate."""
 
     findings: Findings
     number: int
@@ -55,11 +55,11 @@ class _Clock:
 
     @cached_property
     def first(self) -> tuple[MetricColumn, Judged]:
-        """The metric that names the files, and whom it judges."""
+        """First metric, which names the files, and the models that it judges."""
         return next(iter(self.judged.items()))
 
     def html(self) -> str:
-        """The table, and the picture where there are times of frames."""
+        """Return the table, and the figure if there are frame times."""
         sampled = {n: m for n, m in self.first[1].items() if len(m.samples) > 1}
         strips = _Strips(self.findings, self.number, self.first[0], sampled, self._rates)
         several = any((m.details.get("frames") or 0) > 1 for m in self.first[1].values())
@@ -72,7 +72,7 @@ class _Clock:
 
     @property
     def _rates(self) -> list[float]:
-        """The rates that are asked for, Hz."""
+        """Required frame rates, Hz."""
         every = (m.details.get("rate_Hz") for judged in self.judged.values() for m in judged.values())
         return sorted({float(rate) for rate in every if rate})
 
@@ -117,7 +117,7 @@ class _Clock:
 
 
 def _titled(metric: MetricColumn, judged: Judged) -> str:
-    """`eye / 25 Hz`."""
+    """Return `eye / 25 Hz`."""
     rates = {m.details.get("rate_Hz") for m in judged.values()}
     rate = rates.pop() if len(rates) == 1 else None
     return tag("code", text(metric.name)) + (
@@ -130,7 +130,7 @@ def _cell(value: Any) -> Cell:
 
 
 def _verdict(known: Mapping[str, Any]) -> str:
-    """Yes or no, with what is to spare or lacking, and how many frames were late."""
+    """Return yes or no, with the margin, and the number of late frames."""
     symbol, mood, words = VERDICTS[bool(known["verdict"])]
     sign = tag("span", tag("span", symbol, aria_hidden="true"), f" {words}", class_=f"status {mood}")
     late = f"{known.get('missed', '–')} of {known.get('frames', '–')} late" if known.get("missed") else ""
@@ -138,7 +138,7 @@ def _verdict(known: Mapping[str, Any]) -> str:
 
 
 def _margin(known: Mapping[str, Any]) -> str:
-    """`13 % of 40 ms to spare`, `takes 2.6 times 10 ms`, or why it is too slow whatever it takes."""
+    """Return `13 % of 40 ms to spare`, `takes 2.6 times 10 ms`, or why it can never be fast enough."""
     limit, margin = format_quantity(known["limit_s"], "s", 3), known.get("margin")
     if margin is None or (not known["verdict"] and margin >= 0):
         return str(known.get("verdict_reason") or "")
@@ -151,7 +151,7 @@ def _seconds(value: float | None) -> str:
 
 @dataclass(frozen=True)
 class _Strips:
-    """Times of frames as a share of the limit: a dot each, and a box from quartile to quartile."""
+    """Frame times as fractions of the limit: a dot for each, and a box between the quartiles."""
 
     findings: Findings
     number: int
@@ -161,7 +161,7 @@ class _Strips:
 
     @cached_property
     def times(self) -> dict[str, list[float]]:
-        """Seconds of frames, in ascending order, by model."""
+        """Frame times, s, in ascending order, by model."""
         return {n: sorted(t * float(m.details["limit_s"]) for t in m.samples) for n, m in self.sampled.items()}
 
     @cached_property
@@ -175,11 +175,11 @@ class _Strips:
         return 16.0 + min(190.0, LETTER * max(len(n) for n in self.sampled))
 
     def x(self, seconds: float) -> float:
-        """Pixels from the left."""
+        """Return the distance from the left, pixels."""
         return self.left + WIDTH * self.axis.at(max(seconds, self.axis.low))
 
     def figure(self) -> str:
-        """The picture, its caption and its numbers."""
+        """Return the figure with caption and numbers."""
         numbers = details("Data of this figure", data_table("Data: times of frames", self._columns()), self._save())
         caption = (
             "Each dot is a frame; boxes reach from the first to the third quartile, with the median in them. The heavy "
@@ -264,12 +264,12 @@ class _Strips:
 
 
 def _quantile(ordered: Sequence[float], share: float) -> float:
-    """The least value that a share of all does not exceed: no interpolation."""
+    """Return the smallest value not exceeded by a fraction of all, without interpolation."""
     return ordered[max(0, math.ceil(share * len(ordered)) - 1)]
 
 
 def _some(ordered: Sequence[float]) -> list[float]:
-    """At most DOTS of the values, evenly chosen, with the largest twenty."""
+    """Return at most DOTS of the values, evenly thinned, with the twenty largest."""
     if len(ordered) <= DOTS:
         return list(ordered)
     step = len(ordered) / (DOTS - 20)
@@ -277,5 +277,5 @@ def _some(ordered: Sequence[float]) -> list[float]:
 
 
 def _jitter(index: int) -> float:
-    """Dots beside one another, by the golden ratio: -6 to 6 pixels."""
+    """Return an offset that separates neighbouring dots, by the golden ratio: -6 to 6 pixels."""
     return 12.0 * ((index * 0.618034) % 1.0) - 6.0

@@ -30,7 +30,7 @@ Families = Mapping[str, Mapping[str, float]]
 
 
 def section_of(findings: Findings) -> str:
-    """A figure for each error and each way to vary models; empty where no family has two members."""
+    """Return a figure for each error and each varied quantity; empty if no family has two members."""
     parts = []
     for lead, families, kind in ((LEAD, by_size(findings), _Sizes), (LEAD_NU, by_poisson(findings), _Ratios)):
         figures = [kind(findings, i, m, families).plate() for i, m in enumerate(findings.errors)]
@@ -40,7 +40,7 @@ def section_of(findings: Findings) -> str:
 
 
 def _against_whom(findings: Findings) -> str:
-    """The families that refinement brings closer to one reference and further from another, in a sentence."""
+    """Return a sentence on families that refinement moves closer to one reference and away from another."""
     said: dict[tuple[str, str], list[str]] = {}
     lines = {m: _Sizes(findings, 0, m, by_size(findings)).lines for m in findings.errors}
     for family in dict.fromkeys(f for own in lines.values() for f in own):
@@ -56,7 +56,7 @@ def _against_whom(findings: Findings) -> str:
 
 
 def _these(families: list[str]) -> str:
-    """`tet4 and hex8 come`, with semicolons where a name has a comma."""
+    """Return `tet4 and hex8 come`, with semicolons if a name has a comma."""
     several = len(families) > 1
     names = "; ".join(families) if any("," in f for f in families) else listed(families)
     return f"{names} {'come' if several else 'comes'}"
@@ -64,7 +64,7 @@ def _these(families: list[str]) -> str:
 
 @dataclass(frozen=True)
 class _Varied:
-    """One error of all families; what varies is the business of the two kinds below."""
+    """One error of all families; subclasses define the varied quantity."""
 
     findings: Findings
     number: int
@@ -75,21 +75,21 @@ class _Varied:
     symbol = ""
 
     def at(self, value: float) -> float:
-        """Where a value lies on the axis."""
+        """Return the position of a value on the axis."""
         return value
 
     def said(self, value: float) -> str:
-        """A value in words."""
+        """Return a value in words."""
         raise TypeError(f"a {type(self).__name__} has no values of its own")
 
     @property
     def across(self) -> Axis:
-        """The axis of what varies."""
+        """Axis of the varied quantity."""
         raise TypeError(f"a {type(self).__name__} has no axis of its own")
 
     @cached_property
     def lines(self) -> dict[str, list[tuple[str, float, float]]]:
-        """Family -> (model, what varies, error) of the members with an error above zero; two of them at least."""
+        """Family -> (model, varied value, error) of members with a positive error; at least two."""
         found = {}
         for family, members in self.families.items():
             models = self.findings.report.models
@@ -100,7 +100,7 @@ class _Varied:
         return dict(zip(_told_apart(list(found)), found.values(), strict=True))
 
     def plate(self) -> str:
-        """The figure; empty where no family has two members with an error."""
+        """Return the figure; empty if no family has two members with an error."""
         if not self.lines:
             return ""
         errors = [e for line in self.lines.values() for _, _, e in line]
@@ -120,11 +120,11 @@ class _Varied:
         return format_quantity(error, self.metric.unit, 3, percent=True)
 
     def _words(self) -> str:
-        """From where to where every line goes."""
+        """Return the start and end of every line in words."""
         return "; ".join(f"{f} {self._course(line)}" for f, line in self.lines.items()) + "."
 
     def _course(self, line: list[tuple[str, float, float]]) -> str:
-        """`falls from 5.1 mm at 0.3 to 1.4 mm at 0.499, then rises to 5.2 mm at 0.4999`."""
+        """Return `falls from 5.1 mm at 0.3 to 1.4 mm at 0.499, then rises to 5.2 mm at 0.4999`."""
         inner = min(line, key=lambda point: point[2])
         turns = inner[2] < 0.8 * min(line[0][2], line[-1][2])
         stops = [line[0], inner, line[-1]] if turns else [line[0], line[-1]]
@@ -138,7 +138,7 @@ class _Varied:
         return f"`{self.metric.name}` against `{self.metric.against}`: {self._words()}{self._order()}{bound}"
 
     def _order(self) -> str:
-        """Whether the ranking at the one end is that at the other."""
+        """Return whether the ranking is the same at both ends."""
         if len(self.lines) < 2:
             return ""
         first, last = (min(self.lines, key=lambda f: self.lines[f][end][2]) for end in (0, -1))
@@ -167,7 +167,7 @@ class _Varied:
 
 
 def _told_apart(families: list[str]) -> list[str]:
-    """Names of families without what all of them share: `tet4`, `hex8, selectively integrated`."""
+    """Return family names without their common parts: `tet4`, `hex8, selectively integrated`."""
     parts = [family.split(", ") for family in families]
     shared = set.intersection(*map(set, parts)) if len(parts) > 1 else set()
     short = [", ".join(p for p in own if p not in shared) for own in parts]
@@ -175,7 +175,7 @@ def _told_apart(families: list[str]) -> list[str]:
 
 
 def _errors(errors: list[float], name: str, unit: str) -> Axis:
-    """A logarithmic axis whose ticks are quantities, with 2 and 5 between decades where there are few of them."""
+    """Return a logarithmic axis with ticks as quantities, with 2 and 5 between decades if there are few."""
     axis = logarithmic(min(errors) / 1.05, max(errors) * 1.05, name, unit)
     decades = math.log10(axis.high / axis.low)
     low, high = (math.floor(math.log10(v)) for v in (axis.low, axis.high))
@@ -186,7 +186,7 @@ def _errors(errors: list[float], name: str, unit: str) -> Axis:
 
 
 class _Sizes(_Varied):
-    """Against the number of unknowns."""
+    """Error against the number of unknowns."""
 
     kind, symbol = "refinement", "unknowns"
     ends = ("on the coarsest meshes", "on the finest")
@@ -204,7 +204,7 @@ class _Sizes(_Varied):
 
 
 class _Ratios(_Varied):
-    """Against Poisson's ratio, spread as the logarithm of 1 - 2 nu: what is left until incompressibility."""
+    """Error against Poisson's ratio, on the scale log(1 - 2 nu), which spreads nearly incompressible values."""
 
     kind, symbol = "poisson", "nu"
     ends = ("at the least ratio", "at the largest")

@@ -1,4 +1,4 @@
-"""Every metric from state to state: a curve for each model in the page, a block of lines in the terminal."""
+"""Metrics from state to state: a curve for each model on the page, a block of lines in the terminal."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ SEVERAL = 6  # states that a line of the terminal has
 
 
 def section_of(findings: Findings) -> str:
-    """A chart for each metric; empty where the analysis has no states."""
+    """Return a chart for each metric; empty if the analysis has no states."""
     known = [(m, curves) for m in findings.metrics if (curves := curves_of(findings, m.name))]
     plates = [_Metric(findings, i, metric, curves).plate() for i, (metric, curves) in enumerate(known)]
     return section("states", "States", *plates) if plates else ""
 
 
 def curves_of(findings: Findings, metric: str) -> dict[str, Curve]:
-    """Who has numbers of a metric in some states, and which."""
+    """Return the values of a metric in each state, by model or reference."""
     everyone = {n: r for n, r in findings.everyone.items() if any(metric in own.metrics for own in r.each)}
     found = {n: r.curve(metric) for n, r in everyone.items()}
     return {n: curve for n, curve in found.items() if curve.known}
@@ -44,7 +44,7 @@ def curves_of(findings: Findings, metric: str) -> dict[str, Curve]:
 
 @dataclass(frozen=True)
 class _Metric:
-    """One metric of all models, by the value of the state."""
+    """One metric of all models over the value of the state."""
 
     findings: Findings
     number: int
@@ -53,16 +53,16 @@ class _Metric:
 
     @cached_property
     def states(self) -> tuple[float, ...]:
-        """Their values, in the order of the analysis."""
+        """Values of the states, in the order of the analysis."""
         return next(iter(self.curves.values())).states
 
     @cached_property
     def values(self) -> list[float]:
-        """All that there are."""
+        """All values of the metric."""
         return [v for curve in self.curves.values() for _, v in curve.known]
 
     def plate(self) -> str:
-        """The chart."""
+        """Return the chart."""
         open_ = [*drawn_first(self.findings, self.curves), *self.findings.report.references]
         known = looks(self.findings.report)
         drawn = [
@@ -126,7 +126,7 @@ class _Metric:
 
 
 def lines(findings: Findings) -> Iterator[str]:
-    """The metrics in some states, a line for each model; nothing where the analysis has none."""
+    """Yield the metrics in some states, a line for each model; nothing if the analysis has no states."""
     report = findings.report
     first = next((r for r in report.outcomes if r.states), None)
     if first is None:

@@ -1,4 +1,4 @@
-"""What happened over time: displacements of probes, energies, and events such as a step that was halved."""
+"""Time histories: displacements of probes, energies, and events such as halved steps."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ WIDTH, HEIGHT = 640.0, 300.0
 
 
 def section_of(findings: Findings) -> str:
-    """Charts over time; empty where nothing has a history."""
+    """Return charts over time; empty if nothing has a history."""
     every = courses_of(findings)
     charts = [course.plate() for course in {course.about: course for course in reversed(every)}.values()][::-1]
     energies, events = energy_plates(findings), _events(findings)
@@ -36,20 +36,20 @@ def section_of(findings: Findings) -> str:
 
 
 def courses_of(findings: Findings) -> list[Course]:
-    """Those of all probes that somebody has seen over time."""
+    """Return the histories of all probes that have one."""
     courses = [(n, seen) for n in findings.probes if (seen := _courses(findings, n))]
     return [Course(findings, i, name, seen) for i, (name, seen) in enumerate(courses)]
 
 
 def _courses(findings: Findings, probe: str) -> dict[str, ProbeResult]:
-    """Who has seen a probe over time."""
+    """Return the histories of a probe, by model or reference."""
     seen = findings.probes[probe].items()
     return {n: p for n, p in seen if p.course is not None and p.times is not None and p.course.size > 0}
 
 
 @dataclass(frozen=True)
 class Course:
-    """The displacement of one point of a probe, in the direction in which it moves most."""
+    """Displacement history of one point of a probe, in the direction in which it moves most."""
 
     findings: Findings
     number: int
@@ -58,7 +58,7 @@ class Course:
 
     @cached_property
     def followed(self) -> tuple[int, int]:
-        """Number of the point that moves furthest, and of the coordinate along which it does."""
+        """Index of the point that moves farthest, and of the coordinate along which it does."""
         courses = [p.course for p in self.seen.values() if p.course is not None]
         n = min(c.shape[1] for c in courses)
         furthest = np.max([np.abs(c[:, :n]).max(axis=0) for c in courses], axis=0)  # (n, 3)
@@ -67,21 +67,21 @@ class Course:
 
     @property
     def about(self) -> tuple[object, ...]:
-        """The material point, the coordinate and the names: what two probes of one point have in common."""
+        """Material point, coordinate and names: equal for two probes of the same point."""
         point, axis = self.followed
         places = (p.points[point] for p in self.seen.values())
         return axis, tuple((n, *np.round(X, 9)) for n, X in zip(self.seen, places, strict=True))
 
     @cached_property
     def moments(self) -> Floats:
-        """The times (t,) in s that are drawn: those of the finest history, thinned."""
+        """Drawn times (t,), s: those of the finest history, thinned."""
         finest: Floats = max((p.times for p in self.seen.values() if p.times is not None), key=len)
         moments: Floats = finest[pick_evenly(len(finest), DRAWN)]
         return moments
 
     @cached_property
     def values(self) -> dict[str, Floats]:
-        """Displacement (t,) in m at the moments, by name; not a number after the end of a history."""
+        """Displacement (t,), m, at these times, by name; NaN after the end of a history."""
         return {n: self._value(p) for n, p in self.seen.items()}
 
     def _value(self, p: ProbeResult) -> Floats:
@@ -96,7 +96,7 @@ class Course:
         return f"u{AXES[self.followed[1]]}"
 
     def plate(self) -> str:
-        """The chart."""
+        """Return the chart."""
         open_ = [*drawn_first(self.findings), *self.findings.report.references]
         chart = Chart(
             f"course-{self.number}", f"Displacement over time at {self.probe}", self._desc(), *self._axes(),
@@ -157,7 +157,7 @@ class Course:
         return found
 
     def _save(self) -> str:
-        """All three coordinates of that point, at each one's own times."""
+        """Return a link to all three coordinates of that point, at the times of each history."""
         point, _ = self.followed
         every = max(
             1,
@@ -180,7 +180,7 @@ def _largest(values: Floats) -> float:
 
 
 def _events(findings: Findings) -> str:
-    """What models met on their way."""
+    """Return the events reported by models."""
     rows: list[list[Cell]] = []
     for name, model in findings.report.models.items():
         for event in model.solve.get("events") or ():

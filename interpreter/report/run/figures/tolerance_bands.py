@@ -1,4 +1,4 @@
-"""A mark beside a band: a number of a model, and the value that it is held against with how far that may be off."""
+"""Small drawing of a model's number next to the reference value with its band of uncertainty."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ REACH = 4.0  # times the longer side of the band: what is farther away stands at
 
 @dataclass(frozen=True)
 class Band:
-    """Where everybody's marks of one number lie: the value, the ends of its band, and every number beside it."""
+    """One reference value with the ends of its band, and all numbers compared with it."""
 
     value: float
     ends: tuple[float, float]
@@ -19,7 +19,7 @@ class Band:
 
     @property
     def range(self) -> tuple[float, float]:
-        """What the drawing goes over: everybody, as far as the band is still to be seen."""
+        """Range of the drawing: all numbers, as long as the band stays visible."""
         low, high = self.ends
         side = max(self.value - low, high - self.value)
         reach = REACH * side or max((abs(v - self.value) for v in self.everyone), default=0.0) or 1.0
@@ -33,7 +33,7 @@ class Band:
         return EDGE + share * (WIDTH - 2.0 * EDGE)
 
     def drawn(self, found: float, said: str) -> str:
-        """The drawing with one number marked; `said` is the same in words."""
+        """Return the drawing with one number marked; `said` is the number in words."""
         (low, high), middle = self.range, HEIGHT / 2.0
         left, right = (self._x(v) for v in self.ends)
         parts = [
@@ -48,7 +48,7 @@ class Band:
 
 
 def _mark(x: float, y: float, beyond: int) -> str:
-    """A diamond, or an arrow to where what is farther away lies."""
+    """Return a diamond, or an arrow towards a value outside the drawing."""
     if beyond:
         return f"M{x + 4.5 * beyond:.1f} {y:g}l{-7 * beyond} -4.5v9z"
     return f"M{x:.1f} {y - 4.5:g}l4.5 4.5l-4.5 4.5l-4.5 -4.5z"
