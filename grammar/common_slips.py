@@ -114,7 +114,7 @@ class Slip:
     def say(
         self, code: str, message: str = "", help: str | Remedy = "", label: str = "", at: Token | None = None
     ) -> Diagnostic:
-        """Return a diagnostic at the token that does not fit; by default its message gives expected and found tokens."""
+        """Return a diagnostic at token that does not fit; by default its message gives expected and found tokens."""
         message, remedy = message or f"{self.expected}, found {self.shown}", as_remedy(help)
         return Diagnostic(code, message, self.source, (at or self.found).span, label, remedy.help, fix=remedy.fix)
 

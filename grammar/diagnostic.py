@@ -173,7 +173,7 @@ def _drawing(diagnostic: Diagnostic, paint: Paint) -> str:
 
 
 def _snippet(place: Second, margin: str, paint: Paint, severity: str = "") -> list[str]:
-    """Return the place, the source line, and carets under the span with the label after them; dashes at a second place."""
+    """Return place, the source line, and carets under the span with the label after them; dashes at a second place."""
     source, span = place.source, place.span
     line, first, last = _line(source.text, span)
     shown, before, carets = _clip(_cells(line), first, last)

@@ -87,7 +87,7 @@ def extract_isosurface(
 
 
 def _crop(volume: VoxelVolume, iso: float, low: float) -> tuple[Array, Array, bool]:
-    """Return values around the body with a layer of background, the index of their corner, and whether the body is cut."""
+    """Return values around the body with a layer of background, index of their corner, and whether the body is cut."""
     above = volume.values > iso
     spans = [np.flatnonzero(above.any(axis=tuple({0, 1, 2} - {axis}))) for axis in range(3)]
     first, last = (np.array([int(s[end]) for s in spans]) for end in (0, -1))

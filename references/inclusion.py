@@ -303,7 +303,7 @@ def _power(r: Array, p: int) -> Array:
 
 
 def _mode_at_radius(mode: Mode, solid: Hookean | None, r: float) -> Array:
-    """Return the effect of c = 1 at a radius: displacement along S n and (n.S n) n, and tractions along both, Pa (4,)."""
+    """Return effect of c = 1 at a radius: displacement along S n and (n.S n) n, and tractions along both, Pa (4,)."""
     assert solid is not None
     p, f, g, grown = mode
     mu = solid.shear_modulus

@@ -140,7 +140,7 @@ class Layer:
         return float(self.pressure(np.zeros(1))[0]) if self.tip.power == 2 else math.inf
 
     def pressure(self, r: Array) -> Array:
-        """Return the pressure, Pa, at distances r (n,), m: y(a) / sqrt(a^2 - r^2) - int_r^a y'(t) / sqrt(t^2 - r^2) dt."""
+        """Return pressure, Pa, at distances r (n,), m: y(a) / sqrt(a^2 - r^2) - int_r^a y'(t) / sqrt(t^2 - r^2) dt."""
         r, a = np.abs(np.asarray(r, dtype=float)), self.radius
         if a == 0.0:
             return np.zeros_like(r)

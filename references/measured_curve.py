@@ -303,7 +303,7 @@ def _is_monotone(rows: list[Any]) -> bool:
 
 
 def _area(rows: list[Row], low: float, high: float, column: int) -> float:
-    """Return the area under linear segments between rows, of column 1 (y) or 2 (its uncertainty), from `low` to `high`."""
+    """Return area under linear segments between rows, of column 1 (y) or 2 (its uncertainty), from `low` to `high`."""
     area = 0.0
     for one, other in pairwise(rows):
         (a, p), (b, q) = (one[0], one[column]), (other[0], other[column])

@@ -1,4 +1,4 @@
-"""Inflation of a thick-walled sphere of incompressible rubber by an inner pressure, also beyond the pressure maximum."""
+"""Inflation of thick-walled sphere of incompressible rubber by an inner pressure, also beyond the pressure maximum."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ class TendonRoute:
     tension: float
 
     def beside(self, s: Array) -> tuple[Array, Array, Array]:
-        """Return its position in the section (3, k), m, at stations s (k,), m, and two derivatives, including winding."""
+        """Return its position in section (3, k), m, at stations s (k,), m, and two derivatives, including winding."""
         span = self.end - self.begin
         w, line = 1j * self.winding / span, complex(*self.first)
         rate = (complex(*self.last) * np.exp(-1j * self.winding) - line) / span
@@ -101,7 +101,7 @@ class RodSection:
 
 
 class RodEquations:
-    """Equations of a driven rod, for a fraction `share` of loads and tensions; rod sections side by side over [0, 1]."""
+    """Equations of driven rod, for a fraction `share` of loads and tensions; rod sections side by side over [0, 1]."""
 
     def __init__(self, rod: DrivenRod, share: float) -> None:
         L, EI = rod.length, max(rod.stiffness[4:])

@@ -92,7 +92,7 @@ def _guarded(arguments: list[str]) -> int:
 def _plugin_error_message(error: Exception) -> str | None:
     """Return a message if the exception comes from plugin code outside any model or metric; else None."""
     plugins = sys.modules.get("softmark.interpreter.language.plugin_words")
-    said = plugins.blamed(error) if plugins else None
+    said = plugins.find_faulty_plugin(error) if plugins else None
     return f"{said}\n`dsl conformance` tries all of a plugin." if said else None
 
 

@@ -27,7 +27,7 @@ SIGN = "# The words of the language\n\nWhat `dsl explain NAME` prints, as pages;
 
 
 def pages() -> dict[str, str]:
-    """Return Markdown by file name: one for each kind, one for words without constructor, one for the material library."""
+    """Return Markdown by file name: for each kind, for words without constructor, and for the material library."""
     kinds = {f"{FOLDER}/{kind}.md": _kind(kind) for kind in CATALOGUE}
     others = {f"{FOLDER}/words.md": _words(), f"{FOLDER}/units.md": _units(), f"{FOLDER}/library.md": _library()}
     names = [path.removeprefix(f"{FOLDER}/").removesuffix(".md") for path in (*kinds, *others)] + ["others"]

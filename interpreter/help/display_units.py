@@ -38,6 +38,5 @@ def common_units() -> tuple[tuple[str, Dimension], ...]:
 def describe_unit(unit: str) -> str:
     """Return the quantity that a unit measures and its size in SI: `a pressure, 1000 Pa`."""
     measure = units.parse_unit(unit)
-    return f"{units.dimension_name(measure.dimension)}, {measure.factor:.12g} {units.si_unit(measure.dimension)}".removesuffix(
-        " 1"
-    )
+    size = f"{measure.factor:.12g} {units.si_unit(measure.dimension)}"
+    return f"{units.dimension_name(measure.dimension)}, {size}".removesuffix(" 1")

@@ -27,7 +27,12 @@ from softmark.interpreter.importers.imported_deck import (
     NotImportable,
     NotImported,
 )
-from softmark.solvers.mesh.files.mesh_validation import components, find_coincident_nodes, find_overlap, format_position
+from softmark.solvers.mesh.files.mesh_validation import (
+    find_coincident_nodes,
+    find_components,
+    find_overlap,
+    format_position,
+)
 from softmark.solvers.mesh.mesh import Mesh
 
 FORCES = 10_000  # maximum number of nodal forces; each takes some 7 ms of a run
@@ -101,7 +106,7 @@ def _count_repeated(every: Sequence[NotImported]) -> tuple[NotImported, ...]:
 def _count_pieces(deck: Deck) -> None:
     """Count the pieces of a body and report what joins them. Raises NotImportable if a scene would refuse its mesh."""
     width = deck.cells.shape[1]
-    part = components(len(deck.points), np.repeat(deck.cells[:, 0], width - 1), deck.cells[:, 1:].ravel())
+    part = find_components(len(deck.points), np.repeat(deck.cells[:, 0], width - 1), deck.cells[:, 1:].ravel())
     deck.pieces = len(np.unique(part[deck.cells[:, 0]]))
     if deck.pieces == 1:
         return

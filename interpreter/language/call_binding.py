@@ -412,13 +412,8 @@ class Binder:
                              field.meaning)  # fmt: skip
         if value.dimension != units.NONE:
             found = evaluation.describe_value(value)
-            raise place.fail(
-                "E204",
-                node.span,
-                f"expected a direction, found {found}",
-                found,
-                "a direction has no unit: `(0, 0, -1)`",
-            )
+            help = "a direction has no unit: `(0, 0, -1)`"
+            raise place.fail("E204", node.span, f"expected a direction, found {found}", found, help)
         norm = math.hypot(*value.values)
         if norm == 0.0:
             raise place.fail("E301", node.span, "a direction cannot be zero", "no direction", field.meaning)
@@ -439,13 +434,8 @@ class Binder:
         found = []
         for item in items:
             if not isinstance(item, tree.Name) or item.text not in ("x", "y", "z"):
-                raise place.fail(
-                    "E212",
-                    item.span,
-                    f"expected x, y or z, found {evaluation.describe_expression(item)}",
-                    "not a component",
-                    help,
-                )
+                problem = f"expected x, y or z, found {evaluation.describe_expression(item)}"
+                raise place.fail("E212", item.span, problem, "not a component", help)
             found.append("xyz".index(item.text))
         return tuple(sorted(set(found)))
 

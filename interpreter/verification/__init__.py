@@ -1,5 +1,5 @@
-"""What vouches for an answer: forces found again, stated errors, refined references, expectations.
+"""Verification of answers: independently computed forces, error estimates, refined references and expectations.
 
-Imports rooms up to the front. To add a part of the stated error: a file here with a function of an answer, and a line
-in `error_estimate`.
+Imports packages up to validation. To add a part of the stated error: a module here with a function of an answer, and a
+line in `error_estimate`.
 """

@@ -1,4 +1,4 @@
-"""Warnings that say that an answer may be off."""
+"""Warnings that an answer may be inaccurate."""
 
 from __future__ import annotations
 
@@ -46,12 +46,12 @@ DOUBTS: dict[str, str] = {
 
 
 def is_doubt(code: str) -> bool:
-    """Whether a warning says that a model's answer may be off."""
+    """Return whether a warning means that a model's answer may be inaccurate."""
     return code in DOUBTS
 
 
 def doubts_of(scene: Scene, declared: Declared, warnings: Sequence[Diagnostic]) -> list[str]:
-    """Codes of the warnings that are doubts and not about another model."""
+    """Return the codes of accuracy warnings, without those about another model."""
     others = [d.location for n, d in scene.of_kind("model").items() if n != declared.name]
 
     def concerns(warning: Diagnostic) -> bool:

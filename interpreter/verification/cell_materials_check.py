@@ -1,7 +1,7 @@
-"""Which material each cell of a solution has, found again for the watchdog: by points of the cell, not by its volume.
+"""Independent check of cell materials: by points of a cell, not by its volume.
 
-A cell whose nodes and centre, seen from a little inside, all lie in one part is of that part. Of a cell that a border
-passes this says nothing: there the model's own choice is taken, of which the report says what it misses.
+A cell whose nodes and centre, moved slightly inward, all lie in one region has its material. Cells that a border
+crosses are not checked: the model's own choice is used, and the report gives its error.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ INWARD = 1e-6  # of the way to its centroid: where a cell is looked at, so that 
 
 
 def alone(case: Case, mesh: DeformedMesh) -> list[tuple[Case, Any]]:
-    """A case of each material, and which cells are of it: all of a body of one material."""
+    """Return a case of each material with its cells; for a body of one material, all cells."""
     if not case.parts:
         return [(case, slice(None))]
     from softmark.interpreter.models.shared.region_cells import materials_of_cells
 
-    owner = np.where((seen := _seen(case, mesh)) < 0, materials_of_cells(case, mesh.mesh).cells, seen)
+    owner = np.where((seen := _common_material(case, mesh)) < 0, materials_of_cells(case, mesh.mesh).cells, seen)
     cases = [replace(case, other_material=material, parts=()) for material in case.materials]
     return [(own, np.flatnonzero(owner == i)) for i, own in enumerate(cases) if (owner == i).any()]
 
 
-def _seen(case: Case, mesh: DeformedMesh) -> Any:
-    """The number of the material that all points of a cell are of (m,), -1 where they are of several."""
+def _common_material(case: Case, mesh: DeformedMesh) -> Any:
+    """Return the material number common to all points of a cell (m,), -1 if they differ."""
     from softmark.interpreter.problem.group_conditions import cell_membership
     from softmark.interpreter.problem.material_layers import material_numbers
 

@@ -1,7 +1,7 @@
-"""Where the pressure of a contact has no limit: at the edge of a sharp punch, and under the tip of a cone.
+"""Singular contact pressure: at the edge of a sharp punch, and under the tip of a cone.
 
-Beneath the edge of a flat punch it grows with the distance d from it as d^(-1/2) (Sadowsky 1928, ZAMM 8), under the tip
-of a cone with the logarithm (Love 1939, Quart. J. Math. 10): every refinement finds more. A rounded one has a limit.
+At distance d from the edge of a flat punch it grows as d^(-1/2) (Sadowsky 1928, ZAMM 8), under the tip of a cone as the
+logarithm (Love 1939, Quart. J. Math. 10): every refinement finds more. At a rounded edge or tip it converges.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 
 def limitless_pressure(metric: Metric | None, case: Case, rest: EquilibriumForces | None, X: Floats) -> str | None:
-    """Why a metric of contact pressure, that looks at X (n, 3), m, has no limit; None if it has.
+    """Return why a metric of contact pressure, evaluated at X (n, 3), m, does not converge, or None.
 
-    It is where a sharp edge or tip of the rigid body lies within a facet that is pressed, and the metric looks there.
+    It does not if it is evaluated in a facet in contact that contains a sharp edge or tip of the rigid body.
     """
     if not isinstance(metric, ContactPressure | PressureAlong) or rest is None or not rest.knows(metric.concerned):
         return None
@@ -39,7 +39,7 @@ def limitless_pressure(metric: Metric | None, case: Case, rest: EquilibriumForce
         return None
     if isinstance(metric, ContactPressure):
         X = np.zeros((0, 3)) if metric.at is None else np.array([metric.at])
-    places, flat = _sharp(case, touch, field.X), (1.0, 1.0, 0.0) if case.planar else (1.0, 1.0, 1.0)
+    places, flat = _sharp_points(case, touch, field.X), (1.0, 1.0, 0.0) if case.planar else (1.0, 1.0, 1.0)
     x, pressed = field.pressing.x[field.may] * flat, field.pressing.pressures[field.may] > 0.0
     if not len(places) or not pressed.any():
         return None
@@ -50,8 +50,8 @@ def limitless_pressure(metric: Metric | None, case: Case, rest: EquilibriumForce
     return f"a sharp edge or tip of `{touch.rigid.name}`" if (there & pressed).any() else None
 
 
-def _sharp(case: Case, touch: Touch, X: Floats) -> Floats:
-    """Points (n, 3) of a rigid body that are sharp, where supports have taken it, m; in the plane with z = 0."""
+def _sharp_points(case: Case, touch: Touch, X: Floats) -> Floats:
+    """Return sharp points (n, 3) of a rigid body in its current position, m; for a plane body with z = 0."""
     shape = download_shape(touch.rigid.thing.shape, touch.rigid.at("shape"))
     surface = surface_in_space(shape, X)
     found, pose = sharp_points_in_section(*surface) if case.planar else sharp_points(*surface), pose_at(touch, 1.0)

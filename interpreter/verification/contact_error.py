@@ -1,14 +1,14 @@
-"""Errors of bodies that touch: of the gap that a barrier leaves, and of a mesh that does not follow their border.
+"""Errors of contact: of the gap that a barrier leaves, and of a mesh that does not follow the edge of contact.
 
-Where contact ends the pressure goes as a root, on any mesh inside of some cell: forces converge with the square of the
-size and no faster (Drouet and Hild 2015, SIAM J. Numer. Anal. 53:1488), areas with the size, and how the border lies in
-its cell makes differences of meshes jump, so that three of them show no order.
+At the edge of contact the pressure falls as a square root, inside some cell of any mesh. Forces therefore converge with
+the square of the cell size at most (Drouet and Hild 2015, SIAM J. Numer. Anal. 53:1488), areas with the size. The
+position of the edge in its cell makes differences between meshes irregular, so that three of them show no order.
 
-Of pressures, their mean is not more than the greatest, so that a force is no more than area times greatest pressure: a
-mesh in which it is more knows neither. By how much says how far these may be off where nothing else does.
+The mean pressure cannot exceed the largest, so the force is at most area times largest pressure. A mesh that violates
+this has an error in both, at least as large as the excess.
 
-A rigid body seems larger by the gap. Nothing near a contact moves by more than that; forces go with a power of the
-travel of at most two (a cone), so that they are off by twice the gap over the travel, pressures and areas by less.
+A rigid body seems larger by the gap. Nothing near a contact moves by more than that. Forces vary with at most the
+square of the travel (for a cone), so their error is twice the gap over the travel; pressures and areas have less.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.metrics.metric_base import Metric
     from softmark.interpreter.problem.body_case import Case
     from softmark.interpreter.results.reaction_results import ContactNumbers
-    from softmark.interpreter.verification.probe_errors import ProbeAnswer
-    from softmark.interpreter.verification.solution_under_test import Answer
+    from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest
+    from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 
 ORDER, OF_AREAS = 2.0, 1.0  # of forces, and pressures inside; and of areas
 WITHIN = 0.5  # of the facets that the border is in
@@ -33,11 +33,13 @@ PEAK = 1.5  # the greatest pressure over the mean of a round contact (Hertz 1881
 ROUNDED = 1.05  # where all that is pressed is pressed alike it is 1, but for how the border is found
 
 
-def index(whole: Answer, seen: ProbeAnswer, apart: float, ratio: float, farther: float | None) -> float:
-    """The error of what forces tell, from its distance to a mesh that is `ratio` times coarser.
+def index(
+    whole: SolutionUnderTest, seen: ProbeResultUnderTest, apart: float, ratio: float, farther: float | None
+) -> float:
+    """Return the error of a contact metric, from its distance to a mesh that is `ratio` times coarser.
 
-    By the order in theory, with the factor of two grids; where these are near by chance, by the next coarser one. The
-    ratio is told of cells in space; of a slice their number goes with the square.
+    It uses the theoretical order with the safety factor of two grids; if they agree by chance, the next coarser grid.
+    `ratio` is that of cells in space; for a slice their number grows with the square.
     """
     from softmark.interpreter.metrics.contact import ContactArea
     from softmark.interpreter.verification.grid_convergence import FIRST
@@ -45,11 +47,11 @@ def index(whole: Answer, seen: ProbeAnswer, apart: float, ratio: float, farther:
     order = OF_AREAS if isinstance(seen.metric, ContactArea) else ORDER
     fall: float = ratio ** (1.5 * order if whole.case.planar else order)
     found = FIRST * max(apart, (farther or 0.0) / fall) / (fall - 1.0)
-    return max(found, _border(seen.metric, seen)) if isinstance(seen.metric, ContactArea) else found
+    return max(found, _edge_area(seen.metric, seen)) if isinstance(seen.metric, ContactArea) else found
 
 
-def _border(metric: ContactArea, seen: ProbeAnswer) -> float:
-    """Half of the facets that the border is in, in the unit of an area; nothing where these are not known."""
+def _edge_area(metric: ContactArea, seen: ProbeResultUnderTest) -> float:
+    """Return half the area of the facets at the edge of contact; zero if they are not known."""
     touch = None if seen.at_rest is None else seen.at_rest.touches.get(metric.of)
     field: Any = None if touch is None else touch.field
     if not (touch and field and touch.area > 0.0):
@@ -58,15 +60,15 @@ def _border(metric: ContactArea, seen: ProbeAnswer) -> float:
     return found
 
 
-def gaps(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
-    """The part of the stated error that comes of gaps; none where nothing may touch."""
+def gaps(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
+    """Return the part of the stated error due to gaps; none without contact."""
     from softmark.interpreter.vocabulary.self_contact_words import Itself
 
     own = [pair.name for pair in whole.case.pairs if isinstance(pair.thing, Itself)]
     if not (own or whole.case.contacts):
         return {}
     beds: Any = getattr(whole.prepared, "beds", {})
-    return {"gap": partial(_left, whole.case, {name: beds[name].distance for name in own if name in beds})}
+    return {"gap": partial(_gap_error, whole.case, {name: beds[name].distance for name in own if name in beds})}
 
 
 def is_statically_determinate(case: Case, metric: Metric | None) -> bool:
@@ -97,17 +99,17 @@ def is_statically_determinate(case: Case, metric: Metric | None) -> bool:
     return dead and not (holding | {touch.name for touch in case.contacts}) - {metric.of}
 
 
-def _left(case: Case, widest: Mapping[str, float], seen: ProbeAnswer) -> float:
-    """By the mean gap where something presses; the travel is taken for the largest displacement of the body.
+def _gap_error(case: Case, widest: Mapping[str, float], seen: ProbeResultUnderTest) -> float:
+    """Return the error by the mean gap in contact, relative to the largest displacement of the body.
 
-    Of a body that meets itself by what its barrier leaves at most, m, by name, where no more is known.
+    For self-contact the largest gap that the barrier may leave, m, by name, is used if no other is known.
     """
-    from softmark.interpreter.verification.probe_errors import Unknown
+    from softmark.interpreter.verification.probe_errors import NoErrorEstimate
 
     rest = seen.at_rest
     told = rest is not None and (rest.reason is None or bool(rest.touches))
     if rest is None or not (told or (widest and seen.unit == "m")):
-        raise Unknown("what the contacts leave open is not known")
+        raise NoErrorEstimate("what the contacts leave open is not known")
     left = max((dict(widest) | {name: touch.left for name, touch in rest.touches.items()}).values(), default=0.0)
     if seen.unit == "m":
         return left
@@ -116,38 +118,39 @@ def _left(case: Case, widest: Mapping[str, float], seen: ProbeAnswer) -> float:
     return POWER * left / rest.moved * seen.size if rest.moved > 0.0 else 0.0
 
 
-def joints(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
-    """The part that comes of joints that give way; none where nothing is tied."""
+def joints(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
+    """Return the part of the stated error due to compliant ties; none without ties."""
     from softmark.interpreter.vocabulary.self_contact_words import Tied
 
     beds: Any = getattr(whole.prepared, "beds", {})
     own = [beds[pair.name] for pair in whole.case.pairs if isinstance(pair.thing, Tied) and pair.name in beds]
-    return {"joint": partial(_given, whole, own)} if own else {}
+    return {"joint": partial(_tie_error, whole, own)} if own else {}
 
 
-def _given(whole: Answer, tied: Sequence[Any], seen: ProbeAnswer) -> float:
-    """By the share of the energy that is in the springs of joints: without these a body is stiffer by as much.
+def _tie_error(whole: SolutionUnderTest, tied: Sequence[Any], seen: ProbeResultUnderTest) -> float:
+    """Return the error by the share of energy in the springs of ties, by which the body is too soft.
 
-    That is so of whatever moves a body as a whole, to first order; displacements are off by how far joints open as
-    well, in the mean square. Raises Unknown where it is most of the energy, or nothing is known of it.
+    To first order this holds for every action on the body as a whole; displacements also have the root mean square
+    opening
+    of the ties. Raises Unknown if the share is most of the energy, or is not known.
     """
     from softmark.interpreter.verification.grid_convergence import HOPELESS
-    from softmark.interpreter.verification.probe_errors import Unknown
+    from softmark.interpreter.verification.probe_errors import NoErrorEstimate
 
     rest, mesh = seen.at_rest, whole.mesh
     if rest is None or rest.reason is not None or mesh is None:
-        raise Unknown("what joints give way by is not known")
+        raise NoErrorEstimate("what joints give way by is not known")
     stored = [joint.value(mesh.displacement.ravel()) for joint in tied]
     share = sum(stored) / rest.energy if rest.energy > 0.0 else 0.0
     if share > HOPELESS:
-        raise Unknown("joints give way by more than the body does")
+        raise NoErrorEstimate("joints give way by more than the body does")
     open_by = max(math.sqrt(2.0 * W / (joint.stiffness * joint.area)) for W, joint in zip(stored, tied, strict=True))
     found = share * seen.size
     return max(found, open_by) if seen.unit == "m" else found
 
 
 def beyond(touch: ContactNumbers) -> float | None:
-    """What presses over area times largest pressure, where it is more than 1: no pressure is like that."""
+    """Return the ratio of the force to area times largest pressure if it exceeds the possible value 1, else None."""
     field: Any = touch.field
     if field is None or not touch.area * touch.pressure > 0.0:
         return None
@@ -155,15 +158,15 @@ def beyond(touch: ContactNumbers) -> float | None:
     return found if found > ROUNDED else None
 
 
-def at_least(seen: ProbeAnswer) -> float | None:
-    """How far an area or a pressure may be off that contradicts the force, in its unit; None where it does not.
+def at_least(seen: ProbeResultUnderTest) -> float | None:
+    """Return the minimal error of an area or pressure that contradicts the force, in its unit, or None.
 
-    Raises Unknown where it is more than all of it.
+    Raises Unknown if the error is larger than the value.
     """
     from softmark.interpreter.metrics.contact import ContactArea, ContactPressure
     from softmark.interpreter.metrics.pressure_along import PressureAlong
     from softmark.interpreter.verification.grid_convergence import HOPELESS
-    from softmark.interpreter.verification.probe_errors import Unknown
+    from softmark.interpreter.verification.probe_errors import NoErrorEstimate
 
     metric, rest = seen.metric, seen.at_rest
     if not isinstance(metric, ContactArea | ContactPressure | PressureAlong) or rest is None:
@@ -172,5 +175,7 @@ def at_least(seen: ProbeAnswer) -> float | None:
     if times is None:
         return None
     if PEAK * times - 1.0 > HOPELESS:
-        raise Unknown(f"the mesh is too coarse: the force is {times:.2g} times the area and the greatest pressure")
+        raise NoErrorEstimate(
+            f"the mesh is too coarse: the force is {times:.2g} times the area and the greatest pressure"
+        )
     return (PEAK * times - 1.0) * seen.size

@@ -1,8 +1,8 @@
-"""What rigid bodies do to a body counted once more, for the watchdog, and whether any of it is behind them.
+"""Independent contact forces of rigid bodies, and check for penetration.
 
-Distances, the law of the gap, areas and the way of a rigid body by formulas of their own
-(solvers/independent_forces/rigid_contact_forces.py). What the law is for, its distance and its stiffness, is taken as
-it is.
+Distances, the barrier law, areas and the motion of a rigid body are computed by independent formulas
+(solvers/independent_forces/rigid_contact_forces.py). The parameters of the law, distance and stiffness, are taken from
+the model.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
 from softmark.interpreter.models.shared.rigid_contact_setup import barrier_of, inner_steps
 from softmark.interpreter.verification.load_forces_check import selected
 from softmark.interpreter.verification.support_reactions_check import held, motion
-from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.contact.signed_distance.distance_function import depth_of_centroid as depth_of_middle
 from softmark.solvers.elements.boundary_facets import FACETS
@@ -55,7 +55,7 @@ ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
 
 def of_contacts(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Floats], float]:
-    """Forces on the nodes (n, 3), N, of every contact by name, and what of them is not sure, N. Raises Unchecked."""
+    """Return nodal forces (n, 3), N, of every contact by name, and their uncertainty, N. Raises Unchecked."""
     found, unsure = dict[str, Floats](), 0.0
     for touch in case.contacts:
         found[touch.name], left = of_contact(case, touch, mesh, u)
@@ -64,19 +64,20 @@ def of_contacts(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Fl
 
 
 def seen(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Any], str | None]:
-    """What a report says of every contact, by name, and why the state is no answer, if a node is behind a rigid body.
+    """Return facts of every contact, by name, and why the state is invalid if a node penetrates a rigid body, or None.
 
-    `least_gap` is that of all nodes that may touch, m, and `overlap` how deep facets cut into the rigid body between
-    their nodes, m, where they were looked at.
+    `least_gap` is that of all nodes that may touch, m, and `overlap` the penetration of facets between their nodes, m,
+    if
+    it was checked.
     """
     found, reason = {}, None
     for touch in case.contacts:
         own: dict[str, Any] = {"least_gap": None, "overlap": None}
         try:
-            own |= _seen(case, touch, mesh, u)
-            deep = _missed(case, touch, mesh, u)
-            swallowed = _swallowed(case, touch, mesh, u)
-        except Unchecked as unknown:
+            own |= _contact_facts(case, touch, mesh, u)
+            deep = _missed_penetration(case, touch, mesh, u)
+            swallowed = _is_engulfed(case, touch, mesh, u)
+        except NoIndependentFormula as unknown:
             found[touch.name] = own | {"reason": str(unknown)}
             continue
         found[touch.name] = own
@@ -114,8 +115,8 @@ def _passes_between_nodes(case: Case, touch: Touch, mesh: DeformedMesh, u: Float
     return not -float(force @ normal) > PUSHED * float(np.linalg.norm(force) * np.linalg.norm(normal))
 
 
-def _missed(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> float:
-    """How deep nodes that no contact with a rigid body asks for are behind it, m; those that are held are left out."""
+def _missed_penetration(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> float:
+    """Return the penetration of nodes that no contact with a rigid body selects, m; fixed nodes are left out."""
     if touch.thing.where is EVERYWHERE:
         return 0.0
     others = [other for other in case.contacts if other.rigid.name == touch.rigid.name]
@@ -123,31 +124,31 @@ def _missed(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> float:
     whole = replace(touch, declared=replace(touch.declared, thing=replace(touch.thing, where=EVERYWHERE)))
     still = np.flatnonzero(np.asarray(held(replace(case, supports=case.named_supports), mesh)).any(axis=1))
     nodes = np.setdiff1d(_facets(case, whole, mesh), np.concatenate([asked, still]))
-    x = _flat(case, mesh.points + u)[nodes]
-    return max(0.0, -float(_asked(_where(touch), x)[0].min(initial=0.0)))
+    x = _in_plane(case, mesh.points + u)[nodes]
+    return max(0.0, -float(_evaluate_distance(_current_distance(touch), x)[0].min(initial=0.0)))
 
 
-def _swallowed(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> bool:
-    """Whether a rigid body lies in the body, where no node and no facet is behind it.
+def _is_engulfed(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> bool:
+    """Return whether a rigid body lies inside the body, so that no node and no facet penetrates it.
 
-    Its middle does; where that is in a hollow of it, all of its surface.
+    It does if its centre is inside; if the centre is in a cavity of the rigid body, its whole surface is tested.
     """
     gap = gap_of(touch.rigid.thing.shape)
     if gap is None or gap.centroid is None:
         return False
-    look, inside = _where(touch), _matter(case, mesh, u)
-    middle = _flat(case, move_points(np.array([gap.centroid]), *motion(touch)))
-    if _asked(look, middle)[0][0] < 0.0:
+    look, inside = _current_distance(touch), _inside_body(case, mesh, u)
+    middle = _in_plane(case, move_points(np.array([gap.centroid]), *motion(touch)))
+    if _evaluate_distance(look, middle)[0][0] < 0.0:
         return inside(middle[0])
-    low, high = _ends(touch)
-    places = point_in_deformed_body.sample_surface(partial(_asked, look), low, high, bool(case.planar))
+    low, high = _rigid_bounds(touch)
+    places = point_in_deformed_body.sample_surface(partial(_evaluate_distance, look), low, high, bool(case.planar))
     if case.depth:  # of both sides of the axis one
         places[:, 0] = np.abs(places[:, 0])
     return bool(len(places)) and all(map(inside, places))
 
 
-def _matter(case: Case, mesh: DeformedMesh, u: Floats) -> Callable[[Floats], bool]:
-    """Whether a point (3,), m, is in the body, deformed; of one that is plane, or of revolution, by its section."""
+def _inside_body(case: Case, mesh: DeformedMesh, u: Floats) -> Callable[[Floats], bool]:
+    """Return a function for whether a point (3,), m, is in the deformed body; for plane bodies by the section."""
     facets, x = np.asarray(mesh.mesh.facets), mesh.points + u
     if case.planar:  # one face of the slice
         z = mesh.points[:, 2]
@@ -158,8 +159,8 @@ def _matter(case: Case, mesh: DeformedMesh, u: Floats) -> Callable[[Floats], boo
     return lambda p: point_in_deformed_body.is_inside_volume(p, triangles)
 
 
-def _ends(touch: Touch) -> tuple[Floats, Floats]:
-    """Lowest and highest coordinates of a rigid body where supports have taken it, m, or farther out."""
+def _rigid_bounds(touch: Touch) -> tuple[Floats, Floats]:
+    """Return bounds of a rigid body in its current position, m, or wider ones."""
     shape = touch.rigid.thing.shape
     if (ends := shape.bounds) is None:
         points = shape.surface(0.0)[0]
@@ -168,12 +169,13 @@ def _ends(touch: Touch) -> tuple[Floats, Floats]:
     return corners.min(axis=0), corners.max(axis=0)
 
 
-def _seen(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> dict[str, Any]:
-    facets, look = _facets(case, touch, mesh), _where(touch)
-    x = _flat(case, mesh.points + u)
-    nodes = np.setdiff1d(np.unique(facets), _still(case, mesh))
+def _contact_facts(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> dict[str, Any]:
+    """Return the facts of one contact."""
+    facets, look = _facets(case, touch, mesh), _current_distance(touch)
+    x = _in_plane(case, mesh.points + u)
+    nodes = np.setdiff1d(np.unique(facets), _fixed_nodes(case, mesh))
     gaps = np.full(len(x), np.inf)
-    gaps[nodes] = _asked(look, x[nodes])[0]
+    gaps[nodes] = _evaluate_distance(look, x[nodes])[0]
     corners = x[facets]
     size = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
     near = facets[gaps[facets].min(axis=1) < size]  # what lies farther cannot touch between its nodes
@@ -185,32 +187,32 @@ def _seen(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> dict[str, 
             look, x[near], partial(solid_forces.shape_functions, facets.shape[1]), triangles, convex
         )
     except ValueError as many:
-        raise Unchecked(str(many)) from many
+        raise NoIndependentFormula(str(many)) from many
     found = {"least_gap": float(gaps[nodes].min(initial=np.inf)), "overlap": max(0.0, -deep), "facets": len(near)}
     return found | ({"deepest": place.tolist()} if deep < 0.0 else {})
 
 
 def of_contact(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> tuple[Floats, float]:
-    """Forces on the nodes (n, 3), N, of one contact, and what of them is not sure, N. Raises Unchecked."""
+    """Return nodal forces (n, 3), N, of one contact, and their uncertainty, N. Raises Unchecked."""
     facets, barrier = _facets(case, touch, mesh), barrier_of(case, touch, mesh.mesh)
     barrier = barrier.stiffer(mesh.stiffer)
     of, N, A = _points(case, touch, mesh, facets)
     joined = mesh.joined.get(touch.name)
     if joined is not None:
-        of, N, A = _with((of, N, A), joined)
-    x = _flat(case, np.einsum("pa,pai->pi", N, (mesh.points + u)[of]))
-    g, n = _asked(_where(touch), x)
+        of, N, A = _with_added_points((of, N, A), joined)
+    x = _in_plane(case, np.einsum("pa,pai->pi", N, (mesh.points + u)[of]))
+    g, n = _evaluate_distance(_current_distance(touch), x)
     if joined is not None:
         size = float(np.linalg.norm(np.ptp(mesh.points[facets], axis=1), axis=1).max())
-        g, n = _before_planes(joined, touch, x, g, n, barrier.distance + CLOSE * size)
+        g, n = _gaps_to_planes(joined, touch, x, g, n, barrier.distance + CLOSE * size)
     p, slope = rigid_contact_forces.pressure(g, barrier.distance, barrier.stiffness, barrier.bend)
     p = np.where(A > 0.0, p, 0.0)
-    push = _flat(case, (A * p)[:, None] * n)
+    push = _in_plane(case, (A * p)[:, None] * n)
     if touch.thing.friction:
         from softmark.interpreter.verification.friction_forces_check import rubbed
 
         spring = barrier.stiffness / barrier.distance
-        push += A[:, None] * rubbed(touch, mesh, (of, N), x, _flat(case, n), p, spring, bool(case.planar))
+        push += A[:, None] * rubbed(touch, mesh, (of, N), x, _in_plane(case, n), p, spring, bool(case.planar))
         slope = slope + spring
     found = np.zeros_like(u)
     np.add.at(found, of, N[:, :, None] * push[:, None, :])
@@ -218,8 +220,8 @@ def of_contact(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> tuple
     return found, 4.0 * EPS * size * float((A * slope).sum())
 
 
-def _with(points: tuple[Ints, Floats, Floats], joined: AddedContactPoints) -> tuple[Ints, Floats, Floats]:
-    """With those that have joined, as a state says: what they stand for is taken as it is, as what the law is for."""
+def _with_added_points(points: tuple[Ints, Floats, Floats], joined: AddedContactPoints) -> tuple[Ints, Floats, Floats]:
+    """Return contact points with those added by a state; their areas are taken from the state."""
     of, N, A = points
     own = joined.points
     width = max(of.shape[1], own.of.shape[1])
@@ -231,10 +233,10 @@ def _with(points: tuple[Ints, Floats, Floats], joined: AddedContactPoints) -> tu
     return of, N, np.concatenate([A, own.A])
 
 
-def _before_planes(
+def _gaps_to_planes(
     joined: AddedContactPoints, touch: Touch, x: Floats, g: Floats, n: Floats, near: float
 ) -> tuple[Floats, Floats]:
-    """Gaps and normals with those of points that have joined to their planes: of such as are at the body in truth."""
+    """Return gaps and normals, with those of added points to their tangent planes, for points really near the body."""
     c, ends = (move_points(points, *motion(touch)) for points in (joined.c, joined.c + joined.n))
     new = slice(len(g) - len(c), None)
     g, n, own = g.copy(), n.copy(), ((x[new] - c) * (ends - c)).sum(axis=1)
@@ -243,11 +245,11 @@ def _before_planes(
 
 
 def _points(case: Case, touch: Touch, mesh: DeformedMesh, facets: Ints) -> tuple[Ints, Floats, Floats]:
-    """What is kept clear: nodes (p, a) of points, their shares (p, a) and areas (p,), m^2.
+    """Return contact points: nodes (p, a), their shape functions (p, a) and areas (p,), m^2.
 
-    Of points inside facets those of every facet by itself, each point in all that have it.
+    Points inside facets are listed once for each facet that contains them.
     """
-    kind, still = facets.shape[1], _still(case, mesh)
+    kind, still = facets.shape[1], _fixed_nodes(case, mesh)
     if not (steps := inner_steps(case, touch, mesh.points, facets)):
         triangles = facets[:, np.array(FACETS[kind].triangles)].reshape(-1, 3)
         area = rigid_contact_forces.nodal_areas(mesh.points, triangles, case.depth)
@@ -262,26 +264,26 @@ def _points(case: Case, touch: Touch, mesh: DeformedMesh, facets: Ints) -> tuple
     return np.repeat(facets, len(xi), axis=0), np.tile(N, (len(facets), 1)), A
 
 
-def _still(case: Case, mesh: DeformedMesh) -> Ints:
-    """Nodes that supports hold in every way: these neither press nor give way."""
+def _fixed_nodes(case: Case, mesh: DeformedMesh) -> Ints:
+    """Return nodes that supports fix completely: they neither press nor yield."""
     found: Ints = np.flatnonzero(held(case, mesh).all(axis=1))
     return found
 
 
-def _flat(case: Case, x: Floats) -> Floats:
-    """Of a plane body, in its plane."""
+def _in_plane(case: Case, x: Floats) -> Floats:
+    """Return the components in the plane of a plane body."""
     return x * (1.0, 1.0, 0.0) if case.planar else x
 
 
-def _asked(look: rigid_contact_forces.Distance, x: Floats) -> tuple[Floats, Floats]:
+def _evaluate_distance(look: rigid_contact_forces.Distance, x: Floats) -> tuple[Floats, Floats]:
     try:
         return look(x)
     except ValueError as many:
-        raise Unchecked(str(many)) from many
+        raise NoIndependentFormula(str(many)) from many
 
 
 def _facets(case: Case, touch: Touch, mesh: DeformedMesh) -> Ints:
-    """Those that may touch (f, k): that are selected, and of which a node at least is free. Raises Unchecked."""
+    """Return facets that may touch (f, k): selected, with at least one free node. Raises Unchecked."""
     where, facets = touch.thing.where, np.asarray(mesh.mesh.facets)
     if where is not EVERYWHERE:
         swept = selected(where, case, mesh.mesh)
@@ -301,16 +303,16 @@ def _facets(case: Case, touch: Touch, mesh: DeformedMesh) -> Ints:
 # ------------------------------------------------------------------ rigid bodies
 
 
-def _where(touch: Touch) -> rigid_contact_forces.Distance:
-    """The distance to a rigid body where supports have taken it: turned, and then shifted. Raises Unchecked."""
+def _current_distance(touch: Touch) -> rigid_contact_forces.Distance:
+    """Return the distance function of a rigid body in its current position: rotated, then shifted. Raises Unchecked."""
     return rigid_contact_forces.moved(_distance(touch.rigid.thing.shape), *motion(touch))
 
 
 def _distance(shape: Shape) -> rigid_contact_forces.Distance:
-    """That of a shape where it is declared. Raises Unchecked."""
+    """Return the distance function of a shape at its declared position. Raises Unchecked."""
     make = DISTANCES.get(type(shape))
     if make is None:
-        raise Unchecked(f"there is no other formula for the distance to a {type(shape).__name__}")
+        raise NoIndependentFormula(f"there is no other formula for the distance to a {type(shape).__name__}")
     found: rigid_contact_forces.Distance = make(shape)
     return found
 

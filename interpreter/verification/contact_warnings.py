@@ -1,7 +1,7 @@
-"""What a mesh makes of contacts with rigid bodies: what of a selection may touch, and how facets cut into what presses.
+"""Warnings about meshes in contact with rigid bodies: partly selected facets, and facets that penetrate.
 
-A facet may touch as a whole, be it that `where` selects a part of it alone. What presses on such facets may be that
-much wrong, and is that part of the stated error.
+A facet takes part in contact as a whole, even if `where` selects only a part of it. The force on such facets may be
+wrong by that part, which is included in the stated error.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.metrics.metric_base import Metric
     from softmark.interpreter.problem.body_case import Case, Touch
     from softmark.interpreter.results.reaction_results import EquilibriumForces
-    from softmark.interpreter.verification.probe_errors import ProbeAnswer
-    from softmark.interpreter.verification.solution_under_test import Answer
+    from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest
+    from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
     from softmark.solvers.mesh.mesh import Mesh
 
 NOTHING = 1e-6  # of the size of the body
@@ -38,7 +38,7 @@ DEEP = 0.25  # of how far the body moves, or of the least radius of what presses
 
 
 def shares(case: Case, mesh: Mesh | None) -> dict[str, float]:
-    """The area of facets that may touch over that of what each contact selects, by name, as far as that is known."""
+    """Return the area of contact facets relative to the selected area, by contact, as far as it is known."""
     found = {touch.name: _share(case, touch, mesh) for touch in case.contacts if mesh is not None}
     return {name: share for name, share in found.items() if share is not None}
 
@@ -58,8 +58,8 @@ def _share(case: Case, touch: Touch, mesh: Mesh) -> float | None:
     return sides.of_facets(taken).area_of(case.depth) / exact if exact else None
 
 
-def selection(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
-    """The part of the stated error that comes of facets that a contact selects a part of; none where there are none."""
+def selection(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
+    """Return the part of the stated error due to facets that a contact selects partly; none without such facets."""
     mesh = whole.prepared.mesh
     if mesh is None:
         return {}
@@ -68,11 +68,13 @@ def selection(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
     }
     if not any(len(nodes) for nodes in cut.values()):
         return {}
-    return {"touching": lambda seen: max(_pressed(seen.at_rest, name, own) for name, own in cut.items()) * seen.size}
+    return {
+        "touching": lambda seen: max(_force_share(seen.at_rest, name, own) for name, own in cut.items()) * seen.size
+    }
 
 
-def _pressed(rest: EquilibriumForces | None, name: str, nodes: Any) -> float:
-    """What share of the forces of a contact acts on some nodes."""
+def _force_share(rest: EquilibriumForces | None, name: str, nodes: Any) -> float:
+    """Return the share of the forces of a contact that acts on some nodes."""
     field: Any = None if rest is None or name not in rest.touches else rest.touches[name].field
     if field is None:
         return 0.0
@@ -83,7 +85,7 @@ def _pressed(rest: EquilibriumForces | None, name: str, nodes: Any) -> float:
 def cut_in(
     declared: Declared, case: Case, rest: EquilibriumForces, mesh: Mesh | None, facts: Mapping[str, Any]
 ) -> Iterator[Diagnostic]:
-    """A warning for each contact whose facets cut so deep into what presses that they do not follow it."""
+    """Yield a warning for each contact whose facets penetrate so deep that they do not follow the rigid body."""
     checks = (facts.get("checks") or {}).get("contact") or {}
     for touch in case.contacts:
         gap, deep = gap_of(touch.rigid.thing.shape), (checks.get(touch.name) or {}).get("overlap") or 0.0
@@ -101,11 +103,11 @@ def cut_in(
 
 
 def _finer(case: Case, touch: Touch, mesh: Mesh, sharpest: float, times: float) -> str:
-    """What would follow a rigid body of that least radius, m, where facets cut in so many times what they may.
+    """Return a remedy: the cell size for a rigid body of this least radius, m, if facets penetrate `times` too deep.
 
-    A chord of length h cuts h^2 / (8 r) into what is round, and a part of h into a sharp edge.
+    A chord of length h penetrates a round body by h^2 / (8 r), and a sharp edge by a fraction of h.
     """
-    if 0.0 < sharpest < _longest(case, touch, mesh):
+    if 0.0 < sharpest < _longest_side(case, touch, mesh):
         return "it may have gone through between them: use cells as fine as the least radius of what presses"
     if not sharpest:
         return f"use some {round_significant(times, 2):g} times finer cells: beside an edge what cuts in goes with their size"
@@ -116,14 +118,14 @@ def _finer(case: Case, touch: Touch, mesh: Mesh, sharpest: float, times: float) 
     return f"{least if np.isfinite(sharpest) else ''}use some {finer}"
 
 
-def _longest(case: Case, touch: Touch, mesh: Mesh) -> float:
-    """The longest side of facets that may touch, m; of a slice in its plane."""
+def _longest_side(case: Case, touch: Touch, mesh: Mesh) -> float:
+    """Return the longest side of contact facets, m; for a slice in its plane."""
     points = mesh.points * (1.0, 1.0, 0.0) if case.planar else mesh.points
     return longest(points, find_loaded_surface(case.shape, mesh, touch.thing.where).touched)
 
 
 def contradicted(declared: Declared, rest: EquilibriumForces, metrics: Iterable[Metric]) -> Iterator[Diagnostic]:
-    """A warning for each contact whose area or pressure is asked, and whose force is more than these come to."""
+    """Yield a warning for each contact whose force exceeds the requested area times the largest pressure."""
     asked = {metric.of for metric in metrics if isinstance(metric, ContactArea | ContactPressure | PressureAlong)}
     for name in sorted(asked & set(rest.touches)):
         touch = rest.touches[name]

@@ -1,4 +1,4 @@
-"""What a model states of how far its curve is from a measured one: in time by the course, at rest by its states."""
+"""Stated error of a curve compared with a measured one: in dynamics by its history, in statics by its states."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from softmark.interpreter.metrics.metric_evaluation import evaluate_curve, force
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.problem.solution import View
 from softmark.interpreter.results.error_statements import StatedError
-from softmark.interpreter.verification.probe_errors import NO_ERROR, Floats, ProbeAnswer, Unknown
+from softmark.interpreter.verification.probe_errors import NO_ERROR, Floats, ProbeResultUnderTest, NoErrorEstimate
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
 from softmark.references.measured_curve import MeasuredCurve
 
 
 @dataclass(frozen=True)
-class CurveAnswer(ProbeAnswer):
-    """The course of one point, whose displacement `along` a direction is held against a measured curve."""
+class CurveAnswer(ProbeResultUnderTest):
+    """History of one point, whose displacement `along` a direction is compared with a measured curve."""
 
     along: tuple[float, float, float] = (0.0, 0.0, 0.0)
     reference: Curve | None = None
@@ -32,40 +32,40 @@ class CurveAnswer(ProbeAnswer):
 
     @property
     def size(self) -> float:
-        """What an error relative to the displacements is multiplied by."""
+        """Factor from an error relative to displacements to the metric."""
         return self._of_curves(np.zeros_like(self._course(self)))
 
-    def change(self, other: ProbeAnswer) -> float:
+    def change(self, other: ProbeResultUnderTest) -> float:
         """Return how much another solution may change the metric, by `apart`. Raises Unknown."""
         return self.apart(other)
 
-    def apart(self, other: ProbeAnswer) -> float:
-        """How much another solution may change the metric. Raises Unknown."""
+    def apart(self, other: ProbeResultUnderTest) -> float:
+        """Return how much another solution may change the metric. Raises Unknown."""
         if not np.all(np.isfinite(other.u)):
-            raise Unknown("another solution is not finite")
+            raise NoErrorEstimate("another solution is not finite")
         return self._of_curves(self._course(other))
 
-    def _course(self, of: ProbeAnswer) -> Floats:
+    def _course(self, of: ProbeResultUnderTest) -> Floats:
         if self.contact is not None and self.times is not None:
             try:
                 course = force_history(self.contact, of.at_rest)
             except Undefined as undefined:
-                raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
+                raise NoErrorEstimate(f"{NO_ERROR}: {undefined}") from undefined
             return np.interp(self.times, course.x, course.y)
         seen: Floats = of.u[:, -1] @ np.array(self.along)
         return seen
 
     def _of_curves(self, other: Floats) -> float:
         if not isinstance(self.metric, CurveError) or self.times is None or self.reference is None:
-            raise Unknown(NO_ERROR)
+            raise NoErrorEstimate(NO_ERROR)
         try:
             return self.metric.apart(self.times, self._course(self), other, self.reference)
         except Undefined as undefined:
-            raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
+            raise NoErrorEstimate(f"{NO_ERROR}: {undefined}") from undefined
 
 
 def in_time(scene: Scene, metric: Declared, view: View, measured: Mapping[str, Any]) -> CurveAnswer | None:
-    """What is stated of a course against a measured one; None where there is none."""
+    """Return the answer of a history compared with a measured curve; None without one."""
     of, data = scene.declared[metric.thing.of].thing, measured.get(metric.thing.against)
     probe = view.probes.get(of.looked_at or "")
     if not isinstance(view.case.analysis, Dynamic) or not isinstance(data, MeasuredCurve):
@@ -88,7 +88,7 @@ def in_time(scene: Scene, metric: Declared, view: View, measured: Mapping[str, A
 def at_rest(
     scene: Scene, known: Sequence[tuple[View, Mapping[str, StatedError]]], measured: Mapping[str, Any]
 ) -> dict[str, StatedError]:
-    """Of curves from state to state: what is stated of both metrics in each, as far as that moves the curve."""
+    """Return the stated error of curves from state to state, by the stated errors of both metrics in each state."""
     if isinstance(known[-1][0].case.analysis, Dynamic):
         return {}
     asked = {n: m.thing for n, m in scene.of_kind("metric").items() if isinstance(m.thing, CurveMetric)}
@@ -98,7 +98,7 @@ def at_rest(
 def _of_states(
     scene: Scene, thing: CurveMetric, known: Sequence[tuple[View, Mapping[str, StatedError]]], data: Any
 ) -> StatedError:
-    """The metric of a curve that is off by what is stated in each state, and by what chords between them leave out."""
+    """Return the stated error of a curve, from the errors of its states and of the chords between them."""
     if thing.measured_from is not None and not isinstance(data, MeasuredCurve):
         return StatedError(reason=NO_ERROR)
     reference = None if data is None else Curve(data.x, data.y, data.u)

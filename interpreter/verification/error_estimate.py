@@ -1,14 +1,14 @@
-"""What error a model itself states for what it says, without a look at any reference.
+"""Stated error of a model's answer, without any reference.
 
-Parts are added up, each a function of what a probe sees. Discretisation: how far the state is from that of a finer
-space over the same cells, or where that is not to be had from the same model on coarser meshes. Model: how far the same
-model with the best strain measure that its material has is; of beams, estimates of what their theory leaves out.
-Rounding: from how near to singular the stiffness is, or from the forces and coordinates. Solver: the Newton step that
-would come next. Where one cannot be told, or would cost too much, the model vouches for nothing, and says why. Each is
-told in the unit of a metric, by the metric itself, or not at all. What nobody asked for is told where it is free.
+The error is a sum of parts, each a function of what a probe evaluates. Discretisation: distance to a finer space over
+the same cells, or else to the same model on coarser meshes. Model: distance to the same model with the best strain
+measure that its material has; for beams, estimates of the error of beam theory. Rounding: by the condition of the
+stiffness, or by forces and coordinates. Solver: the next Newton step. If a part is not known, or would cost too much,
+the model states no error and gives the reason. Each part is in the unit of the metric. For results that nobody
+requested, it is only stated if it is free.
 
-A warning of DOUBTS counts as said as well: with it a model says of itself that its answer may be off. With one of VOID
-it vouches for nothing.
+A warning of DOUBTS counts as a statement too: the model says that its answer may be inaccurate. With one of VOID the
+model states no error.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ from softmark.interpreter.results.state_results import SOLVED
 from softmark.interpreter.validation.amplitude_resolution import is_resolved_by_step
 from softmark.interpreter.verification import grid_convergence, rounding_error
 from softmark.interpreter.verification.accuracy_warnings import DOUBTS, doubts_of, is_doubt
-from softmark.interpreter.verification.by_model import voucher_of
-from softmark.interpreter.verification.by_model.verifier import Voucher
+from softmark.interpreter.verification.by_model import verifier_of
+from softmark.interpreter.verification.by_model.verifier import Verifier
 from softmark.interpreter.verification.estimation_budget import Overspent
 from softmark.interpreter.verification.geometry_error import facets
-from softmark.interpreter.verification.probe_errors import TRIFLE, Floats, ProbeAnswer, Unknown
+from softmark.interpreter.verification.probe_errors import TRIFLE, Floats, ProbeResultUnderTest, NoErrorEstimate
 from softmark.interpreter.verification.selection_error import selection
-from softmark.interpreter.verification.solution_under_test import Answer
+from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
 
@@ -66,11 +66,11 @@ COARSE = grid_convergence.COARSE  # relative: more than that is no statement, of
 
 
 @dataclass
-class Stated(Answer):
-    """The parts of the error of an answer."""
+class Stated(SolutionUnderTest):
+    """Parts of the error of an answer."""
 
-    def of(self, seen: ProbeAnswer) -> StatedError:
-        """The parts of the error of what a probe sees, and their sum; `reason` where there is none."""
+    def of(self, seen: ProbeResultUnderTest) -> StatedError:
+        """Return the error of a probe's result in parts, and their sum; `reason` if there is none."""
         parts: dict[str, float | None] = {}
         reasons: dict[str, list[str]] = {}
         asked = self._parts()
@@ -80,8 +80,8 @@ class Stated(Answer):
                 with self.budget:
                     parts[name] = float(part(seen))
                 if not math.isfinite(parts[name] or 0.0):
-                    raise Unknown("a part of the error is not finite")
-            except Unknown as unknown:
+                    raise NoErrorEstimate("a part of the error is not finite")
+            except NoErrorEstimate as unknown:
                 parts[name] = None
                 reasons.setdefault(str(unknown), []).append(name)
         parts = {name: parts[name] for name in asked}
@@ -90,8 +90,9 @@ class Stated(Answer):
         reason = "; ".join(f"{', '.join(names)}: {why}" for why, names in reasons.items())
         return StatedError(value, seen.unit, parts, reason or None)
 
-    def _parts(self) -> dict[str, Callable[[ProbeAnswer], float]]:
-        found: dict[str, Callable[[ProbeAnswer], float]] = {
+    def _parts(self) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
+        """Return the functions of all parts by name."""
+        found: dict[str, Callable[[ProbeResultUnderTest], float]] = {
             "discretisation": self._discretisation,
             "model": self._model,
             "rounding": self._rounding,
@@ -112,15 +113,16 @@ class Stated(Answer):
 
             found |= lost(self)
         if (missing := missing_of(self.result.loads)) is not None:
-            own, voucher = missing, voucher_of(self.declared.thing)
+            own, voucher = missing, verifier_of(self.declared.thing)
             found["loads"] = lambda seen: voucher.loads_left(self, seen, own) * seen.size
         found |= facets(self)
         if isinstance(self.case.analysis, Quasistatic) and self.case.remembers:
             found["time"] = self._steps
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
-    def _discretisation(self, seen: ProbeAnswer) -> float:
-        voucher = voucher_of(self.declared.thing)
+    def _discretisation(self, seen: ProbeResultUnderTest) -> float:
+        """Return the discretisation error. Raises Unknown."""
+        voucher = verifier_of(self.declared.thing)
         if not isinstance(seen.metric, TensorMetric):
             self._must_have_limit(seen)
             return self._of_mesh(voucher, seen)
@@ -134,8 +136,8 @@ class Stated(Answer):
         surface = mismatch(seen.metric, self.case, seen.place, seen.stress(), seen.at_rest)
         return found if surface is None else max(found, surface.error)
 
-    def _of_mesh(self, voucher: Voucher, seen: ProbeAnswer) -> float:
-        """Of what a mesh makes; no less than areas and pressures contradict their force by, whatever others say."""
+    def _of_mesh(self, voucher: Verifier, seen: ProbeResultUnderTest) -> float:
+        """Return the mesh error; at least the amount by which areas and pressures contradict their force."""
         if not self.case.contacts:
             return voucher.discretisation(self, seen)
         from softmark.interpreter.verification.contact_error import at_least
@@ -143,18 +145,18 @@ class Stated(Answer):
         least = at_least(seen)
         try:
             return max(voucher.discretisation(self, seen), least or 0.0)
-        except Unknown:
+        except NoErrorEstimate:
             if least is None:
                 raise
             return least
 
-    def _must_have_limit(self, seen: ProbeAnswer) -> None:
-        """Raises Unknown of what has no limit: pressure at sharp edges, and what forces on points or along lines do."""
+    def _must_have_limit(self, seen: ProbeResultUnderTest) -> None:
+        """Raise Unknown for singular results: pressure at sharp edges, and effects of point and line forces."""
         if self.case.contacts:
             from softmark.interpreter.verification.contact_accuracy_limits import limitless_pressure
 
             if place := limitless_pressure(seen.metric, self.case, seen.at_rest, seen.X):
-                raise Unknown(f"it looks at {place}, where every refinement finds a larger pressure")
+                raise NoErrorEstimate(f"it looks at {place}, where every refinement finds a larger pressure")
         if not any(isinstance(load.thing.action, PointLoad | LineForce) for load in self.case.loads):
             return
         from softmark.interpreter.verification.stress_singularities import endless, place_of, unbounded
@@ -163,18 +165,20 @@ class Stated(Answer):
             return
         mesh, last = self.prepared.mesh, slice(-1 if seen.metric.last else 0, None)
         if seen.metric.measured_from is None and (load := endless(seen.metric, self.case, mesh, seen.size)):
-            raise Unknown(f"it is or holds the work of `{load.name}`, which grows with every refinement")
+            raise NoErrorEstimate(f"it is or holds the work of `{load.name}`, which grows with every refinement")
         if load := unbounded(self.case, mesh, seen.X[last], seen.u[..., last, :]):
-            raise Unknown(f"it looks at {place_of(load)}, where displacements grow with every refinement")
+            raise NoErrorEstimate(f"it looks at {place_of(load)}, where displacements grow with every refinement")
 
-    def _model(self, seen: ProbeAnswer) -> float:
-        return voucher_of(self.declared.thing).model(self, seen)
+    def _model(self, seen: ProbeResultUnderTest) -> float:
+        return verifier_of(self.declared.thing).model(self, seen)
 
-    def _rounding(self, seen: ProbeAnswer) -> float:
-        return rounding_error.part(self.result, self.case, self.mesh, voucher_of(self.declared.thing).cells(self), seen)
+    def _rounding(self, seen: ProbeResultUnderTest) -> float:
+        return rounding_error.part(
+            self.result, self.case, self.mesh, verifier_of(self.declared.thing).cells(self), seen
+        )
 
-    def _solver(self, seen: ProbeAnswer) -> float:
-        """The Newton step from the solution with the full tangent: of a reduced model, that of the full one."""
+    def _solver(self, seen: ProbeResultUnderTest) -> float:
+        """Return the Newton step from the solution with the full tangent; for a reduced model, that of the full one."""
         residual = float(self.result.solve.get("residual") or 0.0)
         beyond, relative = self._reduction(seen)
         if isinstance(self.case.analysis, Dynamic):
@@ -184,17 +188,17 @@ class Stated(Answer):
         step: Floats | None = self.once("step", self.next_step)
         if step is None:
             return LEFT * beyond + 100.0 * residual * seen.acting
-        most = _at_most(seen, step)
+        most = _largest_change(seen, step)
         if most is not None and (most <= TRIFLE * seen.acting or not self.asked):
             left = LEFT * most
         else:
             left = LEFT * seen.apart(seen.moved(self._moving(step)))
         if left > COARSE * seen.beside(left):
             change = 100 * left / LEFT / seen.beside(left)
-            raise Unknown(f"it is no equilibrium: the next step would change it by {change:.2g} %")
+            raise NoErrorEstimate(f"it is no equilibrium: the next step would change it by {change:.2g} %")
         return left + LEFT * relative * beyond  # the second is of second order, as what one step leaves
 
-    def _reduction(self, seen: ProbeAnswer) -> tuple[float, float]:
+    def _reduction(self, seen: ProbeResultUnderTest) -> tuple[float, float]:
         """Return the largest displacement error of the model reduction, in the unit of the metric, and relative.
 
         Both are zero for a model without reduction. Raises Unknown.
@@ -204,17 +208,17 @@ class Stated(Answer):
         known = self.result.solve.get("reduced") or {}
         relative, largest = known.get("estimated_error"), known.get("estimated_error_m")
         if relative is None or largest is None:
-            raise Unknown("the error of its fields in the equations of the full model is not known")
+            raise NoErrorEstimate("the error of its fields in the equations of the full model is not known")
         return (largest if seen.unit == "m" and not seen.in_forces else relative * seen.size), relative
 
     def _moving(self, step: Floats) -> NodalDisplacementField:
         from softmark.interpreter.models.shared.deformed_mesh import displacement_of
 
         if self.mesh is None:
-            raise Unknown("the displacements of its nodes are not known")
+            raise NoErrorEstimate("the displacements of its nodes are not known")
         return displacement_of(self.mesh.mesh, step)
 
-    def _time(self, seen: ProbeAnswer) -> float:
+    def _time(self, seen: ProbeResultUnderTest) -> float:
         """Error of the time step, from a step twice as long, or half as long if explicit or if twice is too coarse.
 
         The order is that of the integrator, or one where contacts open and close, since motions are not smooth there.
@@ -229,7 +233,7 @@ class Stated(Answer):
         apart = self._stepped(seen, 0.5 if finer else 2.0, "another one")
         return max(STEP * apart * (ratio if finer else 1.0) / (ratio - 1.0), self._of_modes(seen))
 
-    def _of_modes(self, seen: ProbeAnswer) -> float:
+    def _of_modes(self, seen: ProbeResultUnderTest) -> float:
         """Error of the time step in the vibrations at the probe, on which two steps may agree by chance."""
         from softmark.interpreter.verification.motion_errors import error_of
 
@@ -239,7 +243,7 @@ class Stated(Answer):
         own = found.length if seen.unit == "m" and not seen.in_forces else None
         return MODAL * (found.relative * seen.size if own is None else own)
 
-    def _steps(self, seen: ProbeAnswer) -> float:
+    def _steps(self, seen: ProbeResultUnderTest) -> float:
         """Error of the time step with material memory: 4/3 of the difference to half the step, by second order.
 
         If half the step costs too much, a step twice as long is used, as if the order were one.
@@ -249,19 +253,19 @@ class Stated(Answer):
         except Overspent:
             return STEP * self._stepped(seen, 2.0, "another one")
 
-    def _stepped(self, seen: ProbeAnswer, times: float, another: str) -> float:
-        """How far the same is with a step so many `times` as long. Raises Unknown."""
+    def _stepped(self, seen: ProbeResultUnderTest, times: float, another: str) -> float:
+        """Return the distance to the solution with a step `times` as long. Raises Unknown."""
         analysis: Any = self.case.analysis
         case = replace(self.case, analysis=replace(analysis, step=times * analysis.step))
         solution, _ = self.solved(f"step {times:g}", self.declared, case, 1.0 / times)
         apart = seen.apart(seen.of(solution))
         if apart > COARSE * seen.size:
-            raise Unknown(f"the step is too long to say: {another} is {100 * apart / seen.size:.2g} % away")
+            raise NoErrorEstimate(f"the step is too long to say: {another} is {100 * apart / seen.size:.2g} % away")
         return apart
 
 
-def _at_most(seen: ProbeAnswer, step: Floats) -> float | None:
-    """What a step of the nodes (n, 3) changes at most; None of what is not about displacements."""
+def _largest_change(seen: ProbeResultUnderTest, step: Floats) -> float | None:
+    """Return the largest change by a step of the nodes (n, 3); None for metrics that are not about displacements."""
     if not seen.in_displacements or seen.unit == "s":
         return None
     largest = float(np.linalg.norm(step, axis=1).max(initial=0.0))
@@ -286,28 +290,31 @@ def stated(
     asked: bool = True,
     before: Sequence[tuple[View, Mapping[str, StatedError]]] = (),
 ) -> dict[str, StatedError]:
-    """What a model states of every metric and of every probe, by name; empty where it has no answer.
+    """Return the stated error of every metric and probe of a model, by name; empty without an answer.
 
-    `views` has the models that metrics compare with, `before` what it stated in the states before. Where nobody
-    `asked`, what costs next to nothing.
+    `views` has the models that metrics compare with, `before` the errors stated in the previous states. If nobody
+    `asked`,
+    only nearly free parts are computed.
     """
     if result.status not in SOLVED:
         return {}
     whole = Stated(scene, declared, view.case, prepared, result, measured, result.mesh, asked)
     doubts, found = doubts_of(scene, declared, warnings), {}
     void = next((f"{code}: {DOUBTS[code]}" for code in VOID if code in doubts), None)
-    for name, seen in _asked(scene, result, view, measured, views, asked).items():
-        said = _safely(whole, seen) if void is None else StatedError(reason=void)
+    for name, seen in _requested_results(scene, result, view, measured, views, asked).items():
+        said = _estimate_safely(whole, seen) if void is None else StatedError(reason=void)
         found[name] = replace(said, doubts=tuple(doubts))
     if any(isinstance(m.thing, CurveMetric) for m in scene.of_kind("metric").values()):
         from softmark.interpreter.verification.curve_errors import at_rest
 
         found |= at_rest(scene, [*before, (view, found)], measured)
-    return found | _of_values(scene, found, measured)
+    return found | _errors_of_given_values(scene, found, measured)
 
 
-def _of_values(scene: Scene, found: Mapping[str, StatedError], measured: Mapping[str, Any]) -> dict[str, StatedError]:
-    """Of numbers that are held against values: what is stated of the number, relative to what the error is."""
+def _errors_of_given_values(
+    scene: Scene, found: Mapping[str, StatedError], measured: Mapping[str, Any]
+) -> dict[str, StatedError]:
+    """Return the stated errors of comparisons with given values: the error of the number, over the same divisor."""
     stated = {}
     for name, metric in scene.of_kind("metric").items():
         thing = metric.thing
@@ -324,7 +331,8 @@ def _of_values(scene: Scene, found: Mapping[str, StatedError], measured: Mapping
     return stated
 
 
-def _safely(whole: Stated, seen: ProbeAnswer) -> StatedError:
+def _estimate_safely(whole: Stated, seen: ProbeResultUnderTest) -> StatedError:
+    """Return the stated error; failures of the estimate become its reason."""
     try:
         return whole.of(seen)
     except Exception as error:
@@ -334,19 +342,19 @@ def _safely(whole: Stated, seen: ProbeAnswer) -> StatedError:
         return StatedError(reason=reason)
 
 
-def _asked(
+def _requested_results(
     scene: Scene,
     result: ModelResult,
     view: View,
     measured: Mapping[str, Any],
     views: Mapping[str, View],
     asked: bool,
-) -> dict[str, ProbeAnswer]:
-    """What is stated: metrics of what probes saw, and probes.
+) -> dict[str, ProbeResultUnderTest]:
+    """Return the results to estimate: metrics and probes.
 
-    Of metrics against the model itself as well: how far it can be trusted as a truth, in their terms.
+    Includes metrics against the model itself: its own accuracy as a reference, in their terms.
     """
-    found: dict[str, ProbeAnswer] = {}
+    found: dict[str, ProbeResultUnderTest] = {}
     for name, metric in scene.of_kind("metric").items():
         if isinstance(metric.thing, CurveMetric):
             from softmark.interpreter.verification.curve_errors import in_time
@@ -363,24 +371,24 @@ def _asked(
         probe = metric.thing.looked_at
         if probe in result.probes:
             right = views.get(metric.thing.measured_from or "")
-            seen = _seen(result.probes[probe], metric.thing, view)
+            seen = _result_under_test(result.probes[probe], metric.thing, view)
             found[name] = seen if right is None else replace(seen, right=right.stress)
-        elif _in_forces(scene, metric.thing, view):
+        elif _is_about_forces(scene, metric.thing, view):
             nothing = np.zeros((0, 3))
-            found[name] = _seen(ProbeResult(nothing, nothing), metric.thing, view)
-    return found | {name: _seen(probe, None, view) for name, probe in result.probes.items()}
+            found[name] = _result_under_test(ProbeResult(nothing, nothing), metric.thing, view)
+    return found | {name: _result_under_test(probe, None, view) for name, probe in result.probes.items()}
 
 
-def _in_forces(scene: Scene, metric: Any, view: View) -> bool:
-    """Whether a metric is about forces that a view knows."""
+def _is_about_forces(scene: Scene, metric: Any, view: View) -> bool:
+    """Return whether a metric is about forces that a view has."""
     if not isinstance(metric, ForceMetric) or view.at_rest is None or not view.at_rest.knows(metric.concerned):
         return False
     return metric.body_in(scene) in (None, view.body)
 
 
-def _seen(probe: ProbeResult, metric: Any, view: View) -> ProbeAnswer:
+def _result_under_test(probe: ProbeResult, metric: Any, view: View) -> ProbeResultUnderTest:
     course = probe.course is not None and (metric is None or isinstance(metric, TrajectoryError))
     u, times = (probe.course, probe.times) if course else (probe.displacement, None)
     assert u is not None
     known = (view.history, view.stress, view.at_rest)
-    return ProbeAnswer(probe.points, u, times, metric, view.displacement, probe, view, *known)
+    return ProbeResultUnderTest(probe.points, u, times, metric, view.displacement, probe, view, *known)

@@ -1,4 +1,4 @@
-"""What stating an error may cost: processor time, held against that of the solution that it is about."""
+"""Budget of CPU time for error estimates, relative to the time of the solution."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from softmark.interpreter.verification.probe_errors import Unknown
+from softmark.interpreter.verification.probe_errors import NoErrorEstimate
 
 SOLUTIONS = 2.0  # times the cost of the solution, in all
 LEAST = 5.0  # s that may be spent in any case
@@ -17,15 +17,15 @@ SLIGHT = 0.25  # s that a model may take for another solution that nobody asked 
 NOT_ASKED = "nobody asked for it: `--stated` does"
 
 
-class Overspent(Unknown):
-    """It would cost too much, or has."""
+class Overspent(NoErrorEstimate):
+    """The estimate would exceed, or has exceeded, the budget."""
 
 
 @dataclass
 class Budget:
-    """Seconds of processor time that may be spent, counted while `with` holds.
+    """Seconds of CPU time that may be spent, counted within a `with` block.
 
-    `asked` is whether somebody asks: else nothing is spent but on what is slight.
+    `asked` is true if the result was requested; otherwise only slight costs are allowed.
     """
 
     limit: float
@@ -38,7 +38,7 @@ class Budget:
 
     @classmethod
     def of(cls, clock: Mapping[str, Any], asked: bool) -> Budget:
-        """For a model with these times."""
+        """Return the budget of a model with these times."""
         seconds = (clock.get(n) for n in ("setup_cpu_s", "solve_cpu_s"))
         took = sum(t.median for t in seconds if t)
         return cls(max(SOLUTIONS * took, LEAST), took, asked)
@@ -52,11 +52,11 @@ class Budget:
         self._depth -= 1
         if self._depth == 0:
             self.spent += self._running
-            _deaf(self._compiling)
+            _remove_listener(self._compiling)
 
     @property
     def _running(self) -> float:
-        """Seconds since `with`, without those of compiling."""
+        """Return seconds since the start of `with`, without compilation."""
         heard = self._compiling
         return time.process_time() - self._since - (heard.duration if heard is not None and heard.done else 0.0)
 
@@ -77,11 +77,11 @@ class Budget:
 
     @property
     def left(self) -> float:
-        """Seconds."""
+        """Remaining seconds."""
         return self.limit - self.spent - (self._running if self._depth else 0.0)
 
     def grow(self, took: float) -> None:
-        """By what so many seconds of the solution allow that its clock did not count, as those of finding modes."""
+        """Increase the budget for `took` seconds of the solution that its clock did not count, as for modes."""
         self.limit += SOLUTIONS * took
 
     def must_hold(self, solutions: float, slight: bool = False) -> None:
@@ -95,13 +95,13 @@ class Budget:
             raise Overspent(f"it would cost more than {self.words}")
 
     def check(self, *_: object) -> None:
-        """Raises Overspent once it is spent."""
+        """Raise Overspent if the budget is spent."""
         if self.left < 0.0:
             raise Overspent(f"it costs more than {self.words}")
 
 
 def _listener() -> Any:
-    """What counts the seconds of compiling, if anything compiles."""
+    """Return the counter of compilation seconds, if anything compiles."""
     if "numba" not in sys.modules:
         return None
     from numba.core import event
@@ -111,7 +111,7 @@ def _listener() -> Any:
     return listener
 
 
-def _deaf(listener: Any) -> None:
+def _remove_listener(listener: Any) -> None:
     if listener is not None:
         from numba.core import event
 

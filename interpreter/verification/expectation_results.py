@@ -1,4 +1,4 @@
-"""Expectations against results: of a scene with states in each of them, or in the one that they name."""
+"""Evaluation of expectations with results; in scenes with states for each state, or for the one they name."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ Results = Mapping[str, ModelResult | ReferenceResult]
 
 
 def judge(scene: Scene, results: Results, expectation: Expectation, states: Sequence[float] = ()) -> ExpectationResult:
-    """Whether an expectation is met by the results; in every one of the states where it names none."""
-    return replace(_verdict(scene, results, expectation, states), about=_about(expectation))
+    """Return whether the results meet an expectation; in every state if it names none."""
+    return replace(_verdict(scene, results, expectation, states), about=_named_metrics(expectation))
 
 
-def _about(expectation: Expectation) -> tuple[tuple[str, str], ...]:
-    """The metrics that an expectation names, with whose they are."""
+def _named_metrics(expectation: Expectation) -> tuple[tuple[str, str], ...]:
+    """Return the metrics that an expectation names, with their owners."""
     return tuple(dict.fromkeys((name.parts[0], name.parts[1]) for name in find_metrics(expectation.node)))
 
 
@@ -39,19 +39,19 @@ def _verdict(scene: Scene, results: Results, expectation: Expectation, states: S
     if left := [name for name in sorted(named & set(results)) if results[name].status in LEFT_OUT]:
         reason = "; ".join(f"{name} was not computed ({results[name].status})" for name in left)
         return ExpectationResult(text, line, None, None, reason=reason, left_out=True)
-    if not states or all(_of_all(scene, name) for name in find_stateless_metrics(expectation.node)):
-        return _judged(expectation, _Known(scene, results, states))
-    each = [_judged(expectation, _Known(scene, results, states, number)) for number in range(len(states))]
-    return _in_all(each, states)
+    if not states or all(_needs_all_states(scene, name) for name in find_stateless_metrics(expectation.node)):
+        return _evaluate(expectation, _KnownValues(scene, results, states))
+    each = [_evaluate(expectation, _KnownValues(scene, results, states, number)) for number in range(len(states))]
+    return _combine_states(each, states)
 
 
-def _of_all(scene: Scene, metric: str) -> bool:
-    """Whether a metric is of the way through all states, and known in the last."""
+def _needs_all_states(scene: Scene, metric: str) -> bool:
+    """Return whether a metric belongs to the whole sequence of states and is known in the last."""
     declared = scene.declared.get(metric)
     return declared is not None and declared.kind == "metric" and declared.thing.of_all_states
 
 
-def _judged(expectation: Expectation, known: _Known) -> ExpectationResult:
+def _evaluate(expectation: Expectation, known: _KnownValues) -> ExpectationResult:
     text, line = expectation.text, expectation.location.span.line
     place = Place(expectation.location.source, [])
     evaluator = Evaluator(place, known.of, known.scene.vocabulary, known.at)
@@ -71,8 +71,8 @@ def _judged(expectation: Expectation, known: _Known) -> ExpectationResult:
     return ExpectationResult(text, line, passed, first.value, unit, relations=relations, limits=limits)
 
 
-def _in_all(each: Sequence[ExpectationResult], states: Sequence[float]) -> ExpectationResult:
-    """Not met where it is not in one state, else not judged where one has no value; it tells of the first such."""
+def _combine_states(each: Sequence[ExpectationResult], states: Sequence[float]) -> ExpectationResult:
+    """Return the combined result: failed if one state fails, else undecided without a value; reports the first."""
     wrong = [i for i, own in enumerate(each) if own.passed is False]
     open_ = [i for i, own in enumerate(each) if own.passed is None]
     told = (wrong or open_ or [len(each) - 1])[0]
@@ -89,26 +89,26 @@ class _NoValue(Exception):
     """A metric that an expectation names has no value."""
 
 
-class _Known:
-    """The values of metrics, in the state of this number if there is one, and of parameters, after the run."""
+class _KnownValues:
+    """Values of metrics, in a given state if there are any, and of parameters, after the run."""
 
     def __init__(self, scene: Scene, results: Results, states: Sequence[float], number: int | None = None) -> None:
         self.scene, self.results, self.states, self.number = scene, results, states, number
 
     def of(self, name: tree.Name) -> Value:
-        """Of a metric or of a parameter. Raises _NoValue."""
+        """Return the value of a metric or a parameter. Raises _NoValue."""
         if name.text in self.scene.parameters:
             return self.scene.parameters[name.text].value
         return self._metric(name, self.number)
 
     def at(self, name: tree.Name, node: tree.Expression, value: Quantity) -> Value:
-        """Of a metric in the state of a value, or of a motion at a time. Raises _NoValue."""
+        """Return the value of a metric in the state of a value, or at a time. Raises _NoValue."""
         if not self.states:
             return self._in_time(name, value.value)
         return self._metric(name, find_state_indices(self.states, value.value)[0])
 
     def _in_time(self, name: tree.Name, time: float) -> Value:
-        """Between the times at which it is known, on a straight line."""
+        """Return the value at a time by linear interpolation."""
         import numpy as np
 
         owner, metric = name.parts
@@ -122,7 +122,7 @@ class _Known:
 
     def _metric(self, name: tree.Name, number: int | None) -> Value:
         owner, metric = name.parts
-        number = None if _of_all(self.scene, metric) else number
+        number = None if _needs_all_states(self.scene, metric) else number
         result = self.results[owner] if number is None else self.results[owner].each[number]
         known = result.metrics.get(metric)
         if getattr(result, "inverted", 0):
@@ -133,7 +133,7 @@ class _Known:
 
 
 def _first_comparison(node: Any, evaluator: Evaluator) -> tuple[tuple[str, ...], list[Quantity]]:
-    """What an expectation is about: the relations of its first comparison, and the values of its operands."""
+    """Return the relations of an expectation's first comparison, and the values of its operands."""
     comparison = next((n for n, _ in tree.walk(node) if isinstance(n, tree.Compare)), None)
     if comparison is None:
         return (), []

@@ -1,4 +1,4 @@
-"""Directions of fibres found again for the watchdog, by formulas of their own, and forces of what is made of them."""
+"""Independent fibre directions, and forces of materials with fibres."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.cell_materials_check import alone
 from softmark.interpreter.verification.heterogeneous_constants_check import values
-from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.interpreter.vocabulary.fiber_words import Helix
 from softmark.solvers.independent_forces import fiber_axes_by_differences
 from softmark.solvers.independent_forces.heterogeneous_forces import HeterogeneousMixedBody
@@ -27,7 +27,7 @@ HALVINGS = 60
 
 
 def vectors(direction: Any, X: Floats) -> tuple[Floats, Floats | None]:
-    """A direction at points X (n, 3), m, of any length (n, 3), and sheets by the same rule. Raises Unchecked."""
+    """Return directions at points X (n, 3), m, of any length (n, 3), and sheet normals. Raises Unchecked."""
     match direction:
         case Helix():
             return wound(direction, X)
@@ -35,11 +35,11 @@ def vectors(direction: Any, X: Floats) -> tuple[Floats, Floats | None]:
             return np.stack([values(part, X) for part in parts], axis=1), None
         case tuple():
             return np.broadcast_to(np.array(direction, dtype=float), X.shape), None
-    raise Unchecked(f"there is no other formula for fibres by {type(direction).__name__}")
+    raise NoIndependentFormula(f"there is no other formula for fibres by {type(direction).__name__}")
 
 
 def wound(rule: Helix, X: Floats) -> tuple[Floats, Floats]:
-    """Tangents of x = (a(t) sin u cos v, a(t) sin u sin v, b(t) cos u), at an angle, and the ellipsoids' normals."""
+    """Return tangents of x = (a(t) sin u cos v, a(t) sin u sin v, b(t) cos u), at an angle, and ellipsoid normals."""
     e3 = np.array(rule.axis)
     e1 = np.cross(e3, np.eye(3)[np.argmin(np.abs(e3))])
     e1 /= np.linalg.norm(e1)
@@ -61,7 +61,7 @@ def wound(rule: Helix, X: Floats) -> tuple[Floats, Floats]:
 
 
 def axes_of(law: Any) -> fiber_axes_by_differences.Axes:
-    """What tells the axes of a material at points: along fibres, and across them as sheets lie. Raises Unchecked."""
+    """Return a function for the axes of a material: along fibres, and across them by sheets. Raises Unchecked."""
 
     def axes(X: Floats) -> Floats:
         f, known = vectors(law.fibres, X)
@@ -82,7 +82,7 @@ TERM = (StressTerm(lambda F: F),)  # of a body that makes its stress by itself
 def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any = None) -> CheckedBody:
     """Return some cells of one material, deformed; `rules` as in `checked_body`. Raises Unchecked."""
     if isinstance(case.material, ActiveStrain):
-        return _short(case, points, cells, kind, u, rules)
+        return _active_strain_body(case, points, cells, kind, u, rules)
     material: Any = case.material
     axes = axes_of(material)
     stiff = 6.0 * material.shear_modulus + 9.0 * abs(material.lame_lambda)
@@ -96,9 +96,9 @@ def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules:
 def pressed_of(
     case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None, rules: Any = None
 ) -> MixedBody:
-    """The same with pressures. Raises Unchecked."""
+    """Return some cells with mixed pressures. Raises Unchecked."""
     if isinstance(case.material, ActiveStrain):
-        return _short_pressed(case, points, cells, kind, u, pressures, rules)
+        return _active_strain_mixed(case, points, cells, kind, u, pressures, rules)
     material: Any = case.material
     axes, mu = axes_of(material), material.shear_modulus
     anywhere = fiber_axes_by_differences.split_off_pressure(material, np.eye(3)[None])
@@ -108,15 +108,15 @@ def pressed_of(
     )  # fmt: skip
 
 
-def _short(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any) -> CheckedBody:
-    """Cells of muscle that is shortened: the stress of its law, carried back. Raises Unchecked."""
+def _active_strain_body(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any) -> CheckedBody:
+    """Return cells of muscle with active strain: the stress of the law, pulled back. Raises Unchecked."""
     muscle: Any = case.material
     law = muscle.law
 
     def at(X: Floats) -> Stress:
         psi = (
             fiber_axes_by_differences.energy_along_axes(law, axes_of(law)(X), law.bulk)
-            if _directed(law)
+            if _is_directed(law)
             else law.finite_law().psi
         )
         return EnergyStress(
@@ -129,15 +129,15 @@ def _short(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: 
     return fiber_axes_by_differences.AnisotropicBody(points, cells, kind, u, TERM, stiff, False, case.depth, rules, at)
 
 
-def _short_pressed(
+def _active_strain_mixed(
     case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None, rules: Any
 ) -> MixedBody:
-    """The same with pressures: what these take is one of the volume, which shortening keeps. Raises Unchecked."""
+    """Return such cells with mixed pressures; active strain preserves the volume. Raises Unchecked."""
     muscle: Any = case.material
     law = muscle.law
-    plain = None if _directed(law) else split_law(law, "finite", law.young, law.poisson)
-    if plain is None and not _directed(law):
-        raise Unchecked(f"a {type(law).__name__} does not come apart into shape and volume")
+    plain = None if _is_directed(law) else split_law(law, "finite", law.young, law.poisson)
+    if plain is None and not _is_directed(law):
+        raise NoIndependentFormula(f"a {type(law).__name__} does not come apart into shape and volume")
 
     def apart(X: Floats) -> SplitLaw:
         split = fiber_axes_by_differences.split_off_pressure(law, axes_of(law)(X)) if plain is None else plain
@@ -153,22 +153,22 @@ def _short_pressed(
     )
 
 
-def _directed(law: Any) -> bool:
+def _is_directed(law: Any) -> bool:
     return bool(getattr(law, "directed", False))
 
 
 def passive(case: Case) -> Case:
-    """The case of cells of one material that does not pull."""
+    """Return the case of one material without active tension."""
     return replace(case, other_material=case.material.passive) if getattr(case.material, "pulls", False) else case
 
 
 def pulls(case: Case, mesh: DeformedMesh, u: Floats) -> Floats:
-    """What the muscle of a mesh does at its nodes (n, 3), N: counted with the loads, with which it grows."""
+    """Return nodal forces (n, 3), N, of muscle tension: counted with the loads, as it grows with them."""
     found = np.zeros_like(mesh.points)
     for own, which in alone(case, mesh):
         muscle = own.material
         if getattr(muscle, "pulls", False):
-            cells, at = mesh.cells[which], _pulling(muscle)
+            cells, at = mesh.cells[which], _muscle_stress(muscle)
             most = float(abs(values(muscle.tension, mesh.points[cells].reshape(-1, 3))).max(initial=0.0))
             rules = own_points(own, mesh.mesh, which, False)
             body = fiber_axes_by_differences.AnisotropicBody(
@@ -178,6 +178,6 @@ def pulls(case: Case, mesh: DeformedMesh, u: Floats) -> Floats:
     return found
 
 
-def _pulling(muscle: Any) -> Callable[[Floats], Stress]:
-    """The stress of its tension at points."""
+def _muscle_stress(muscle: Any) -> Callable[[Floats], Stress]:
+    """Return the stress of muscle tension at points, as a function."""
     return lambda X: fiber_axes_by_differences.active_stress(values(muscle.tension, X), vectors(muscle.fibres, X)[0])

@@ -1,8 +1,8 @@
-"""The same model on a finer space over its own cells: what is left to do from the state that was found.
+"""Error estimate by a finer space over the model's own cells, solved from the found state.
 
-Four-node tetrahedra get ten nodes, other cells are cut into eight. No coarser mesh is needed: a mesh from a file has a
-finer space as well. Hexahedra that keep the volume at every point are held, near incompressibility, against such that
-keep its mean: finer ones of their own kind lock too.
+Four-node tetrahedra get ten nodes, other cells are cut into eight. No coarser mesh is needed, so it works for mesh
+files as well. Nearly incompressible hexahedra with pointwise volume terms are compared with those of mean volume: finer
+ones of their own kind lock too.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from softmark.interpreter.models.shared.material_regions import representative_m
 from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Solution
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.estimation_budget import Budget
-from softmark.interpreter.verification.probe_errors import Floats, Remembered, Unknown
+from softmark.interpreter.verification.probe_errors import Floats, CachedField, NoErrorEstimate
 from softmark.records import dataclass
 from softmark.solvers.elements import element_of
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.linear.factorisations import Factor
     from softmark.solvers.mesh.mesh_refinement import FinerSpace
-    from softmark.solvers.statics.finer_space_solve import Below
+    from softmark.solvers.statics.finer_space_solve import CoarseLevel
 
 SHARE = 0.6  # of the memory that is left: what a finer space may take
 MORE = 2  # modes beyond those asked for: on finer cells they may come in another order
@@ -43,14 +43,14 @@ FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes
 
 @dataclass(frozen=True)
 class Above:
-    """The state of a finer space: its model, mesh and problem, displacements (dofs,), m, and the coarse level."""
+    """State of the finer space: its model, mesh and problem, displacements (dofs,), m, and the coarse level."""
 
     model: Fem
     case: Case
     space: FinerSpace
     static: PreparedSolid
     state: Floats
-    coarse: Callable[[], Below]
+    coarse: Callable[[], CoarseLevel]
     budget: Budget
 
     @cached_property
@@ -67,17 +67,17 @@ class Above:
 
     @cached_property
     def solver(self) -> tuple[Any, Any]:
-        """The tangent in its state, and what solves with it."""
-        from softmark.solvers.statics.finer_space_solve import solver
+        """Tangent in this state, and a solver for it."""
+        from softmark.solvers.statics.finer_space_solve import tangent_solver
 
-        return solver(self.static.problem.assembly, self.state, self.coarse, self.budget.check)
+        return tangent_solver(self.static.problem.assembly, self.state, self.coarse, self.budget.check)
 
     def frequencies(self, coarse: Assembly, x: Floats, known: Factor, count: int) -> Floats:
-        """Hz (count,), near those of the coarse space in its state x, whose tangent is factored. Raises Unknown."""
+        """Return frequencies (count,), Hz, near those of the coarse state x with known factor. Raises Unknown."""
         from softmark.interpreter.models.postprocessing.vibrations import matrix
         from softmark.solvers.dynamics.vibration_modes import ModesNotFound, lowest_modes
         from softmark.solvers.linear.factorisations import Singular
-        from softmark.solvers.statics.finer_space_solve import StateLost, slowest
+        from softmark.solvers.statics.finer_space_solve import StateLost, lowest_frequencies
 
         try:
             M, P = matrix(self.static.mass(), self.static.problem.assembly), self.coarse().P
@@ -85,11 +85,11 @@ class Above:
             left = self.budget.left
             modes = P @ lowest_modes(coarse.tangent(x, 1.0), (P.T @ M @ P).tocsr(), taken, lambda: known)[1]
             self.budget.grow(left - self.budget.left)
-            values = slowest(*self.solver, M, modes)[:count]
+            values = lowest_frequencies(*self.solver, M, modes)[:count]
         except (ModesNotFound, StateLost, Singular, Undefined) as error:
-            raise Unknown(str(error) or "the finer space has no modes") from error
+            raise NoErrorEstimate(str(error) or "the finer space has no modes") from error
         if not values[0] > 0.0:
-            raise Unknown("the finer space has no slowest mode: its state is unstable")
+            raise NoErrorEstimate("the finer space has no slowest mode: its state is unstable")
         found: Floats = np.sqrt(values) / (2.0 * np.pi)
         return found
 
@@ -97,22 +97,22 @@ class Above:
 def found(
     scene: Scene, declared: Declared, case: Case, solved: DeformedMesh, below: Callable[[], Any], budget: Budget
 ) -> Above:
-    """The state of the finer space near the nodal displacements of `solved`, a mesh that is deformed. Raises Unknown.
+    """Return the finer state near the nodal displacements of `solved`, a deformed mesh. Raises Unknown.
 
-    `below` gives the assembly of the coarse space and a factor of its tangent there.
+    `below` returns the assembly of the coarse space and a factor of its tangent there.
     """
     from softmark.interpreter.models.fem.fem_builder import at_rest
     from softmark.solvers.linear.factorisations import Singular
     from softmark.solvers.mesh.mesh_refinement import UnmatchedFaces, build_finer_space, estimate_memory
-    from softmark.solvers.statics.finer_space_solve import Below, StateLost, settled
+    from softmark.solvers.statics.finer_space_solve import CoarseLevel, StateLost, solve_on_finer_space
     from softmark.solvers.statics.static_equilibrium import NotConverged, equilibrium
 
     model: Fem = declared.thing
-    _must_forget(case)
+    _must_be_elastic(case)
     _must_fit(estimate_memory(solved.mesh))
     try:
         above = build_finer_space(solved.mesh, None if model.mesh is not None else case.shape)
-        thing = _freed(model, representative_materials(case, solved.mesh), above.mesh.kind)
+        thing = _without_locking(model, representative_materials(case, solved.mesh), above.mesh.kind)
         budget.check()
         static, _ = at_rest(thing, replace(declared, thing=thing), case, BuildContext(scene=scene), above.mesh)
         problem = static.problem
@@ -122,50 +122,50 @@ def found(
         static = interaction_setup.recenter_stabilization(static, x)
         problem = static.problem
         _must_be_worth(problem.assembly, solved, budget)
-        coarse = _Once(lambda: Below.of(above.P, below()[0], problem.assembly, below()[1]))
+        coarse = _LazyValue(lambda: CoarseLevel.of(above.P, below()[0], problem.assembly, below()[1]))
         if problem.assembly.saddle:  # whose pressures start from nothing: the first step says little of the others
             state = equilibrium(replace(problem, start=x, watch=budget.check)).x
         else:
-            state = settled(problem.assembly, x, coarse, budget.check)
+            state = solve_on_finer_space(problem.assembly, x, coarse, budget.check)
     except NotConverged as error:
-        raise Unknown(f"the finer space has no equilibrium near ({error.reason})") from error
+        raise NoErrorEstimate(f"the finer space has no equilibrium near ({error.reason})") from error
     except (UnmatchedFaces, StateLost, Singular) as error:
-        raise Unknown(str(error) or "the cells of its mesh do not match across their faces") from error
+        raise NoErrorEstimate(str(error) or "the cells of its mesh do not match across their faces") from error
     if not problem.sound(state):
-        raise Unknown("cells of the finer space are inside out")
+        raise NoErrorEstimate("cells of the finer space are inside out")
     return Above(thing, case, above, static, state, coarse, budget)
 
 
 def _must_be_worth(assembly: Assembly, solved: DeformedMesh, budget: Budget) -> None:
-    """Raises Overspent if factorising the finer space, by a power of its unknowns, costs more than the budget left."""
+    """Raise Overspent if factorising the finer space, by a power of its unknowns, exceeds the budget left."""
     from softmark.solvers.statics.finer_space_solve import SMALL, is_direct
 
     if is_direct(assembly) and len(assembly.free) > SMALL:
         budget.must_hold((assembly.dofs / solved.displacement.size) ** FACTORS)
 
 
-def _must_forget(case: Case) -> None:
+def _must_be_elastic(case: Case) -> None:
     if case.remembered:
-        raise Unknown("with friction a state depends on those before it, which a finer space has not gone through")
+        raise NoErrorEstimate("with friction a state depends on those before it, which a finer space has not gone through")
 
 
 def _must_fit(needed: float) -> None:
-    """Raises Unknown where a finer space would take more than its share of the memory that is left."""
+    """Raise Unknown if a finer space needs more than its share of the free memory."""
     free = resource_limits.available_memory()
     if needed > SHARE * free:
         gigabytes = f"about {needed / 1e9:.2g} GB of memory, and {max(free, 0.0) / 1e9:.2g} GB are free"
-        raise Unknown(f"a finer space would take {gigabytes}")
+        raise NoErrorEstimate(f"a finer space would take {gigabytes}")
 
 
-def remembered(model: Fem, case: Case, mesh: DeformedMesh) -> Remembered:
-    """What a model found on a mesh, as a field of displacements."""
+def remembered(model: Fem, case: Case, mesh: DeformedMesh) -> CachedField:
+    """Return the displacement field that a model found on a mesh."""
     from softmark.interpreter.models.shared.deformed_mesh import displacement_of
 
-    return Remembered(displacement_of(mesh.mesh, mesh.displacement), stress_of(model, case, mesh), {})
+    return CachedField(displacement_of(mesh.mesh, mesh.displacement), stress_of(model, case, mesh), {})
 
 
-def _freed(model: Fem, materials: tuple[Any, ...], kind: str) -> Fem:
-    """The model of some materials on the finer cells, of an element that does not lock where its own would."""
+def _without_locking(model: Fem, materials: tuple[Any, ...], kind: str) -> Fem:
+    """Return the model on the finer cells, with an element that does not lock if its own would."""
     from softmark.solvers.materials import mixed_for
 
     thing = model.plain(element=kind)
@@ -177,8 +177,8 @@ def _freed(model: Fem, materials: tuple[Any, ...], kind: str) -> Fem:
     return thing
 
 
-class _Once:
-    """A value that is made when it is first asked for."""
+class _LazyValue:
+    """Value that is computed on first use."""
 
     def __init__(self, make: Callable[[], Any]) -> None:
         self._make, self._made = make, None
@@ -210,20 +210,20 @@ def alike(
     only where it fails, Newton's method takes new tangents.
     """
     from softmark.interpreter.models.fem.fem_builder import at_rest
-    from softmark.solvers.statics.finer_space_solve import StateLost, nearby
+    from softmark.solvers.statics.finer_space_solve import StateLost, solve_with_known_tangent
     from softmark.solvers.statics.static_equilibrium import NotConverged, equilibrium
 
-    _must_forget(case)
+    _must_be_elastic(case)
     static, _ = at_rest(declared.thing, declared, case, BuildContext(scene=scene), solved.mesh)
     u = np.ascontiguousarray(solved.displacement, dtype=np.float64).ravel()
     try:
         own, known = tangent()
         if own.dofs == static.problem.assembly.dofs and not case.contacts:
-            return told(static, case, nearby(static.problem.assembly, u, known, budget.check))
-    except (Unknown, StateLost):
+            return told(static, case, solve_with_known_tangent(static.problem.assembly, u, known, budget.check))
+    except (NoErrorEstimate, StateLost):
         pass  # Newton's method below
     try:
         result = equilibrium(replace(static.problem, start=static.unknowns.begun(u), watch=budget.check))
     except NotConverged as error:
-        raise Unknown(f"the same with its best strain has no solution ({error.reason})") from error
+        raise NoErrorEstimate(f"the same with its best strain has no solution ({error.reason})") from error
     return told(static, case, result.x)

@@ -1,8 +1,8 @@
-"""The watchdog: what a model says it found is looked at once more before it becomes a result.
+"""Verification of a solution before it becomes a result.
 
-Forces of a state of rest are found again by formulas that share nothing with those that solved
-(solvers/independent_forces/solid_forces.py); a state whose forces do not balance as well as the solver says is no
-answer. Cells inside out are counted, and nothing that is not a finite number is let through.
+Forces at equilibrium are computed again by independent formulas (solvers/independent_forces/solid_forces.py). A state
+whose forces do not balance as well as the solver claims is rejected. Inverted cells are counted, and nonfinite numbers
+are rejected.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.results.json_records import to_plain_json
 from softmark.interpreter.results.run_report import ModelResult
 from softmark.interpreter.verification import material_stability, reaction_balance
-from softmark.interpreter.verification.by_model import voucher_of
+from softmark.interpreter.verification.by_model import verifier_of
 from softmark.interpreter.verification.by_model.solid_forces_check import LEFT
-from softmark.interpreter.verification.by_model.verifier import Found, Voucher
-from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.verification.by_model.verifier import VerifiedSolution, Verifier
+from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.solvers.elements import CELLS
 from softmark.solvers.independent_forces import solid_forces
@@ -40,47 +40,47 @@ SEEN = 0.005  # of a value: differences that three digits show
 
 
 def watched(scene: Scene, declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> Solution:
-    """A solution with `checks` among its facts; one that does not stand up to them is `failed`.
+    """Return the solution with `checks` among its facts; its status is `failed` if it violates them.
 
-    Of one that is no answer it is said where its law ends, if it does.
+    For a failed solution, the end of validity of its law is reported if it was reached.
     """
-    found = _watched(scene, declared, case, prepared, solution)
+    found = _verify(scene, declared, case, prepared, solution)
     ends = dict.fromkeys(end for m in case.materials if (end := getattr(m, "ends", None)) is not None)
     if found.status == "converged" or not ends:
         return found
     return replace(found, message=f"{found.message}; {'; '.join(ends)}")
 
 
-def _watched(scene: Scene, declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> Solution:
+def _verify(scene: Scene, declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> Solution:
     facts = to_plain_json(solution.facts)
     solution = replace(solution, facts=facts)
     if solution.displacement is None:
         return solution
     if (reason := _not_finite(solution)) is not None:
-        return _refused(solution, reason)
+        return _failed(solution, reason)
     if solution.reduction_error is not None:
-        from softmark.interpreter.verification.by_model.reduced_verifier import judged
+        from softmark.interpreter.verification.by_model.reduced_verifier import check_reduced_solution
 
-        solution = judged(declared, solution)
+        solution = check_reduced_solution(declared, solution)
         if solution.displacement is None:
             return solution
         facts = solution.facts
     try:
         with np.errstate(all="ignore"):
-            found, reason = _checked(scene, declared, case, prepared, solution)
+            found, reason = _check_forces(scene, declared, case, prepared, solution)
     except Exception as error:  # a check that fails says nothing of the solution
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
         found, reason = {"residual": None, "reason": f"the check stopped: {type(error).__name__}: {error}"}, None
     facts = facts | {"checks": to_plain_json(found)}
     if reason is not None:
-        return _refused(replace(solution, facts=facts), reason)
-    notes = (*solution.notes, *_folded(declared, solution, found), *material_stability.said(declared, found),
-             *_unseen(declared, found))  # fmt: skip
+        return _failed(replace(solution, facts=facts), reason)
+    notes = (*solution.notes, *_inverted_cell_warnings(declared, solution, found), *material_stability.said(declared, found),
+             *_unverified_warnings(declared, found))  # fmt: skip
     return replace(solution, facts=facts, notes=notes)
 
 
-def _refused(solution: Solution, reason: str) -> Solution:
+def _failed(solution: Solution, reason: str) -> Solution:
     return Solution("failed", reason, solution.facts, notes=solution.notes)
 
 
@@ -88,7 +88,7 @@ def _refused(solution: Solution, reason: str) -> Solution:
 
 
 def _not_finite(solution: Solution) -> str | None:
-    """Which numbers of a solution are not finite, in words."""
+    """Return which numbers of a solution are not finite, as text, or None."""
     mesh, history = solution.mesh, solution.history
     if mesh is not None and not solid_forces.is_finite([np.asarray(mesh.displacement)]):
         return "the displacements are not finite numbers"
@@ -108,7 +108,7 @@ def _not_finite(solution: Solution) -> str | None:
 
 
 def loose(scene: Scene, models: Mapping[str, ModelResult]) -> list[Diagnostic]:
-    """A warning where the analysis is solved less well than what is read from it."""
+    """Return a warning if the solver tolerance is coarser than the differences read from results."""
     if not (analyses := list(scene.of_kind("analysis").values())):
         return []
     analysis, tolerance = analyses[0], analyses[0].thing.tolerance
@@ -119,13 +119,13 @@ def loose(scene: Scene, models: Mapping[str, ModelResult]) -> list[Diagnostic]:
             continue
         gaps = (b - a for a, b in pairwise(values) if b - a > SEEN * abs(b))
         if (least := min(gaps, default=math.inf)) <= tolerance:
-            return [_loose(analysis, f"tell models apart that differ by {100 * least:.2g} % in `{name}`")]
+            return [_tolerance_warning(analysis, f"tell models apart that differ by {100 * least:.2g} % in `{name}`")]
         if values and values[0] <= tolerance:
-            return [_loose(analysis, f"vouch for an error of {100 * values[0]:.2g} % in `{name}`")]
+            return [_tolerance_warning(analysis, f"vouch for an error of {100 * values[0]:.2g} % in `{name}`")]
     return []
 
 
-def _loose(analysis: Declared, what: str) -> Diagnostic:
+def _tolerance_warning(analysis: Declared, what: str) -> Diagnostic:
     return diagnostic(
         "W352",
         analysis.at("tolerance"),
@@ -138,12 +138,12 @@ def _loose(analysis: Declared, what: str) -> Diagnostic:
 # ------------------------------------------------------------------ checks
 
 
-def _checked(
+def _check_forces(
     scene: Scene, declared: Declared, case: Case, prepared: Prepared, solution: Solution
 ) -> tuple[dict[str, Any], str | None]:
-    """What the report says of the checks, and why the solution is no answer, if it is none."""
-    voucher, looked = voucher_of(declared.thing), Found(scene, declared, case, prepared, solution)
-    found = _cells(solution, case.depth) | voucher.facts(looked)
+    """Return the facts of the checks, and why the solution is invalid, or None."""
+    voucher, looked = verifier_of(declared.thing), VerifiedSolution(scene, declared, case, prepared, solution)
+    found = _check_cells(solution, case.depth) | voucher.facts(looked)
     found |= {n: v for n, v in (solution.facts.get("energy") or {}).items() if n in ("drift", "gained")}
     if isinstance(case.analysis, Dynamic):
         return found, None
@@ -172,8 +172,8 @@ def _checked(
             return found, behind
     try:
         result, claimed = voucher.balance(looked)
-    except Unchecked as reason:
-        return _held(voucher, looked, {"residual": None, "reason": str(reason), **found})
+    except NoIndependentFormula as reason:
+        return _check_balance(voucher, looked, {"residual": None, "reason": str(reason), **found})
     found = {"residual": result.residual, "rounding": result.rounding, "nodes": result.nodes, **found}
     if not math.isfinite(result.residual):
         return found, "the forces of its solution are not finite numbers"
@@ -183,7 +183,7 @@ def _checked(
         claimed = min(claimed, SAYS)
     allowed = max(AGREES * (claimed or 0.0), case.analysis.tolerance) + LEFT * result.rounding
     if claimed is None or result.residual <= allowed:
-        return _held(voucher, looked, found)
+        return _check_balance(voucher, looked, found)
     problem = (
         f"its forces do not balance: found again by other formulas, {result.residual:.1e} of the loads is left, where "
         f"the solver says {claimed:.1e}"
@@ -191,16 +191,18 @@ def _checked(
     return found, problem
 
 
-def _held(voucher: Voucher, looked: Found, found: dict[str, Any]) -> tuple[dict[str, Any], str | None]:
-    """The same with what supports and loads come to together."""
+def _check_balance(
+    voucher: Verifier, looked: VerifiedSolution, found: dict[str, Any]
+) -> tuple[dict[str, Any], str | None]:
+    """Return the checks together with the balance of supports and loads."""
     own, reason = reaction_balance.checked(voucher, looked)
     return found | own, reason if looked.solution.status == "converged" else None
 
 
-def _cells(solution: Solution, depth: float) -> dict[str, Any]:
-    """Cells that are inside out, and the least volume ratio, at integration points and nodes of each.
+def _check_cells(solution: Solution, depth: float) -> dict[str, Any]:
+    """Return the number of inverted cells, and the least volume ratio, at integration points and nodes.
 
-    `depth` (m) is that of the slice that stands for a body of revolution, 0 of another body.
+    `depth` (m) is that of the slice of a body of revolution, 0 for other bodies.
     """
     mesh = solution.mesh
     if mesh is None or mesh.kind not in CELLS:
@@ -214,8 +216,8 @@ def _cells(solution: Solution, depth: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _folded(declared: Declared, solution: Solution, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
-    """A warning where cells are inside out, unless the model said so itself."""
+def _inverted_cell_warnings(declared: Declared, solution: Solution, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
+    """Yield a warning about inverted cells, unless the model gave one."""
     if not found.get("inverted") or any(note.code == "W324" for note in solution.notes):
         return
     yield diagnostic(
@@ -227,20 +229,20 @@ def _folded(declared: Declared, solution: Solution, found: Mapping[str, Any]) ->
     )
 
 
-def _unseen(declared: Declared, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
+def _unverified_warnings(declared: Declared, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
     """Yield a warning for each force or contact that could not be verified, for whatever reason."""
     if found.get("residual", 0.0) is None:
-        yield _unchecked(declared, f"the forces of `{declared.name}` were not found again: {found['reason']}")
+        yield _unverified_warning(declared, f"the forces of `{declared.name}` were not found again: {found['reason']}")
     elif "reason" in (pressed := found.get("pressed", {})):
         what = f"what loads press rigid bodies with in `{declared.name}` was not found again"
-        yield _unchecked(declared, f"{what}: {pressed['reason']}")
+        yield _unverified_warning(declared, f"{what}: {pressed['reason']}")
     for name, contact in found.get("contact", {}).items():
         if "reason" in contact and found.get("residual", 0.0) is not None:
             what = f"whether `{declared.name}` lies within the rigid body of `{name}` was not looked at"
-            yield _unchecked(declared, f"{what}: {contact['reason']}")
+            yield _unverified_warning(declared, f"{what}: {contact['reason']}")
 
 
-def _unchecked(declared: Declared, what: str) -> Diagnostic:
+def _unverified_warning(declared: Declared, what: str) -> Diagnostic:
     return diagnostic(
         "W353",
         declared.at(),

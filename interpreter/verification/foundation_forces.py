@@ -1,7 +1,7 @@
-"""What beds do to a body counted once more, for the watchdog, as loads are (load_forces_check.py): swept line by line.
+"""Independent forces of elastic foundations, by line sweeps as for loads (load_forces_check.py).
 
-What solves multiplies displacements of nodes by integrals over facets. Here a traction is found at every point from
-how far the point has moved, and its force is put on the nodes.
+The solver multiplies nodal displacements by integrals over facets. Here the traction is computed at every point from
+its displacement, and its force is distributed to the nodes.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.interpreter.verification.load_forces_check import MOST_UNSURE, sampled, selected
-from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.interpreter.vocabulary.support_words import Level
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.solid_forces import Floats, Ints
@@ -25,19 +25,19 @@ if TYPE_CHECKING:
 
 
 def of_beds(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Floats], float]:
-    """Forces on the nodes (n, 3), N, of every bed by its name, and what of it is not sure, N. Raises Unchecked."""
+    """Return nodal forces (n, 3), N, of every foundation by name, and their uncertainty, N. Raises Unchecked."""
     found, unsure = {}, 0.0
     for bed in case.beds:
-        found[bed.name], left = _of_bed(bed, case, mesh, u)
+        found[bed.name], left = _forces_of_foundation(bed, case, mesh, u)
         if left > MOST_UNSURE * float(np.abs(found[bed.name]).sum()):
-            raise Unchecked("the border of what lies on a bed is too involved to be followed again")
+            raise NoIndependentFormula("the border of what lies on a bed is too involved to be followed again")
         unsure += left
     return found, unsure
 
 
-def _of_bed(bed: Declared, case: Case, mesh: DeformedMesh, u: Floats) -> tuple[Floats, float]:
+def _forces_of_foundation(bed: Declared, case: Case, mesh: DeformedMesh, u: Floats) -> tuple[Floats, float]:
     if isinstance(bed.thing, Level):
-        return _of_plate(bed, case, mesh, u), 0.0
+        return _rigid_plate_forces(bed, case, mesh, u), 0.0
     total, unsure = np.zeros_like(u), 0.0
     for whole, parts, (open_facets, left) in selected(bed.thing.where, case, mesh.mesh):
         for facets, xi, w in (*sampled(whole), parts):
@@ -47,18 +47,18 @@ def _of_bed(bed: Declared, case: Case, mesh: DeformedMesh, u: Floats) -> tuple[F
     return total, unsure
 
 
-def _of_plate(bed: Declared, case: Case, mesh: DeformedMesh, u: Floats) -> Floats:
-    """Of springs between each point of a face and the mean of all: first the mean, then what pulls at each."""
+def _rigid_plate_forces(bed: Declared, case: Case, mesh: DeformedMesh, u: Floats) -> Floats:
+    """Return forces of springs between each point of a face and its mean plane: first the mean, then each point."""
     from softmark.interpreter.models.shared.foundation_setup import plate_stiffness
 
     pieces = [p for whole, parts, _ in selected(bed.thing.where, case, mesh.mesh) for p in (*sampled(whole), parts)]
 
     def total(value: Callable[[Floats, Floats], Floats]) -> Floats:
-        """Forces of all points, by how far they have moved (p, 3) and their areas (p, 3)."""
+        """Return the summed force of all points, by their displacements (p, 3) and areas (p, 3)."""
         found = np.zeros_like(u)
         for facets, xi, w in pieces:
             found += solid_forces.part_forces(
-                mesh.points, facets, xi, w, partial(value, _moved(facets, xi, u)), case.depth
+                mesh.points, facets, xi, w, partial(value, _point_displacements(facets, xi, u)), case.depth
             )
         return found
 
@@ -70,15 +70,15 @@ def _of_plate(bed: Declared, case: Case, mesh: DeformedMesh, u: Floats) -> Float
     return total(lambda moved, dA: -stiff * ((moved @ n) - mean)[:, None] * dA)
 
 
-def _moved(facets: Ints, xi: Floats, u: Floats) -> Floats:
-    """How far points at local places xi (p, 2) of facets (p, k) have moved (p, 3), m."""
+def _point_displacements(facets: Ints, xi: Floats, u: Floats) -> Floats:
+    """Return displacements (p, 3), m, of points at local places xi (p, 2) of facets (p, k)."""
     found: Floats = (solid_forces.shape_functions(facets.shape[1], xi)[:, :, None] * u[facets]).sum(axis=1)
     return found
 
 
 def _pulled(bed: Declared, case: Case, points: Floats, facets: Ints, xi: Floats, w: Floats, u: Floats) -> Floats:
-    """Forces (n, 3), N, of points with weights w (p,) at local places xi (p, 2) of facets (p, k)."""
-    moved = _moved(facets, xi, u)
+    """Return nodal forces (n, 3), N, of points with weights w (p,) at local places xi (p, 2) of facets (p, k)."""
+    moved = _point_displacements(facets, xi, u)
 
     def push(dA: Floats) -> Floats:
         size = np.linalg.norm(dA, axis=1, keepdims=True)

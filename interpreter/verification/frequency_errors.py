@@ -1,4 +1,4 @@
-"""What a model states of a frequency: how far those of coarser ones of its kind are from it, number by number."""
+"""Stated error of a frequency, by the frequencies of coarser models with the same mode number."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.models.shared.prepared_model import Solution
 from softmark.interpreter.problem.solution import View
 from softmark.interpreter.verification.grid_convergence import COARSE
-from softmark.interpreter.verification.probe_errors import NO_ERROR, Floats, ProbeAnswer, Unknown
+from softmark.interpreter.verification.probe_errors import NO_ERROR, Floats, ProbeResultUnderTest, NoErrorEstimate
 from softmark.records import dataclass
 
 EPS = float(np.finfo(np.float64).eps)
@@ -23,40 +23,40 @@ HARD = 1e4  # bulk modulus over shear modulus: beyond, what keeps the volume is 
 
 
 @dataclass(frozen=True)
-class ToneAnswer(ProbeAnswer):
-    """The frequency of a mode. Modes are counted from the slowest, and those of another mesh are as well: where two
-    change places between meshes, the numbers do not jump."""
+class ToneAnswer(ProbeResultUnderTest):
+    """Frequency of a mode. Modes are numbered from the lowest on each mesh, so that crossings cause no jumps."""
 
     vibrations: Callable[[int], Floats] | None = None
 
     @property
     def in_forces(self) -> bool:
-        """It is about stiffness and mass, which displacements at points do not tell."""
+        """True: a frequency depends on stiffness and mass, not on displacements of points."""
         return True
 
     @property
     def size(self) -> float:
-        """The frequency, Hz."""
+        """Frequency, Hz."""
         return self.tone
 
     @property
     def tone(self) -> float:
-        """Hz. Raises Unknown."""
+        """Frequency, Hz. Raises Unknown."""
         if self.vibrations is None or not isinstance(self.metric, Frequency):
-            raise Unknown(NO_ERROR)
+            raise NoErrorEstimate(NO_ERROR)
         try:
             found = self.vibrations(self.metric.mode)
         except Undefined as undefined:
-            raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
+            raise NoErrorEstimate(f"{NO_ERROR}: {undefined}") from undefined
         if len(found) < self.metric.mode:
-            raise Unknown(f"a coarser one has {len(found)} modes")
+            raise NoErrorEstimate(f"a coarser one has {len(found)} modes")
         return float(found[-1])
 
     def lost(self, materials: tuple[Any, ...], far: float, cell: float) -> float:
-        """What rounding takes of it, Hz, in cells of these materials.
+        """Return the rounding error of the frequency, Hz, in cells of these materials.
 
-        That of the coordinates of cells (`far` from the origin, m), and that of the fastest vibration of a mesh, some
-        waves of pressure across a cell, in which the slow one is told.
+        It contains the rounding of cell coordinates (`far` from the origin, m), and that of the fastest vibration of
+        the mesh,
+        a few pressure waves across a cell.
         """
         law = min(materials, key=lambda m: m.density)
         stiff = max(m.shear_modulus * 4.0 / 3.0 + min(m.bulk_modulus, HARD * m.shear_modulus) for m in materials)
@@ -64,25 +64,25 @@ class ToneAnswer(ProbeAnswer):
         ratio = fastest / (2.0 * math.pi * self.tone) if self.tone > 0.0 else math.inf
         found = 10.0 * EPS * (far / cell + ratio**2)
         if not found <= COARSE:
-            raise Unknown("it is so slow beside what cells do that rounding may take all of it")
+            raise NoErrorEstimate("it is so slow beside what cells do that rounding may take all of it")
         return found * self.tone
 
-    def of(self, solution: Solution) -> ProbeAnswer:
-        """That of another solution."""
+    def of(self, solution: Solution) -> ProbeResultUnderTest:
+        """Return the answer of another solution."""
         return replace(self, vibrations=solution.vibrations)
 
-    def change(self, other: ProbeAnswer) -> float:
+    def change(self, other: ProbeResultUnderTest) -> float:
         """Return the difference to the frequency of another solution, Hz, by `apart`. Raises Unknown."""
         return self.apart(other)
 
-    def apart(self, other: ProbeAnswer) -> float:
-        """How far that of another solution is from this one, Hz. Raises Unknown."""
+    def apart(self, other: ProbeResultUnderTest) -> float:
+        """Return the difference to the frequency of another solution, Hz. Raises Unknown."""
         if not isinstance(other, ToneAnswer):
-            raise Unknown(NO_ERROR)
+            raise NoErrorEstimate(NO_ERROR)
         return abs(other.tone - self.tone)
 
 
 def of_view(metric: Frequency, view: View) -> ToneAnswer:
-    """The frequency that a model has."""
+    """Return the frequency answer of a model."""
     nothing = np.zeros((0, 3))
     return ToneAnswer(nothing, nothing, metric=metric, view=view, at_rest=view.at_rest, vibrations=view.vibrations)

@@ -1,4 +1,4 @@
-"""What friction does to points counted once more, from what a state says of them: where they hold on to a body."""
+"""Independent friction forces, from the anchor points that a state stores."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.interpreter.verification.support_reactions_check import motion
-from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.solvers.independent_forces import rigid_friction_forces
 
 if TYPE_CHECKING:
@@ -26,16 +26,16 @@ def rubbed(
     spring: float,
     flat: bool,
 ) -> Floats:
-    """Tractions (m, 3), Pa, at points x (m, 3), m, under pressures p (m,) along normals n (m, 3). Raises Unchecked.
+    """Return tractions (m, 3), Pa, at points x (m, 3), m, under pressures p (m,) along normals n. Raises Unchecked.
 
-    `points` are their nodes and shares (m, a) of these: where nothing presses they may be points that are not kept.
+    `points` are their nodes and shape functions (m, a); without pressure a point need not be stored in the state.
     """
     own = mesh.rubbed.get(touch.name)
     if own is None or own.points is None:
-        raise Unchecked(f"what the friction of `{touch.name}` remembers is not known")
+        raise NoIndependentFormula(f"what the friction of `{touch.name}` remembers is not known")
     which = rigid_friction_forces.match_points(*points, own.points.of, own.points.shares)
     if np.any((which < 0) & (p > 0.0)):
-        raise Unchecked(f"`{touch.name}` presses where its friction remembers nothing")
+        raise NoIndependentFormula(f"`{touch.name}` presses where its friction remembers nothing")
     held = rigid_friction_forces.move_points(own.anchors[which], *motion(touch))
     if flat:
         held = held * (1.0, 1.0, 0.0)

@@ -1,7 +1,7 @@
-"""The error that comes of flat facets in the place of the curved sides of shapes that are combined.
+"""Error due to flat facets in place of the curved sides of combined shapes.
 
-Finer spaces over the same cells have the same facets, and know nothing of them. What facets miss of the volume is
-known; a bending stiffness, which goes with the square of a section's area, is off by twice that share.
+Finer spaces over the same cells have the same facets, so they do not show it. The volume error of facets is known; a
+bending stiffness, which grows with the square of a section's area, has twice that relative error.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING
 from softmark.solvers.mesh.surface_bodies import SurfaceBody
 
 if TYPE_CHECKING:
-    from softmark.interpreter.verification.probe_errors import ProbeAnswer
-    from softmark.interpreter.verification.solution_under_test import Answer
+    from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest
+    from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 
 STIFFER = 2.0  # times the share of the volume
 
 
-def facets(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
-    """The part of the stated error that comes of facets; none where the mesh is not made of them, or none is curved."""
+def facets(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
+    """Return the part of the stated error due to facets; none for other meshes or without curved sides."""
     shape = whole.case.shape
     if not isinstance(shape, SurfaceBody):
         return {}

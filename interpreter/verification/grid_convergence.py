@@ -1,11 +1,11 @@
-"""Errors from meshes of two or three sizes: grid convergence indices (Roache 1994) of what a metric sees."""
+"""Errors from meshes of two or three sizes: grid convergence indices (Roache 1994) of a metric."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 
-from softmark.interpreter.verification.probe_errors import Unknown
+from softmark.interpreter.verification.probe_errors import NoErrorEstimate
 
 FIRST = 3.0  # safety factor of two grids, and of an order far from theory (Roache 1994)
 HIGHEST = 2.0  # order that two grids count on at most
@@ -17,28 +17,29 @@ HOPELESS = 1.0  # relative: an error of all that moves is no statement
 
 
 def index(apart: float, ratio: float, theory: float, farther: float | None = None) -> float:
-    """The error of a grid, from its distance to one that is `ratio` times coarser, and that to the next coarser one.
+    """Return the error of a grid, from its distance to one `ratio` times coarser, and that one's to the next coarser.
 
-    `theory` is the order that smooth solutions have. Two grids count on no more than HIGHEST of it, for edges that are
-    held leave less. Grids nearer than theory has it agree by chance, or are too coarse: then the farther one tells.
+    `theory` is the order of smooth solutions. Two grids use at most the order HIGHEST, since edges of supports reduce
+    it.
+    Grids that are closer than theory predicts agree by chance, or are too coarse: then `farther` decides.
     """
     formal = min(theory, HIGHEST)
     if farther is None or not farther > 0.0 or not apart > 0.0:
-        return FIRST * apart / _fall(ratio, formal)
+        return FIRST * apart / _error_ratio(ratio, formal)
     order = math.log(farther / apart) / math.log(ratio)
     if order > theory + NEAR:
-        return FIRST * farther * math.exp(-theory * math.log(ratio)) / _fall(ratio, formal)
+        return FIRST * farther * math.exp(-theory * math.log(ratio)) / _error_ratio(ratio, formal)
     if order >= theory - NEAR:
-        return THREE * apart / _fall(ratio, min(order, theory))
-    return FIRST * apart / _fall(ratio, min(max(order, LEAST), formal))
+        return THREE * apart / _error_ratio(ratio, min(order, theory))
+    return FIRST * apart / _error_ratio(ratio, min(max(order, LEAST), formal))
 
 
-def _fall(ratio: float, order: float) -> float:
-    """r^p - 1: the distance of two grids over the error of the finer one."""
+def _error_ratio(ratio: float, order: float) -> float:
+    """Return r^p - 1: the distance of two grids over the error of the finer one."""
     return math.expm1(order * math.log(ratio))
 
 
 def must_tell(apart: Sequence[float], size: float, limit: float = COARSE) -> None:
-    """Raises Unknown where two grids are farther apart than a part of the `size` of what is measured."""
+    """Raise Unknown if two grids differ by more than a fraction of the `size` of the result."""
     if max(apart) > limit * size:
-        raise Unknown(f"the mesh is too coarse to say: another one is {100 * max(apart) / size:.2g} % away")
+        raise NoErrorEstimate(f"the mesh is too coarse to say: another one is {100 * max(apart) / size:.2g} % away")

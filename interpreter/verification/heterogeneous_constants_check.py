@@ -1,4 +1,4 @@
-"""Constants that vary in space, looked up once more for the watchdog: by other code for what is read from images."""
+"""Independent lookup of constants that vary in space; images are read by other code."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from softmark.solvers.independent_forces.solid_forces import Floats
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from softmark.interpreter.verification.probe_errors import ProbeAnswer
-    from softmark.interpreter.verification.solution_under_test import Answer
+    from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest
+    from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 
 LOOKED = 32  # points of each look-up at which arithmetic on arrays is done again, one by one
 AGREE = 1e-12
 
 
 def again(field: Field, X: Floats) -> Floats:
-    """The values of a field at points X (n, 3), m: of an image by scipy's splines of degree one."""
+    """Return the values of a field at points X (n, 3), m: for an image by scipy's splines of degree one."""
     known = load_field(field)
     if not isinstance(known, Image):
         return read_field(field, X)
@@ -38,7 +38,7 @@ def again(field: Field, X: Floats) -> Floats:
 
 
 def values(constant: Any, X: Floats) -> Floats:
-    """A constant of a material at points X (n, 3), m: (n,). Raises ValueError where arithmetic is not one."""
+    """Return a constant of a material at points X (n, 3), m: (n,). Raises ValueError if array arithmetic disagrees."""
     if not isinstance(constant, Profile):
         return np.full(len(X), float(constant))
     found: Floats = constant.values(X, again)
@@ -51,13 +51,13 @@ def values(constant: Any, X: Floats) -> Floats:
 
 
 def constants_of(case: Case) -> Any:
-    """What tells Young's modulus and Poisson's ratio of a case at points (n, 3)."""
+    """Return a function for Young's modulus and Poisson's ratio of a case at points (n, 3)."""
     material = case.material
     return lambda X: (values(material.young, X), values(material.poisson, X))
 
 
 def density_of(case: Case) -> Any:
-    """A density, kg/m^3: a number, or what tells it at points (n, 3)."""
+    """Return a density, kg/m^3: a number, or a function of points (n, 3)."""
     rho = case.material.density
     return (lambda X: values(rho, X)) if isinstance(rho, Profile) else rho
 
@@ -86,8 +86,8 @@ def integrated(case: Case, mesh: DeformedMesh, pressures: bool) -> tuple[dict[st
             worst = max(worst, off)
             if off > OFF and reason is None:
                 reason = f"the points by which `{name}` is integrated miss the volume of a cell by {100 * off:.2g} %"
-            for cell in _chosen(seen, len(part.cells)):
-                off, allowed = _compared(rows, seen, part, cell)
+            for cell in _sample_cells(seen, len(part.cells)):
+                off, allowed = _compare_cell(rows, seen, part, cell)
                 worst = max(worst, off)
                 if off > allowed and reason is None:
                     reason = (f"the integral of `{name}` over a cell is {100 * off:.2g} % away from what another "
@@ -129,7 +129,7 @@ def _volumes_off(seen: Any, mesh: Any) -> float:
     return float(np.abs(seen.rule.w[own].sum(axis=1) / V - 1.0).max(initial=0.0))
 
 
-def _chosen(seen: Any, count: int) -> Any:
+def _sample_cells(seen: Any, count: int) -> Any:
     """Return the numbers of a random sample of cells, first of those with points of their own, then of the others."""
     own = np.zeros(count, dtype=bool) if seen.rule is None else seen.rule.special
     rng = np.random.default_rng(count)
@@ -138,7 +138,7 @@ def _chosen(seen: Any, count: int) -> Any:
     )
 
 
-def _compared(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: int) -> tuple[float, float]:
+def _compare_cell(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: int) -> tuple[float, float]:
     """Return the deviation of integrals over a cell, relative to the size of the integrands, and the allowed one."""
     corners, kind = mesh.points[mesh.cells[[cell]]], mesh.kind
     if seen.rule is None or not seen.rule.special[cell]:
@@ -153,7 +153,7 @@ def _compared(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: int)
 
     found, size = integrals(xi, w)
     hints = seen.fine.xi[seen.fine.cell == cell]
-    fine, left = by_boxes(kind, lambda xi: _weighed(rows, mesh, cell, xi), hints, CLOSE * size)
+    fine, left = by_boxes(kind, lambda xi: _weighted_integrands(rows, mesh, cell, xi), hints, CLOSE * size)
     scale = size + 1e-3 * seen.total / len(mesh.cells)
     off = (np.abs(found - fine) / scale)[: 1 if mesh.element.constant else None]  # one strain: no moments
     allowed = OFF + (left + seen.missed[cell] * seen.total) / scale
@@ -161,7 +161,7 @@ def _compared(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: int)
     return float(off[:, worst].max()), float(allowed[worst])
 
 
-def _weighed(rows: Callable[[Floats], Floats], mesh: Any, cell: int, xi: Floats) -> Floats:
+def _weighted_integrands(rows: Callable[[Floats], Floats], mesh: Any, cell: int, xi: Floats) -> Floats:
     """Integrands times the Jacobian determinant of a cell (g, n), at local points xi (n, 3)."""
     corners = mesh.points[mesh.cells[[cell]]]
     X = (solid_forces.shape_functions(mesh.kind, xi) @ corners)[0]
@@ -181,7 +181,7 @@ def by_boxes(kind: str, f: Callable[[Floats], Floats], hints: Floats, close: Flo
     total, error = np.zeros((4, len(close))), np.zeros(len(close))
     taken = 0
     for turn in range(ROUNDS + 1):
-        values, own, off, bend = _boxed(kind, f, low, size)
+        values, own, off, bend = _integrate_boxes(kind, f, low, size)
         width = values.max(axis=2) - values.min(axis=2)
         beyond = np.zeros((len(close), len(low)))
         owner = _owners(at, low, size)
@@ -225,7 +225,7 @@ def _owners(at: Floats, low: Floats, size: Floats) -> Any:
     return found
 
 
-def _boxed(
+def _integrate_boxes(
     kind: str, f: Callable[[Floats], Floats], low: Floats, size: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return values (g, n, 27), integrals (4, g, n), errors (g, n) and the variation per axis (n, 3), in n boxes."""
@@ -275,7 +275,7 @@ def in_cube(kind: str, xi: Floats) -> Floats:
 # ------------------------------------------------------------------ stated error
 
 
-def lost(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
+def lost(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
     """Return the part of the stated error from constants that vary within cells.
 
     Integrals over cells may have errors: if every stiffness is off by at most a fraction, an answer is off by at most

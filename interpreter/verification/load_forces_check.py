@@ -1,8 +1,9 @@
-"""Loads on solids counted once more, for the watchdog: the part of a surface that is loaded, line by line.
+"""Independent nodal forces of loads on solids: the loaded part of a surface, swept line by line.
 
-What solves cuts triangles and follows borders. Here every facet is swept by straight lines of its local coordinates:
-where a border crosses a line is bisected, between two the condition is asked once, and strips between lines are halved
-until two Gauss rules agree. The two share the meaning of a selection (what is settled on a facet, curved sides).
+The solver cuts triangles and follows borders. Here every facet is swept by straight lines of its local coordinates:
+crossings of a border and a line are bisected, the condition is evaluated once between two crossings, and strips between
+lines are halved until two Gauss rules agree. Both share only the meaning of a selection (settled borders, curved
+sides).
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.group_conditions import facet_membership, split_by_groups
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import settled_borders, split_by_sides
 from softmark.interpreter.verification.cell_materials_check import alone
-from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.interpreter.vocabulary.load_words import (
     BodyForce,
     LineForce,
@@ -49,12 +50,12 @@ MARGIN = 0.1  # of its size: how far a curved facet may reach beyond points on i
 
 
 def loads_on(case: Case, mesh: DeformedMesh, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
-    """Nodal forces of all loads (n, 3), N, and how much of them, in N, is not sure. Raises Unchecked."""
+    """Return nodal forces of all loads (n, 3), N, and their uncertainty, N. Raises Unchecked."""
     total, unsure = np.zeros_like(mesh.points), 0.0
     for load in case.loads:
         found, left = _load(load.thing.action, case, mesh, u, small, mass)
         if left > MOST_UNSURE * float(np.abs(found).sum()):
-            raise Unchecked("the border of what is loaded is too involved to be followed again")
+            raise NoIndependentFormula("the border of what is loaded is too involved to be followed again")
         total += found
         unsure += left
     return total, unsure
@@ -71,24 +72,28 @@ def _load(action: Any, case: Case, mesh: DeformedMesh, u: Floats, small: bool, m
             return carried[:, None] * np.array(g), 0.0
         case SurfaceTraction(traction=traction):
             t = np.array(traction)
-            return _pushed(action, case, mesh.mesh, mesh.points, lambda dA: np.linalg.norm(dA, axis=-1)[..., None] * t)
+            return _area_load_forces(
+                action, case, mesh.mesh, mesh.points, lambda dA: np.linalg.norm(dA, axis=-1)[..., None] * t
+            )
         case RemoteStress(stress=stress, direction=direction):
             d = np.array(direction)
-            return _pushed(action, case, mesh.mesh, mesh.points, lambda dA: (stress * (dA @ d))[..., None] * d)
+            return _area_load_forces(
+                action, case, mesh.mesh, mesh.points, lambda dA: (stress * (dA @ d))[..., None] * d
+            )
         case PressureLoad(pressure=pressure):
             surface, p = mesh.points if small else mesh.points + u, float(pressure)
-            return _pushed(action, case, mesh.mesh, surface, lambda dA: -p * dA)
+            return _area_load_forces(action, case, mesh.mesh, surface, lambda dA: -p * dA)
         case MomentLoad():
-            return _turned(action, case, mesh.mesh, mesh.points if small else mesh.points + u)
+            return _moment_forces(action, case, mesh.mesh, mesh.points if small else mesh.points + u)
         case PointLoad() | LineForce():
             from softmark.interpreter.verification import point_and_line_loads_check  # which no other load needs
 
             return point_and_line_loads_check.placed(action, case, mesh)
-    raise Unchecked(f"there is no other formula for a load that acts as {type(action).__name__}")
+    raise NoIndependentFormula(f"there is no other formula for a load that acts as {type(action).__name__}")
 
 
 def _density(case: Case) -> Any:
-    """kg/m^3, or what tells it at points."""
+    """Return the density, kg/m^3, or a function of points."""
     if case.uniform:
         return case.material.density
     from softmark.interpreter.verification.heterogeneous_constants_check import density_of
@@ -96,16 +101,16 @@ def _density(case: Case) -> Any:
     return density_of(case)
 
 
-def _pushed(
+def _area_load_forces(
     load: SurfaceTraction | RemoteStress | PressureLoad,
     case: Case,
     mesh: Mesh,
     surface: Floats,
     push: Callable[[Floats], Floats],
 ) -> tuple[Floats, float]:
-    """Nodal forces (n, 3), N, of a load on the selected part of a surface through nodes `surface` (n, 3), m.
+    """Return nodal forces (n, 3), N, of a load on the selected part of a surface through nodes `surface` (n, 3), m.
 
-    And the norm of what is not sure of them, N. Raises Unchecked.
+    Also the norm of their uncertainty, N. Raises Unchecked.
     """
     found: Floats = np.zeros_like(surface)
     unsure = 0.0
@@ -121,8 +126,8 @@ def _pushed(
     return found, unsure
 
 
-def _asked(case: Case, mesh: Mesh, where: Condition) -> Iterator[tuple[Condition, Ints, Any]]:
-    """Conditions on coordinates, the facets that each is about, and what moves these onto their side."""
+def _conditions_by_facets(case: Case, mesh: Mesh, where: Condition) -> Iterator[tuple[Condition, Ints, Any]]:
+    """Yield conditions on coordinates, the facets of each, and the map of these onto their curved side."""
     for condition, members in split_by_groups(where, facet_membership(mesh)):
         own = np.zeros(len(mesh.facets), dtype=np.bool_)
         own[members] = True
@@ -130,20 +135,21 @@ def _asked(case: Case, mesh: Mesh, where: Condition) -> Iterator[tuple[Condition
             yield condition, np.flatnonzero(own & beside), out
 
 
-def _turned(load: MomentLoad, case: Case, mesh: Mesh, surface: Floats) -> tuple[Floats, float]:
-    """Nodal forces (n, 3), N, of a moment on the selected part of a surface that lies at `surface` (n, 3), m, now.
+def _moment_forces(load: MomentLoad, case: Case, mesh: Mesh, surface: Floats) -> tuple[Floats, float]:
+    """Return nodal forces (n, 3), N, of a moment on the selected part of a surface now at `surface` (n, 3), m.
 
-    And the norm of what is not sure of them, N. Point by point: t = c x (x - middle), int (x - middle) x t dA = moment.
-    Raises Unchecked.
+    Also the norm of their uncertainty, N. Point by point: t = c x (x - middle), int (x - middle) x t dA = moment.
+    Raises
+    Unchecked.
     """
     known: list[tuple[Ints, Floats, Floats]] = []  # nodes, shape functions and area of every point
     vague = 0.0
     for whole, parts, (g, left) in selected(load.where, case, mesh):
         for facets, xi, w in (*sampled(whole), parts):
             known.append(
-                (facets, solid_forces.shape_functions(facets.shape[1], xi), w * _stretch(mesh.points, facets, xi))
+                (facets, solid_forces.shape_functions(facets.shape[1], xi), w * _area_ratio(mesh.points, facets, xi))
             )
-        vague += float(left @ _stretch(mesh.points, g, np.full((len(g), 2), 0.25)))
+        vague += float(left @ _area_ratio(mesh.points, g, np.full((len(g), 2), 0.25)))
     area = np.concatenate([own for _, _, own in known])
     x = np.concatenate([np.einsum("pa,pai->pi", N, surface[facets]) for facets, N, _ in known])
     r = x - area @ x / area.sum()
@@ -156,8 +162,8 @@ def _turned(load: MomentLoad, case: Case, mesh: Mesh, surface: Floats) -> tuple[
     return found, vague / float(area.sum()) * float(np.linalg.norm(forces, axis=1).sum())
 
 
-def _stretch(points: Floats, facets: Ints, xi: Floats) -> Floats:
-    """Area for each local area (p,) at local points xi (p, 2) of facets (p, k)."""
+def _area_ratio(points: Floats, facets: Ints, xi: Floats) -> Floats:
+    """Return the area per local area (p,) at local points xi (p, 2) of facets (p, k)."""
     t = np.einsum("pai,paj->jpi", points[facets], solid_forces.shape_derivatives(facets.shape[1], xi))
     found: Floats = np.linalg.norm(np.cross(t[0], t[1]), axis=1)
     return found
@@ -168,9 +174,10 @@ Swept = tuple[Ints, Points, tuple[Ints, Floats]]
 
 
 def selected(where: Condition, case: Case, mesh: Mesh) -> list[Swept]:
-    """Facets (w, k) that are selected whole, points on parts of others, and facets (v, k) with what is not sure there.
+    """Return wholly selected facets (w, k), points on parts of others, and facets (v, k) with their uncertainty.
 
-    For every side of the body; found once for a mesh, in all states and by all models that share it. Raises Unchecked.
+    One entry for every side of the body; computed once per mesh, for all states and models that share it. Raises
+    Unchecked.
     """
     if (key := (selected, where)) not in mesh.selections:
         mesh.selections[key] = list(_swept(where, case, mesh))
@@ -178,26 +185,26 @@ def selected(where: Condition, case: Case, mesh: Mesh) -> list[Swept]:
 
 
 def _swept(where: Condition, case: Case, mesh: Mesh) -> Iterator[Swept]:
-    """The same anew. Raises Unchecked."""
+    """Compute the entries of `selected`. Raises Unchecked."""
     facets = mesh.facets
     corners = mesh.points[facets]
     told = mesh.selections.get(where)
     if told is not None and told.remainder > MOST_UNSURE * told.area:  # it has been said already how much is open
-        raise Unchecked("the border of what is loaded runs along the surface")
+        raise NoIndependentFormula("the border of what is loaded runs along the surface")
     extent = float(np.sqrt((np.ptp(mesh.points, axis=0) ** 2).sum()))
     empty = True
-    for condition, which, out in _asked(case, mesh, where):
+    for condition, which, out in _conditions_by_facets(case, mesh, where):
         settled, settling = settled_borders(case.shape, mesh, condition)
         sweep = FacetSweep(condition, corners[which], extent, out, settled[which], settling[which])
         whole, (f, xi, w), (g, left) = sweep.whole_and_parts()
         yield facets[which[whole]], (facets[which[f]], xi, w), (facets[which[g]], left)
         empty = empty and not (len(whole) or len(f))
     if empty:
-        raise Unchecked("the part of the surface that is loaded is smaller than what is looked for")
+        raise NoIndependentFormula("the part of the surface that is loaded is smaller than what is looked for")
 
 
 def sampled(facets: Ints) -> Iterator[Points]:
-    """Points on whole facets (f, k) that may be curved, some facets at a time."""
+    """Yield points on whole facets (f, k) that may be curved, some facets at a time."""
     x, v = np.polynomial.legendre.leggauss(GRID)
     a, b = (0.5 * (t.ravel() + 1.0) for t in np.meshgrid(x, x))
     w = 0.25 * np.outer(v, v).ravel()
@@ -211,7 +218,7 @@ def sampled(facets: Ints) -> Iterator[Points]:
 
 @dataclass(frozen=True)
 class FacetSweep:
-    """A condition on facets with nodes `corners` (f, k, 3), m, which `out` moves onto the body."""
+    """Condition on facets with nodes `corners` (f, k, 3), m, which `out` moves onto the body."""
 
     condition: Condition
     corners: Floats
@@ -222,7 +229,7 @@ class FacetSweep:
 
     @cached_property
     def through(self) -> Any:
-        """Which borders cut which facets (b, f), as far as it was looked at."""
+        """Mask of borders that cut facets (b, f), as far as checked."""
         return np.zeros((len(self.condition.borders), len(self.corners)), dtype=np.bool_)
 
     @property
@@ -230,9 +237,9 @@ class FacetSweep:
         return solid_forces.is_tensor_product(self.corners.shape[1])
 
     def whole_and_parts(self) -> tuple[Ints, tuple[Ints, Floats, Floats], tuple[Ints, Floats]]:
-        """Facets that are selected whole (w,), and points of others: facets (p,), local points (p, 2), weights (p,).
+        """Return wholly selected facets (w,), and points of others: facets (p,), local points (p, 2), weights (p,).
 
-        And where two rules did not agree: facets (v,) and by how much local area (v,).
+        Also where two rules disagreed: facets (v,) and the local area of disagreement (v,).
         """
         told = self._told()
         open_ = np.flatnonzero(told == 0)
@@ -245,14 +252,14 @@ class FacetSweep:
     # -------------------------------------------------------------- which facets are cut
 
     def _places(self, f: Ints, xi: Floats) -> Any:
-        """x, y, z at local points xi (l, m, 2) of facets f (l,)."""
+        """Return x, y, z at local points xi (l, m, 2) of facets f (l,)."""
         kind = self.corners.shape[1]
         N = solid_forces.shape_functions(kind, xi.reshape(-1, 2)).reshape(*xi.shape[:2], self.corners.shape[1])
         X = (N @ self.corners[f]).transpose(2, 1, 0)
         return tuple(X) if self.out is None else self.out(tuple(X))
 
     def _told(self) -> Ints:
-        """Facets (f,) on which bounds say that the condition holds everywhere (1), nowhere (-1), or neither (0)."""
+        """Return by bounds whether the condition holds everywhere on facets (f,) (1), nowhere (-1), or neither (0)."""
         n = len(self.corners)
         told = np.zeros(n, dtype=np.int64)
         if not n:
@@ -275,13 +282,13 @@ class FacetSweep:
         return told
 
     def _lattice(self, n: int, more: Floats) -> Floats:
-        """n by n local points of a facet, its sides among them, and some more."""
+        """Return n by n local points of a facet, including its sides, and some more."""
         a, b = (t.ravel() for t in np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n), indexing="ij"))
         xi = np.stack([2 * b - 1, 2 * a - 1], axis=1) if self._square else np.stack([(1 - a) * b, a], axis=1)
         return np.concatenate([xi, more])
 
     def _crossed(self, f: Ints) -> tuple[Any, Any]:
-        """Which borders run between points of a fine lattice (b, f), and on which facets f a point is selected."""
+        """Return which borders run between points of a fine lattice (b, f), and facets f with a selected point."""
         inside = np.zeros(len(f), dtype=np.bool_)
         cut = np.zeros((len(self.condition.borders), len(f)), dtype=np.bool_)
         xi = self._lattice(ASKED, np.zeros((0, 2)))
@@ -294,19 +301,19 @@ class FacetSweep:
         return cut, inside
 
     def _signs(self, levels: Floats) -> Floats:
-        """-1 or 1 on either side of a border, of levels (b, ...); what is within its tolerance is on the side of 1."""
+        """Return -1 or 1 for the side of a border, from levels (b, ...); points within its tolerance get 1."""
         slack = np.array([1e-9 * self.extent**b.power for b in self.condition.borders])
         sign: Floats = np.sign(np.where(np.abs(levels) <= slack.reshape(-1, *(1,) * (levels.ndim - 1)), 0.0, levels))
         return np.where(sign == 0.0, self._side_of_zero(sign), sign)
 
     @staticmethod
     def _side_of_zero(sign: Floats) -> Floats:
-        """On a border a point counts to the side on which the rest of the facet lies."""
+        """Return signs in which a point on a border counts to the side of the rest of the facet."""
         most = sign.sum(axis=1, keepdims=True)
         return np.broadcast_to(np.where(most < 0.0, -1.0, 1.0), sign.shape)
 
     def _levels(self, f: Ints, xi: Floats) -> Floats:
-        """Levels (b, m, l) of all borders at local points xi (l, m, 2) of facets f (l,)."""
+        """Return levels (b, m, l) of all borders at local points xi (l, m, 2) of facets f (l,)."""
         x, y, z = self._places(f, xi)
         found = np.empty((len(self.condition.borders), xi.shape[1], len(f)))
         with np.errstate(all="ignore"):
@@ -317,7 +324,7 @@ class FacetSweep:
     # -------------------------------------------------------------- strips
 
     def _swept(self, f: Ints) -> tuple[tuple[Ints, Floats, Floats], tuple[Ints, Floats]]:
-        """Points of quadrature over the selected parts of facets f, and where two rules did not agree."""
+        """Return quadrature points over the selected parts of facets f, and where two rules disagreed."""
         own, low, high = self._panels(f)
         points, vague = [(own[:0], np.zeros((0, 2)), np.zeros(0))], [(f, np.full(len(f), SURE))]
         for halved in range(HALVED + 1):
@@ -339,7 +346,7 @@ class FacetSweep:
         return (f, xi, w), (g, left)
 
     def _panels(self, f: Ints) -> tuple[Ints, Floats, Floats]:
-        """Facets cut where lines of equal a meet sides, turns and meetings of borders: facets, begins and ends."""
+        """Return facets split at lines of equal a through corners, turning points and intersections of borders."""
         found = [(f, np.zeros(len(f))), (f, np.ones(len(f))), *self._ends(f), *self._special(f)]
         facet, place = (np.concatenate(column) for column in zip(*found, strict=True))
         order = np.lexsort((place, facet))
@@ -348,7 +355,7 @@ class FacetSweep:
         return facet[:-1][real], place[:-1][real], place[1:][real]
 
     def _ends(self, f: Ints) -> list[tuple[Ints, Floats]]:
-        """Where borders meet the sides at both ends of the lines: facets and a."""
+        """Return where borders meet the sides at both ends of the lines: facets and a."""
         t, found = np.linspace(0.0, 1.0, ASKED), []
         for end in (0.0, 1.0):
             grid = np.tile(t, (len(f), 1))
@@ -358,12 +365,12 @@ class FacetSweep:
                 def level(line: Ints, a: Floats, b: int = b, end: float = end) -> Floats:
                     return self._level(b, f[line], a, np.full_like(a, end))
 
-                line, *between = _changes(levels[b], t, level)
-                found.append((f[line], _bisected(partial(level, line), *between)))
+                line, *between = _find_sign_changes(levels[b], t, level)
+                found.append((f[line], _bisect(partial(level, line), *between)))
         return found
 
     def _special(self, f: Ints) -> list[tuple[Ints, Floats]]:
-        """Where borders turn back along the lines, and where two of them meet: facets and a, by Newton's method."""
+        """Return turning points of borders along the lines, and their intersections: facets and a, by Newton."""
         seeds, h, count = np.linspace(0.1, 0.9, 5), 1e-4, len(self.condition.borders)
         a0, b0 = (np.tile(t.ravel(), len(f)) for t in np.meshgrid(seeds, seeds))
         own, found = np.repeat(f, 25), []
@@ -387,9 +394,9 @@ class FacetSweep:
         return found
 
     def _strips(self, f: Ints, low: Floats, high: Floats, n: int) -> tuple[Floats, tuple[Ints, Floats, Floats]]:
-        """Area and moments (n, 3) of the selected parts of strips of facets; strips (p,), points (p, 2), weights (p,).
+        """Return area and moments (n, 3) of the selected parts of strips; strips (p,), points (p, 2), weights (p,).
 
-        Lines lie closer towards both ends, where the length of a chord may grow as a root does.
+        Lines are denser towards both ends, where the length of a chord may grow as a square root.
         """
         x, v = np.polynomial.legendre.leggauss(n)
         t, v = 0.5 * (x + 1.0), 0.5 * v
@@ -406,13 +413,13 @@ class FacetSweep:
         return np.stack(parts, axis=1), (strip, xi.reshape(-1, 2), w.ravel())
 
     def _local(self, a: Floats, b: Floats) -> tuple[Floats, Floats]:
-        """Local points of lines a and places b along them, both from 0 to 1, and the local area of da db."""
+        """Return local points of lines a and places b along them, both from 0 to 1, and the local area of da db."""
         if self._square:
             return np.stack([2 * b - 1, 2 * a - 1], axis=-1), np.full_like(a, 4.0)
         return np.stack([(1 - a) * b, a], axis=-1), 1.0 - a
 
     def _between(self, f: Ints, a: Floats) -> tuple[Ints, Floats, Floats]:
-        """Selected stretches of lines a (l,) of facets f: their line, begin and end."""
+        """Return selected intervals of lines a (l,) of facets f: their line, begin and end."""
         n, t = len(f), np.linspace(0.0, 1.0, ASKED)
         grid = np.broadcast_to(t, (n, ASKED))
         levels = self._levels(f, self._local(np.broadcast_to(a[:, None], grid.shape), grid)[0])  # (b, m, l)
@@ -422,9 +429,9 @@ class FacetSweep:
             def level(line: Ints, place: Floats, b: int = b) -> Floats:
                 return self._level(b, f[line], a[line], place)
 
-            line, *between = _changes(levels[b], t, level)
+            line, *between = _find_sign_changes(levels[b], t, level)
             lines.append(line)
-            cuts.append(_bisected(partial(level, line), *between))
+            cuts.append(_bisect(partial(level, line), *between))
         line, cut = np.concatenate(lines), np.concatenate(cuts)
         order = np.lexsort((cut, line))
         line, cut = line[order], cut[order]
@@ -438,7 +445,7 @@ class FacetSweep:
         return line[inside], begin[inside], end[inside]
 
     def _level(self, b: int, f: Ints, a: Floats, places: Floats) -> Floats:
-        """One level (l,) at one place on each line."""
+        """Return one level (l,) at one place on each line."""
         x, y, z = self._places(f, self._local(a[:, None], places[:, None])[0])
         with np.errstate(all="ignore"):
             level = np.broadcast_to(self.condition.borders[b].at(x, y, z), (1, len(f)))[0]
@@ -446,10 +453,12 @@ class FacetSweep:
         return found
 
 
-def _changes(level: Floats, t: Floats, at: Callable[[Ints, Floats], Floats]) -> tuple[Ints, Floats, Floats, Floats]:
-    """Lines (c,) on which a level (m, l) at places t (m,) changes its sign, between which places, and its sign before.
+def _find_sign_changes(
+    level: Floats, t: Floats, at: Callable[[Ints, Floats], Floats]
+) -> tuple[Ints, Floats, Floats, Floats]:
+    """Return lines (c,) on which a level (m, l) at places t (m,) changes sign, the places, and its sign before.
 
-    Where it comes near zero and goes away again, the bottom of a parabola tells whether it has been beyond.
+    Where it only approaches zero, the minimum of a parabola shows whether it crossed.
     """
     sign = np.where(level >= 0.0, 1.0, -1.0)
     i, line = np.nonzero(sign[:-1] * sign[1:] < 0.0)
@@ -468,8 +477,8 @@ def _changes(level: Floats, t: Floats, at: Callable[[Ints, Floats], Floats]) -> 
     return lines, begins, ends, signs
 
 
-def _bisected(level: Callable[[Floats], Floats], low: Floats, high: Floats, sign: Floats) -> Floats:
-    """Where a level changes the sign that it has at `low`: by halving, and a secant where it is straight."""
+def _bisect(level: Callable[[Floats], Floats], low: Floats, high: Floats, sign: Floats) -> Floats:
+    """Return where a level changes the sign it has at `low`: by halving, with a secant where it is straight."""
     for _ in range(20 if len(low) else 0):
         middle = 0.5 * (low + high)
         same = np.where(level(middle) >= 0.0, 1.0, -1.0) == sign
@@ -483,7 +492,7 @@ def _bisected(level: Callable[[Floats], Floats], low: Floats, high: Floats, sign
 def _newton(
     system: Callable[[Floats, Floats], tuple[Floats, Floats]], a: Floats, b: Floats, h: float
 ) -> tuple[Floats, Any]:
-    """Where two functions of (a, b) vanish, from many starts: a, and where it was found within the facet."""
+    """Return roots of two functions of (a, b), from many starts: a, and whether it was found within the facet."""
     with np.errstate(all="ignore"):
         for _ in range(14):
             (g, k), da, db = system(a, b), system(a + h, b), system(a, b + h)

@@ -1,10 +1,8 @@
-"""Where a solid of finite strain was taken to states in which its law gives way: looked at after every answer.
+"""Check of material stability in every answer of a solid at finite strain.
 
-At every point of integration, for strong ellipticity (`solvers/materials/ellipticity.py`) and for Drucker's stability
-(`drucker_stability.py` beside it); of what is made of a law whose constants tell that no state loses them nothing is
-computed, and of laws with directions what was found is told. Where cells keep their volume as a whole, a law is asked
-with the
-pressure that does so.
+At every integration point it tests strong ellipticity (`solvers/materials/ellipticity.py`) and Drucker's stability
+(`drucker_stability.py`). Laws whose constants guarantee stability are skipped; laws with directions are tested only
+for ellipticity. Where cells preserve their mean volume, a law is tested with the pressure that does so.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ from softmark.interpreter.verification.cell_materials_check import alone
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
     from softmark.interpreter.models.shared.prepared_model import DeformedMesh
-    from softmark.interpreter.verification.by_model.verifier import Found
+    from softmark.interpreter.verification.by_model.verifier import VerifiedSolution
     from softmark.solvers.materials.batched_stability import VolumePressure
     from softmark.solvers.materials.volumetric_constraints import MixedSplit
     from softmark.solvers.mesh.mesh import Floats, Mesh
@@ -33,8 +31,8 @@ ALIKE = 1e-6  # relative: strains that are nearer are one, and the first of them
 TINY = float(np.finfo(np.float64).tiny)
 
 
-def facts(found: Found) -> dict[str, Any]:
-    """Which share of the volume is not strongly elliptic, or not stable after Drucker, where it is strained most so."""
+def facts(found: VerifiedSolution) -> dict[str, Any]:
+    """Return the volume share that is not strongly elliptic, or not Drucker stable, and its most strained point."""
     mesh, of = found.solution.mesh, found.declared.thing.reduces
     thing = found.declared.thing if of is None else found.scene.declared[of].thing
     how = thing.stress_law
@@ -51,11 +49,11 @@ def facts(found: Found) -> dict[str, Any]:
         own = {name: look for name, look in looks.items() if not look.sound(case.material)}
         if not own:
             continue
-        F, w = _strained(case, mesh, which)
+        F, w = _deformation_gradients(case, mesh, which)
         own = {name: look for name, look in own.items() if look.reached(case.material, F)}
         if not own:
             continue
-        law, held = _asked(case, mesh, part, which, how[1], F, w)
+        law, held = _law_and_constraint(case, mesh, part, which, how[1], F, w)
         for name, look in own.items():
             gone = look.gone(law, F, held)
             if gone is not None and gone.any():
@@ -65,13 +63,13 @@ def facts(found: Found) -> dict[str, Any]:
 
 @dataclass
 class Lost:
-    """How much of the volume of a body, m^3, and what is strained most: by how much, at (3,), m, stretches (3,)."""
+    """Unstable volume, m^3, and its most strained point: strain, position (3,), m, stretches (3,)."""
 
     volume: float = 0.0
     worst: tuple[float, Any, Any] = (-1.0, None, None)
 
     def add(self, part: Mesh, F: Floats, w: Floats, gone: Any) -> None:
-        """What some cells add: those of their points (k,) that are `gone`."""
+        """Add the points (k,) of some cells that are `gone`."""
         self.volume += float(w[gone].sum())
         s = np.linalg.svd(F[gone], compute_uv=False)
         far = np.abs(np.log(np.maximum(s, TINY))).max(axis=1)
@@ -83,47 +81,47 @@ class Lost:
             self.worst = float(far[place]), X[gone][place], s[place]
 
     def told(self, volume: float) -> dict[str, Any]:
-        """Of a body of this volume, m^3; nothing where nothing is lost."""
+        """Return the facts relative to the body's volume, m^3; empty if nothing is unstable."""
         _, X, s = self.worst
         return {} if X is None else {"share": self.volume / volume, "at_m": X.tolist(), "stretches": s.tolist()}
 
 
 class Elliptic:
-    """Strong ellipticity."""
+    """Test of strong ellipticity."""
 
     def sound(self, material: Any) -> bool:
-        """Whether no state of a material gives way, known of its constants; or it remembers, and nothing is known."""
+        """Return whether the material needs no test: always elliptic by its constants, or viscoelastic."""
         return bool(getattr(material, "polyconvex", False)) or bool(getattr(material, "branches", ()))
 
     def reached(self, material: Any, F: Floats) -> bool:
-        """Whether it may be lost in one of the states F (k, 3, 3): in any."""
+        """Return whether ellipticity may be lost in one of the states F (k, 3, 3): in any."""
         return True
 
     def gone(self, law: Any, F: Floats, held: VolumePressure | None) -> Any:
-        """At which states (k,) the law has lost it; None where that is not known."""
+        """Return at which states (k,) the law has lost it; None if that is not known."""
         from softmark.solvers.materials.ellipticity import find_ellipticity_loss
 
-        return find_instability(law, F, held)
+        return find_ellipticity_loss(law, F, held)
 
 
 class Drucker:
-    """Drucker's stability in Hencky's strain."""
+    """Test of Drucker's stability in Hencky strain."""
 
     def sound(self, material: Any) -> bool:
-        """Whether its constants tell that no state loses it; or it remembers, or knows directions, and is not asked."""
+        """Return whether the material needs no test: stable by its constants, viscoelastic, or with directions."""
         if getattr(material, "directed", False) or getattr(material, "branches", ()):
             return True
         return bool(getattr(material, "steady_above", math.inf) <= 0.0)
 
     def reached(self, material: Any, F: Floats) -> bool:
-        """Whether it may be lost in one of the states F (k, 3, 3): where volumes are as small as its constants tell."""
+        """Return whether it may be lost in one of the states F (k, 3, 3): where volumes are below the law's limit."""
         from softmark.solvers.materials.tensor_components import components, displacement_gradient, volume_change
 
         j = volume_change(displacement_gradient(components(F)))
         return bool(np.any(j <= getattr(material, "steady_above", math.inf) - 1.0))
 
     def gone(self, law: Any, F: Floats, held: VolumePressure | None) -> Any:
-        """At which states (k,) the law has lost it; None where that is not known."""
+        """Return at which states (k,) the law has lost it; None if that is not known."""
         from softmark.solvers.materials.drucker_stability import find_instability
 
         return find_instability(law, F, held)
@@ -132,10 +130,10 @@ class Drucker:
 LOOKS: dict[str, Elliptic | Drucker] = {"gives_way": Elliptic(), "drucker": Drucker()}
 
 
-def _asked(
+def _law_and_constraint(
     case: Any, mesh: DeformedMesh, part: Mesh, which: Any, way: str, F: Floats, w: Floats
 ) -> tuple[Any, VolumePressure | None]:
-    """The law of some cells in states F (k, 3, 3), and what holds the volume beside it."""
+    """Return the law of some cells in states F (k, 3, 3), and their volume constraint."""
     from softmark.solvers.materials import law_for, mixed_for
     from softmark.solvers.materials.batched_stability import VolumePressure
 
@@ -152,7 +150,7 @@ def _asked(
 
 
 def _pressure(split: MixedSplit, mesh: DeformedMesh, part: Mesh, which: Any, way: str, F: Floats, w: Floats) -> Floats:
-    """What keeps the volume of cells, at their points (k,), Pa: an unknown, or M times the mean of the constraint."""
+    """Return the pressure of the volume constraint at points (k,), Pa: an unknown, or M times the mean constraint."""
     if way == "mixed" and mesh.pressures is not None:
         from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 
@@ -164,8 +162,8 @@ def _pressure(split: MixedSplit, mesh: DeformedMesh, part: Mesh, which: Any, way
     return np.broadcast_to(mean, size.shape).ravel()
 
 
-def _strained(case: Any, mesh: DeformedMesh, which: Any) -> tuple[Floats, Floats]:
-    """F at the points of integration of some cells (k, 3, 3), and their volumes (k,), m^3; of a plate in its plane."""
+def _deformation_gradients(case: Any, mesh: DeformedMesh, which: Any) -> tuple[Floats, Floats]:
+    """Return F at integration points of some cells (k, 3, 3), and their volumes (k,), m^3; for a plate in its plane."""
     from softmark.solvers.mesh.element_interpolation import integrate_cells
 
     own, cells = integrate_cells(mesh.mesh), mesh.mesh.cells[which]
@@ -180,7 +178,7 @@ def _strained(case: Any, mesh: DeformedMesh, which: Any) -> tuple[Floats, Floats
 
 
 def said(declared: Declared, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
-    """A warning where a law gives way, or else where it is no longer stable."""
+    """Yield a warning if a law loses ellipticity, or else stability."""
     if (known := found.get("gives_way")) is not None:
         less = found.get("drucker")
         more = f"; of {_share(less)} it is not stable after Drucker in Hencky's strain" if less is not None else ""

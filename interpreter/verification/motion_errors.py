@@ -45,7 +45,7 @@ def error_of(view: View, metric: Metric | None, probe: ProbeResult | None) -> Me
         return None
     modes = found.modes
     at_end = metric is not None and (isinstance(metric, DisplacementMetric) or metric.direction is not None)
-    if probe is None or probe.course is None or probe.times is None or not _about_motion(metric):
+    if probe is None or probe.course is None or probe.times is None or not _is_about_motion(metric):
         own, off = modes.motion * modes.frequencies, modes.error * modes.frequencies
         most = float(np.linalg.norm(own, axis=1).max(initial=0.0))
         if most == 0.0:
@@ -57,10 +57,12 @@ def error_of(view: View, metric: Metric | None, probe: ProbeResult | None) -> Me
     shapes = [_component(np.asarray(shape(X)), along) for shape in found.shapes]
     motion = sum(np.multiply.outer(q, s) for q, s in zip(modes.motion.T, shapes, strict=True))
     error = sum(np.multiply.outer(q, s) for q, s in zip(modes.error.T, shapes, strict=True))
-    return _compared(_component(np.asarray(u), along), motion, error, shapes, found.modes, at_end)
+    return _compare_motions(_component(np.asarray(u), along), motion, error, shapes, found.modes, at_end)
 
 
-def _compared(u: Floats, motion: Floats, error: Floats, shapes: Floats, modes: Any, at_end: bool) -> MetricError | None:
+def _compare_motions(
+    u: Floats, motion: Floats, error: Floats, shapes: Floats, modes: Any, at_end: bool
+) -> MetricError | None:
     """Return the error of the computed motion u from the `error` (t, ...) of the linear `motion`, over their times."""
     own, swing = _largest(motion), _largest(u)
     if own <= UNSEEN * swing or swing == 0.0:
@@ -73,7 +75,7 @@ def _compared(u: Floats, motion: Floats, error: Floats, shapes: Floats, modes: A
     return MetricError(off / swing, _period(modes.frequencies, each), off)
 
 
-def _about_motion(metric: Metric | None) -> bool:
+def _is_about_motion(metric: Metric | None) -> bool:
     return metric is None or isinstance(metric, DisplacementMetric) or metric.unit in ("m", "1", "s")
 
 

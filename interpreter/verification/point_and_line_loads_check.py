@@ -1,9 +1,8 @@
-"""Forces at points and along lines counted once more, for the watchdog.
+"""Independent nodal forces of point and line loads.
 
-What solves finds where a line passes from cell to cell. Here nothing is known of faces: a stretch of the line is
-halved as long as two rules of Lobatto's find other forces at any node. These look at the ends as well, without which a
-face that is passed shortly before an end would be seen by neither. The two ways share in which cell a point lies, and
-no more: where it lies there is found again.
+The solver finds where a line passes from cell to cell. Here no faces are used: a stretch of the line is halved as long
+as two Lobatto rules give different forces at any node. These rules include the ends, without which both would miss a
+face just before an end. Both ways share only the cell of a point; its local position is computed again.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from scipy.sparse import coo_array
 
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.solid_forces import Floats, Ints
@@ -31,12 +30,12 @@ SAME, CLOSE = 1e-9, 1e-6  # of the extent: how near a point is found in its cell
 
 
 def placed(load: PointLoad | LineForce, case: Case, mesh: DeformedMesh) -> tuple[Floats, float]:
-    """Nodal forces (n, 3), N, and how much of them, in N, is not sure. Raises Unchecked."""
+    """Return nodal forces (n, 3), N, and their uncertainty, N. Raises Unchecked."""
     return along_line(load, mesh.mesh) if isinstance(load, LineForce) else (_at_points(load, case, mesh), 0.0)
 
 
 def _at_points(load: PointLoad, case: Case, mesh: DeformedMesh) -> Floats:
-    """The force at its point; of a plane body spread along z by Simpson's rule."""
+    """Return the nodal forces of a point load; for a plane body spread along z by Simpson's rule."""
     if not case.planar:
         return _at_point(load, mesh)
     x, y, _ = load.at
@@ -47,7 +46,7 @@ def _at_points(load: PointLoad, case: Case, mesh: DeformedMesh) -> Floats:
 
 
 def _at_point(load: PointLoad, mesh: DeformedMesh) -> Floats:
-    """The force at the nodes around its point: their shares add up to one, and their places to the point."""
+    """Return the force at the nodes around its point: shares sum to one, and their positions to the point."""
     nodes, N = _within_cells(mesh.mesh, np.array([load.at]))
     found: Floats = np.zeros_like(mesh.points)
     np.add.at(found, nodes[0], N[0][:, None] * np.array(load.force))
@@ -55,7 +54,7 @@ def _at_point(load: PointLoad, mesh: DeformedMesh) -> Floats:
 
 
 def _within_cells(mesh: Mesh, X: Floats) -> tuple[Ints, Floats]:
-    """Nodes (n, a) of the cells that contain points X (n, 3), m, and shape functions (n, a) there, by Newton's method.
+    """Return nodes (n, a) of the cells that contain X (n, 3), m, and shape functions (n, a) there, by Newton's method.
 
     Points outside their cell, where a mesh cuts off a curved surface, keep the linear continuation of `locate`.
     Raises Unchecked if the shape functions do not reproduce the point.
@@ -74,12 +73,12 @@ def _within_cells(mesh: Mesh, X: Floats) -> tuple[Ints, Floats]:
     N[inside] = own[inside]
     away = np.linalg.norm(np.einsum("na,nai->ni", N, corners) - X, axis=1)
     if np.any(away > CLOSE * mesh.extent) or np.any(np.abs(N.sum(axis=1) - 1.0) > SAME):
-        raise Unchecked("a point that a force acts at lies outside the mesh")
+        raise NoIndependentFormula("a point that a force acts at lies outside the mesh")
     return place.nodes, N
 
 
 def along_line(load: LineForce, mesh: Mesh) -> tuple[Floats, float]:
-    """Nodal forces (n, 3), N, of a force along a line, and how much of them, in N, is not sure."""
+    """Return nodal forces (n, 3), N, of a force along a line, and their uncertainty, N."""
     begin, way = np.array(load.begin), np.array(load.end) - np.array(load.begin)
     found, unsure = np.zeros(len(mesh.points)), 0.0
     ends = np.array([[0.0, 1.0]])
@@ -98,14 +97,14 @@ def along_line(load: LineForce, mesh: Mesh) -> tuple[Floats, float]:
 
 
 def _lobatto(points: int) -> tuple[Floats, Floats]:
-    """Points (p,) and weights (p,) on [-1, 1] with both ends, exact to the degree 2 p - 3."""
+    """Return points (p,) and weights (p,) on [-1, 1] with both ends, exact to the degree 2 p - 3."""
     P = np.polynomial.Legendre.basis(points - 1)
     x = np.concatenate([[-1.0], np.sort(P.deriv().roots().real), [1.0]])
     return x, 2.0 / (points * (points - 1) * P(x) ** 2)
 
 
 def _shares(mesh: Mesh, begin: Floats, way: Floats, ends: Floats, rule: int) -> coo_array:
-    """What every node takes of stretches with `ends` (k, 2), in shares of the length: sparse (k, n)."""
+    """Return the share of each node in stretches with `ends` (k, 2), relative to the length: sparse (k, n)."""
     x, w = _lobatto(rule)
     step = np.diff(ends, axis=1)
     s, weights = ends[:, :1] + 0.5 * step * (x + 1.0), 0.5 * step * w

@@ -1,6 +1,4 @@
-"""Porous solids full of fluid, for the watchdog: both of their equations found again
-(solvers/independent_forces/poroelastic_equations.py).
-"""
+"""Independent forces and fluid balance of porous solids (solvers/independent_forces/poroelastic_equations.py)."""
 
 from __future__ import annotations
 
@@ -13,7 +11,7 @@ from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.group_conditions import facet_membership, split_by_groups
 from softmark.interpreter.verification.cell_materials_check import INWARD
-from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.solvers.independent_forces.poroelastic_equations import PoroelasticBody
 from softmark.solvers.independent_forces.solid_forces import EPS, Floats
 
@@ -21,18 +19,18 @@ IMPOSED = 1e-9  # of the largest pressure: what rounding leaves of those that ar
 
 
 def skeleton(case: Case) -> Case:
-    """The case of its drained skeleton."""
+    """Return the case of the drained skeleton."""
     return replace(case, other_material=case.material.law)
 
 
 def fluid_of(case: Case, mesh: DeformedMesh, u: Floats, small: bool) -> tuple[Floats, float, float]:
-    """What its fluid does at the nodes (n, 3), N, what is left of the balance of fluid, and rounding, N.
+    """Return nodal forces of the fluid (n, 3), N, the residual of the fluid balance, and rounding, N.
 
-    A volume counts as a force by the shear modulus over the edge of a mean cell. Raises Unchecked.
+    A volume is converted to a force by the shear modulus over the edge of a mean cell. Raises Unchecked.
     """
     past: Any = getattr(mesh, "past", None)
     if past is None or mesh.pressures is None:
-        raise Unchecked("how it came there is not known")
+        raise NoIndependentFormula("how it came there is not known")
     k0, n, M, s = (getattr(case.material, f) for f in ("permeability", "exponent", "stiffening", "solid"))
 
     def permeable(J: Floats) -> Floats:
@@ -44,10 +42,10 @@ def fluid_of(case: Case, mesh: DeformedMesh, u: Floats, small: bool) -> tuple[Fl
     try:
         amiss = own.stage_residual(past.times, past.states)
     except ValueError as reason:
-        raise Unchecked(str(reason)) from reason
+        raise NoIndependentFormula(str(reason)) from reason
     amiss[held(case, mesh)] = 0.0
     whole = mesh.mesh.volumes
-    other = _not_as_asked(case, mesh) * float(np.cbrt(whole.mean())) ** 2
+    other = _prescribed_pressure_error(case, mesh) * float(np.cbrt(whole.mean())) ** 2
     unit = case.material.shear_modulus / float(np.cbrt(whole.mean()))
     around = 2.0 * np.pi * float(np.abs(mesh.points[:, 0]).max()) / case.depth if case.depth else 1.0
     stages = 12.0  # volumes that are subtracted of one another, each to rounding
@@ -55,7 +53,7 @@ def fluid_of(case: Case, mesh: DeformedMesh, u: Floats, small: bool) -> tuple[Fl
     return f, float(np.hypot(unit * np.linalg.norm(amiss), other)), noise
 
 
-def _not_as_asked(case: Case, mesh: DeformedMesh) -> float:
+def _prescribed_pressure_error(case: Case, mesh: DeformedMesh) -> float:
     """Error of the fluid pressures that supports prescribe, Pa: a norm over nodes, 0 within rounding."""
     p, found = np.zeros(len(mesh.points)), 0.0
     pressures = -np.asarray(mesh.pressures)
@@ -73,9 +71,9 @@ def _not_as_asked(case: Case, mesh: DeformedMesh) -> float:
 
 
 def held(case: Case, mesh: DeformedMesh) -> Any:
-    """Which nodes have a pressure that supports hold (n,): of facets in a selection, as they are or from inside.
+    """Return which nodes have a prescribed pressure (n,): of selected facets, as they are or moved inward.
 
-    Moved inward nodes of a selection without its border are in it, and those of a side that is curved no more.
+    Moved inward, nodes of a selection without its border are in it, but those of a curved side are not.
     """
     points, facets = mesh.points, mesh.mesh.facets
     found = np.zeros(len(points), dtype=np.bool_)

@@ -1,4 +1,4 @@
-"""What a probe sees of a model, and how far another solution is from that, as a metric has it."""
+"""Result of a probe of a model, and the distance of another solution from it in a metric."""
 
 from __future__ import annotations
 
@@ -33,20 +33,20 @@ TRIFLE = 1e-6  # of what acts in the body: less is what solvers and rounding lea
 NO_ERROR = "no error of this metric can be stated"
 
 
-class Unknown(Exception):
-    """A part of the error that cannot be told; the text says why."""
+class NoErrorEstimate(Exception):
+    """Part of the error that is not known; the text gives the reason."""
 
 
 @dataclass(frozen=True)
-class Remembered:
-    """A field that is looked up once at the same points: several metrics look at one probe."""
+class CachedField:
+    """Displacement field that is evaluated once at the same points, since several metrics share a probe."""
 
     field: Field
     stress: Callable[[], Any]  # that belongs to it
     known: dict[bytes, Floats]
 
     def __call__(self, X: Floats) -> Floats:
-        """Displacements (n, 3) of points (n, 3), m."""
+        """Return displacements (n, 3), m, of points (n, 3)."""
         key = X.tobytes()
         if key not in self.known:
             self.known[key] = self.field(X)
@@ -54,11 +54,12 @@ class Remembered:
 
 
 @dataclass(frozen=True)
-class ProbeAnswer:
-    """What a probe saw of a model: displacements (n, 3), or with times those of all (t, n, 3).
+class ProbeResultUnderTest:
+    """Result of a probe: displacements (n, 3), or with times those of all (t, n, 3).
 
-    `field` are displacements anywhere, at the end; `probe` and `view` what else the metric may look at, `history` what
-    the solution went through.
+    `field` are displacements anywhere, at the end; `probe` and `view` further input of the metric, `history` that of
+    the
+    solution.
     """
 
     X: Floats
@@ -73,17 +74,17 @@ class ProbeAnswer:
     at_rest: EquilibriumForces | None = None
     right: Callable[[], Any] | None = None  # stresses of the model that is taken as right
 
-    def of(self, solution: Solution) -> ProbeAnswer:
-        """What the same probe sees of another solution, at the same times. Raises Unknown."""
+    def of(self, solution: Solution) -> ProbeResultUnderTest:
+        """Return the result of the same probe for another solution, at the same times. Raises Unknown."""
         seen = replace(self, u=self._of(solution), field=solution.displacement, history=solution.history)
         return replace(seen, stress=solution.stress, at_rest=solution.at_rest)
 
-    def at(self, field: Remembered) -> ProbeAnswer:
-        """What it would see of a static field."""
+    def at(self, field: CachedField) -> ProbeResultUnderTest:
+        """Return its result for a static field."""
         return replace(self, u=np.asarray(field(self.X)), field=field, history=None, stress=field.stress)
 
-    def moved(self, step: NodalDisplacementField) -> ProbeAnswer:
-        """What it would see if displacements were added, static."""
+    def moved(self, step: NodalDisplacementField) -> ProbeResultUnderTest:
+        """Return its result with added displacements, in statics."""
         own = self.field
         field = None if own is None else lambda X: own(X) + step(X)
         stress = self.stress
@@ -92,28 +93,28 @@ class ProbeAnswer:
 
     @property
     def in_displacements(self) -> bool:
-        """Whether it is about displacements, so that an error of these relative to their size is one of it."""
+        """True if the metric is about displacements, so that their relative error is one of the metric."""
         plain = self.metric is None or isinstance(self.metric, DisplacementMetric)
         return plain or self.times is not None or (self.unit == "m" and not self.in_forces)
 
     @property
     def single(self) -> bool:
-        """Whether it is about the displacement of one point, at the end."""
+        """True if the metric is about the displacement of one point, at the end."""
         if self.times is not None or not self.in_displacements or not len(self.X):
             return False
         return len(self.X) == 1 or (self.metric is not None and self.metric.last)
 
     @property
     def tensors_at_one(self) -> bool:
-        """Return whether the metric is a stress or strain at one point, at the end."""
+        """True if the metric is a stress or strain at one point, at the end."""
         plain = isinstance(self.metric, TensorMetric) and self.metric.measured_from is None
         return plain and len(self.X) == 1 and self.times is None
 
     def around(self, X: Floats, other: Solution) -> float:
-        """Root mean square of the difference in stress or strain to another solution at points X (n, 3)."""
+        """Return the root mean square of the difference in stress or strain to another solution at points X (n, 3)."""
         metric: Any = self.metric
         if self.stress is None or other.stress is None:
-            raise Unknown(NO_ERROR)
+            raise NoErrorEstimate(NO_ERROR)
         theirs = other.stress
 
         def distance(own: Any, _: Any) -> float:
@@ -123,7 +124,7 @@ class ProbeAnswer:
         return self._of_stress(distance, self.stress)
 
     def of_single(self, apart: Floats) -> float:
-        """What changes (n, 3), m, around its one point come to in the mean square, as `apart` has that of the point."""
+        """Return the root mean square of changes (n, 3), m, around its one point, in the terms of `apart`."""
         along = self.metric.direction if self.metric is not None and self.metric.last else None
         far = np.linalg.norm(apart, axis=1) if along is None else apart @ along
         rms = float(np.sqrt(np.mean(far**2)))
@@ -132,17 +133,17 @@ class ProbeAnswer:
 
     @property
     def in_forces(self) -> bool:
-        """Whether it is about forces, which displacements at points do not tell."""
+        """True if the metric is about forces, which displacements of points do not determine."""
         return isinstance(self.metric, ForceMetric)
 
     @property
     def unit(self) -> str:
-        """In which its error is: that of the metric; of a probe relative."""
+        """Unit of the error: that of the metric; for a probe 1."""
         return "1" if self.metric is None else str(self.metric.unit)
 
     @property
     def size(self) -> float:
-        """What an error that is relative to the displacements is multiplied by, in its unit."""
+        """Factor from an error relative to the displacements to the metric's unit."""
         if self.unit == "m" and not self.in_forces:
             return float(np.linalg.norm(self.u, axis=-1).max(initial=0.0))
         if isinstance(self.metric, TensorMetric):
@@ -151,22 +152,22 @@ class ProbeAnswer:
             try:
                 return self.metric.at_points(self.X).extent(self.at_rest)
             except Undefined as undefined:
-                raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
+                raise NoErrorEstimate(f"{NO_ERROR}: {undefined}") from undefined
         return abs(self.value) if self.unit == "s" else 1.0
 
     def _of_tensors(self, metric: TensorMetric) -> float:
-        """The value, or what tensors of the body come to: where a component is zero, an error of it is not."""
+        """Return the value, or the size of tensors in the body: the error of a zero component is not zero."""
         if self.stress is None:
-            raise Unknown(NO_ERROR)
+            raise NoErrorEstimate(NO_ERROR)
         if metric.measured_from is None:
             return max(abs(self.value), metric.usual(self.stress()))
         return self._of_stress(lambda own, right: metric.extent(own, right, self._samples(metric, own)), self.stress)
 
     @property
     def acting(self) -> float:
-        """`size`, or what acts and moves in the whole body where that is more: rounding and solvers leave a part of it.
+        """Larger of `size` and of the forces or motions in the whole body; rounding and solver errors scale with it.
 
-        A force that is nothing by symmetry is the difference of some that are not.
+        A force that vanishes by symmetry is the difference of forces that do not.
         """
         rest = self.at_rest
         if rest is None or not rest.knows(self.metric.concerned if isinstance(self.metric, ForceMetric) else None):
@@ -177,17 +178,17 @@ class ProbeAnswer:
         return max(self.size, self.metric.acting(rest)) if known else self.size  # type: ignore[union-attr]
 
     def beside(self, apart: float) -> float:
-        """What a distance is held against: `size`, or where it is nothing beside what acts, that."""
+        """Return the scale for a distance: `size`, or if that is negligible, `acting`."""
         return self.size if apart > TRIFLE * self.acting else self.acting
 
     @property
     def value(self) -> float:
-        """That of the metric. Raises Unknown."""
+        """Value of the metric. Raises Unknown."""
         return self._measured(self, None)
 
     def _of(self, solution: Solution) -> Floats:
         if solution.displacement is None:
-            raise Unknown(solution.message or "there is no solution")
+            raise NoErrorEstimate(solution.message or "there is no solution")
         if self.in_forces:  # and at no points
             return self.u
         if self.times is None or solution.history is None:
@@ -197,10 +198,10 @@ class ProbeAnswer:
         columns = [np.interp(self.times, solution.history.times, column) for column in flat.T]
         return np.array(columns).T.reshape(len(self.times), *theirs.shape[1:])
 
-    def apart(self, other: ProbeAnswer) -> float:
-        """How far another solution is from this one, taken as right, in the unit of the metric. Raises Unknown."""
+    def apart(self, other: ProbeResultUnderTest) -> float:
+        """Return the distance of another solution, taken as correct, in the unit of the metric. Raises Unknown."""
         if not np.all(np.isfinite(other.u)):
-            raise Unknown("another solution is not finite")
+            raise NoErrorEstimate("another solution is not finite")
         if self.metric is None or self.times is not None:
             return self._norm(other)
         if isinstance(self.metric, ForceMetric):
@@ -212,10 +213,10 @@ class ProbeAnswer:
         if self.metric.measured_from is None:
             return abs(self._measured(other, None) - self.value)
         if self.metric.summed_by.endswith("sd"):
-            raise Unknown(f"{NO_ERROR}: a spread is no distance of two solutions")
+            raise NoErrorEstimate(f"{NO_ERROR}: a spread is no distance of two solutions")
         return self._measured(other, ReferenceData(self.view.name if self.view else "", self.u, self.field))
 
-    def change(self, other: ProbeAnswer) -> float:
+    def change(self, other: ProbeResultUnderTest) -> float:
         """Return the change of the metric's value from one of two nested solutions to the other, in the metric's unit.
 
         For forces and tensors only that value counts: `apart` is for solutions that may agree in it by chance. Raises
@@ -226,15 +227,15 @@ class ProbeAnswer:
             return abs(self._measured(other, None) - self.value)
         return self.apart(other)
 
-    def _forces_apart(self, metric: ForceMetric, other: ProbeAnswer) -> float:
+    def _forces_apart(self, metric: ForceMetric, other: ProbeResultUnderTest) -> float:
         try:
             return metric.at_points(self.X).apart(other.at_rest, self.at_rest)
         except Undefined as undefined:
-            raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
+            raise NoErrorEstimate(f"{NO_ERROR}: {undefined}") from undefined
 
-    def _tensors_apart(self, metric: TensorMetric, other: ProbeAnswer) -> float:
+    def _tensors_apart(self, metric: TensorMetric, other: ProbeResultUnderTest) -> float:
         if self.stress is None or other.stress is None:
-            raise Unknown(NO_ERROR)
+            raise NoErrorEstimate(NO_ERROR)
         own, theirs = self.stress, other.stress
         return self._of_stress(lambda one, right: metric.apart(one, theirs(), self._samples(metric, one), right), own)
 
@@ -249,22 +250,22 @@ class ProbeAnswer:
         return metric.samples(self.place, field)
 
     def _of_stress(self, number: Callable[[Any, Any], float], own: Callable[[], Any]) -> float:
-        """A number of the stresses of this answer and of what is taken as right, itself where that is nothing."""
+        """Return a number of this answer's stresses and those of the reference, itself by default."""
         from softmark.solvers.stress_recovery.sampling_point_stress import StressUnavailable
 
         try:
             return number(own(), (self.right or own)())
         except (StressUnavailable, Undefined) as refused:
-            raise Unknown(f"{NO_ERROR}: {refused}") from refused
+            raise NoErrorEstimate(f"{NO_ERROR}: {refused}") from refused
 
-    def _norm(self, other: ProbeAnswer) -> float:
+    def _norm(self, other: ProbeResultUnderTest) -> float:
         size = float(np.linalg.norm(self.u))
         if size == 0.0:
-            raise Unknown("the probe does not move, so nothing is relative to it")
+            raise NoErrorEstimate("the probe does not move, so nothing is relative to it")
         return float(np.linalg.norm(other.u - self.u)) / size
 
-    def _distance(self, other: ProbeAnswer) -> float:
-        """The most that a statistic of distances may change where points move by so much, m (triangle inequality)."""
+    def _distance(self, other: ProbeResultUnderTest) -> float:
+        """Bound the change of a statistic of distances if points move by so much, m (triangle inequality)."""
         apart = other.u - self.u
         if self.metric is not None and self.metric.last:
             along = self.metric.direction
@@ -277,11 +278,11 @@ class ProbeAnswer:
                 return float(distances.max())
         return float(np.sqrt(np.mean(distances**2)))
 
-    def _measured(self, other: ProbeAnswer, known: ReferenceData | None) -> float:
-        """The metric of another solution. Raises Unknown."""
+    def _measured(self, other: ProbeResultUnderTest, known: ReferenceData | None) -> float:
+        """Return the metric of another solution. Raises Unknown."""
         view, probe, metric = self.view, self.probe, self.metric
         if view is None or probe is None or metric is None:
-            raise Unknown(NO_ERROR)
+            raise NoErrorEstimate(NO_ERROR)
         weights = view.weights.get(metric.looked_at or "")
         looked = Looked(
             view.name, view.case, self.X, other.u, probe.triangles, weights, known, other.field,
@@ -291,4 +292,4 @@ class ProbeAnswer:
         try:
             return measure_metric(metric, looked).value
         except Undefined as undefined:
-            raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
+            raise NoErrorEstimate(f"{NO_ERROR}: {undefined}") from undefined

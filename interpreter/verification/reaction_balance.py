@@ -1,7 +1,7 @@
-"""Supports and loads hold each other: forces and moments of a state of rest add up to nothing, or it is no answer.
+"""Global balance: the forces and moments of supports and loads sum to zero at equilibrium.
 
-And what each support does is found again by the formulas that forces are found again by (verification/by_model): at
-the nodes that it holds, from the cells around them.
+The reaction of each support is also computed by independent formulas (verification/by_model), at its nodes from the
+cells around them.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from softmark.interpreter.models.postprocessing.nodal_forces import NOTHING, Car
 from softmark.interpreter.models.postprocessing.reaction_and_work import at_rest
 from softmark.interpreter.results.reaction_results import Reaction
 from softmark.interpreter.verification.load_forces_check import MOST_UNSURE
-from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.interpreter.vocabulary.load_words import MomentLoad, PressureLoad, RemoteStress, SurfaceTraction
 from softmark.interpreter.vocabulary.self_contact_words import Tied
 from softmark.solvers.independent_forces.solid_forces import EPS, Floats
 
 if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
-    from softmark.interpreter.verification.by_model.verifier import Found, Voucher
+    from softmark.interpreter.verification.by_model.verifier import VerifiedSolution, Verifier
 
 EXACT = 1e-8  # of the largest load: what supports and loads may leave
 AGREES = 2.0  # times what the solver says that it left
@@ -31,14 +31,14 @@ ROUNDING = 100.0  # times eps, of all that acts at nodes
 UNTURNED = "internal forces of cells that turn as a whole (`rotation = element`) have a moment: it is left over"
 
 
-def checked(voucher: Voucher, found: Found) -> tuple[dict[str, Any], str | None]:
-    """What the report says of supports and loads together, and why the state is no answer, if they do not balance."""
+def checked(voucher: Verifier, found: VerifiedSolution) -> tuple[dict[str, Any], str | None]:
+    """Return facts of the balance of supports and loads, and why the state is invalid if they do not balance."""
     known = at_rest(found.declared, found.case, found.prepared, found.solution).reactions
     if not known or found.solution.carried is None:
         return {}, None
     carried = found.solution.carried()
     scale, allowed = _measures(carried, known, float(found.solution.facts.get("residual") or 0.0))
-    again, noise, unknown = _again(voucher, found) if scale != 0.0 else ({}, 0.0, None)
+    again, noise, unknown = _independent_reactions(voucher, found) if scale != 0.0 else ({}, 0.0, None)
     if unknown is None and scale != 0.0:  # cells that turn as a whole have forces that are less than their rounding
         allowed += voucher.rounding(found)
     if scale <= noise:  # which is all that there is where a body is moved as a whole
@@ -58,19 +58,21 @@ def checked(voucher: Voucher, found: Found) -> tuple[dict[str, Any], str | None]
             f"{moment:.1e} of it times the extent of the body of moments"
         )
         if force * scale <= allowed:
-            reason += _of_pairs(found)
+            reason += _pair_moment_note(found)
     if unknown is not None:
         return {"reactions": facts | {"apart": None, "reason": unknown}}, reason
-    apart = min(_apart(carried, own, again, scale) for own in (known, _written(found, carried) or known))
-    if reason is None and not apart * scale <= max(allowed, _unsure(found.case) * scale) + noise:
+    apart = min(
+        _reaction_distance(carried, own, again, scale) for own in (known, _rounded_reactions(found, carried) or known)
+    )
+    if reason is None and not apart * scale <= max(allowed, _unverified_share(found.case) * scale) + noise:
         reason = f"the reaction of a support is {apart:.1e} of the largest load away from what other formulas find"
     return {"reactions": facts | {"apart": apart}}, reason
 
 
-def _written(found: Found, carried: Carried) -> Mapping[str, Reaction]:
-    """Reactions in the state as its numbers are, which is what other formulas see; nothing where there is no other.
+def _rounded_reactions(found: VerifiedSolution, carried: Carried) -> Mapping[str, Reaction]:
+    """Return reactions in the rounded state that independent formulas see; empty if there is no such state.
 
-    What constraints carry they find by balance, and are as free of rounding as the reactions that are told.
+    Constraint forces are found by balance, and are as free of rounding as the reported reactions.
     """
     if carried.written is None:
         return {}
@@ -78,11 +80,12 @@ def _written(found: Found, carried: Carried) -> Mapping[str, Reaction]:
     return reactions(replace(carried, left=carried.written), held)
 
 
-def _of_pairs(found: Found) -> str:
-    """What makes a moment of forces that pieces of a body exchange, and what to do; nothing where none do.
+def _pair_moment_note(found: VerifiedSolution) -> str:
+    """Return an explanation of moments from forces between parts of a body, with a remedy; "" if there are none.
 
-    They are along the line between their points where these are: not of ties across a gap, nor in small strain, whose
-    moments are those of places before deformation.
+    Forces along the line between two points have no moment. Ties across a gap do not act along it, nor do forces in
+    small
+    strain, whose moments use undeformed positions.
     """
     for pair in found.case.pairs:
         if isinstance(pair.thing, Tied):
@@ -92,16 +95,18 @@ def _of_pairs(found: Found) -> str:
     return ""
 
 
-def _again(voucher: Voucher, found: Found) -> tuple[Mapping[str, Wrench], float, str | None]:
-    """Reactions by other formulas, what rounding leaves of them, N, and why there are none, if there are none."""
+def _independent_reactions(
+    voucher: Verifier, found: VerifiedSolution
+) -> tuple[Mapping[str, Wrench], float, str | None]:
+    """Return independent reactions, their rounding error, N, and why there are none, or None."""
     try:
         return *voucher.reactions(found), None
-    except Unchecked as unknown:
+    except NoIndependentFormula as unknown:
         return {}, 0.0, str(unknown)
 
 
-def _unsure(case: Case) -> float:
-    """How much of the loads, relative, was perhaps not found again: near the borders of what is loaded."""
+def _unverified_share(case: Case) -> float:
+    """Return the relative part of the loads that may not be verified: near the borders of loaded areas."""
     return (
         MOST_UNSURE
         if any(
@@ -113,21 +118,21 @@ def _unsure(case: Case) -> float:
 
 
 def _total(carried: Carried, known: Mapping[str, Reaction]) -> Wrench:
-    """Supports and loads together."""
+    """Return the sum of supports and loads."""
     supports = (Wrench(np.array(r.force), np.array(r.moment)) for r in known.values())
     return sum((*supports, *carried.applied.values()), NOTHING)
 
 
 def _relative(left: Wrench, carried: Carried, scale: float) -> tuple[float, float]:
-    """A force relative to the largest load, and its moment about the middle of the body to that times its extent."""
+    """Return a force relative to the largest load, and its moment about the body's centre to that times its extent."""
     moment = np.linalg.norm(left.about(carried.middle)) / carried.extent
     return float(np.linalg.norm(left.force)) / scale, float(moment) / scale
 
 
 def _measures(carried: Carried, known: Mapping[str, Reaction], residual: float) -> tuple[float, float]:
-    """The largest load or reaction, N, moments over the extent included, and what balance may leave, N.
+    """Return the largest load or reaction, N, moments over the extent included, and the allowed imbalance, N.
 
-    A load counts by the sizes of its forces at nodes: a pressure all around comes to no force, and is none the less.
+    A load counts by the sizes of its nodal forces: a uniform pressure has no resultant, but is a load.
     """
     per_length = 1.0 / np.array([1.0, 1.0, 1.0, *[carried.extent] * 3])
     acting = [*carried.loads.values(), *([] if carried.pulling is None else [carried.pulling])]
@@ -141,8 +146,10 @@ def _measures(carried: Carried, known: Mapping[str, Reaction], residual: float) 
     return scale, EXACT * scale + AGREES * residual * float(np.sqrt(n) * max(norms)) + rounding
 
 
-def _apart(carried: Carried, known: Mapping[str, Reaction], again: Mapping[str, Wrench], scale: float) -> float:
-    """How far reactions are from those by other formulas."""
+def _reaction_distance(
+    carried: Carried, known: Mapping[str, Reaction], again: Mapping[str, Wrench], scale: float
+) -> float:
+    """Return the distance of reactions from the independent ones."""
     most = 0.0
     for name, own in known.items():
         other = again[name]
@@ -152,9 +159,9 @@ def _apart(carried: Carried, known: Mapping[str, Reaction], again: Mapping[str, 
 
 
 def summed(masks: Mapping[str, Any], left: Floats, x: Floats, axial: bool = False) -> dict[str, Wrench]:
-    """Of what is left (n, 6) at nodes x (n, 3), in space: what each support has by its mask (n, 6), the first first.
+    """Return the sum of residual forces (n, 6) at nodes x (n, 3) for each support by its mask (n, 6), first come first.
 
-    `axial`: at nodes that are rings around the y axis, whose other forces cancel.
+    `axial`: nodes are rings around the y axis, whose other forces cancel.
     """
     found, taken = {}, np.zeros(left.shape, dtype=np.bool_)
     for name, mask in masks.items():

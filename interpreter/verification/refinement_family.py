@@ -1,4 +1,4 @@
-"""Solving a family of refinements of several models, and extrapolating each to its limit."""
+"""Families of refined meshes of several models, each extrapolated to its limit."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ LARGEST = 0.05  # of the largest displacement: a reference with a larger error i
 
 
 class Unsettled(Exception):
-    """The family tells no limit that could serve as a reference; the message has the numbers."""
+    """The family has no limit that could serve as a reference; the message has the numbers."""
 
 
 @dataclass(frozen=True)
 class Limit:
-    """What a method tends to: a field, the estimate of its error, and how it was found."""
+    """Limit of a method: a field, its error estimate, and how it was found."""
 
     name: str
     displacement: Field
@@ -51,7 +51,7 @@ class Limit:
     doubt: str | None
 
     def words(self) -> str:
-        """`quads: order 1.93, within 0.01 mm`."""
+        """Return the limit as text: `quads: order 1.93, within 0.01 mm`."""
         order = "no order" if self.order is None else f"order {self.order:.2f}"
         doubt = f" ({self.doubt})" if self.doubt else ""
         return f"{self.name}: {order}{doubt}, within {units.format_value(self.estimate, units.LENGTH)}"
@@ -59,7 +59,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Settled:
-    """The field of the method with the smallest estimate, m, with its error and what was solved for it."""
+    """Field of the method with the smallest error estimate, m, with its error and the solutions behind it."""
 
     displacement: Field
     estimated_error: float
@@ -68,23 +68,23 @@ class Settled:
 
 @dataclass(frozen=True)
 class Sampled:
-    """Where fields are compared: points X (n, 3), the first `len(weights)` of them with the volume of each."""
+    """Points X (n, 3) at which fields are compared, the first `len(weights)` of them with the volume of each."""
 
     X: Floats
     weights: Floats
 
     def mean_square(self, u: Floats) -> float:
-        """The L2 norm over the body of a field known at the points (n, 3)."""
+        """Return the L2 norm over the body of a field known at the points (n, 3)."""
         return float(np.sqrt(self.inner(u, u)))
 
     def inner(self, u: Floats, v: Floats) -> float:
-        """The L2 product over the body."""
+        """Return the L2 product over the body."""
         count = len(self.weights)
         return float(self.weights @ np.sum(u[:count] * v[:count], axis=1))
 
 
 def largest(u: Floats) -> float:
-    """The largest length of displacements (n, 3)."""
+    """Return the largest norm of displacements (n, 3)."""
     return float(np.linalg.norm(u, axis=1).max(initial=0.0))
 
 
@@ -104,22 +104,22 @@ class Family:
 
 
 def limit(family: Family, where: Sampled) -> Limit:
-    """The limit of one method."""
+    """Return the limit of one method."""
     u = [field(where.X) for field in family.fields]
     changes = [b - a for a, b in pairwise(u)]
     coarse, fine = (where.mean_square(c) for c in changes[-2:])
     # distances of the finest three from the finest, as values of one quantity
     found = estimate_convergence(list(zip(family.sizes[-3:], (fine + coarse, fine, 0.0), strict=True)))
-    doubt = family.unfit or found.reason or _doubt(found.order or 0.0, family, where, changes)
+    doubt = family.unfit or found.reason or _not_asymptotic(found.order or 0.0, family, where, changes)
     left = family.tolerance * largest(u[-1])  # what the solver leaves
     if doubt is None and found.order is not None:
-        return _extrapolated(family, found.order, changes[-2:], left, where.X)
+        return _extrapolate(family, found.order, changes[-2:], left, where.X)
     apart = max(largest(b - a) for a, b in combinations(u, 2))
     return Limit(family.name, family.fields[-1], SAFETY_TWO * apart + left, found.order, False, doubt)
 
 
-def _doubt(order: float, family: Family, where: Sampled, changes: list[Floats]) -> str | None:
-    """Why a family is not in the asymptotic range, if it is not."""
+def _not_asymptotic(order: float, family: Family, where: Sampled, changes: list[Floats]) -> str | None:
+    """Return why a family is not in the asymptotic range, or None."""
     if not LOWEST <= order <= family.formal + ABOVE:
         return f"far from the {family.formal:g} of theory"
     coarse, fine = changes[-2:]
@@ -129,10 +129,10 @@ def _doubt(order: float, family: Family, where: Sampled, changes: list[Floats]) 
     return None
 
 
-def _extrapolated(family: Family, order: float, changes: list[Floats], left: float, X: Floats) -> Limit:
-    """u = u1 + (u1 - u2) / (r^p - 1) at any point; the estimate counts on no more than the formal order.
+def _extrapolate(family: Family, order: float, changes: list[Floats], left: float, X: Floats) -> Limit:
+    """Return u = u1 + (u1 - u2) / (r^p - 1) at any point; the estimate uses at most the formal order.
 
-    Orders above the formal one are those of meshes that are too coarse (Oberkampf and Roy 2010, section 8.8).
+    Higher observed orders are those of meshes that are too coarse (Oberkampf and Roy 2010, section 8.8).
     """
     finer = float(np.log(family.sizes[-2] / family.sizes[-1]))
     beyond = float(1.0 / np.expm1(order * finer))
@@ -142,15 +142,15 @@ def _extrapolated(family: Family, order: float, changes: list[Floats], left: flo
         u = finest(X)
         return u + beyond * (u - second(X))
 
-    orders = _local_orders(family, [_around(X, change) for change in changes], min(order, family.formal))
+    orders = _local_orders(family, [_local_mean(X, change) for change in changes], min(order, family.formal))
     change = np.linalg.norm(changes[-1], axis=1)
     cautious = SAFETY_THREE * float((change / np.expm1(orders * finer)).max(initial=0.0))
     hidden = largest(changes[-1]) / float(np.expm1(FIRST * finer))
     return Limit(family.name, displacement, max(cautious, hidden) + left, order, True, None)
 
 
-def _around(X: Floats, change: Floats) -> Floats:
-    """The length of a change (n, 3) in the mean square over what is near each point, (n,).
+def _local_mean(X: Floats, change: Floats) -> Floats:
+    """Return the root mean square of a change (n, 3) over the neighbourhood of each point, (n,).
 
     A change has zeros between its waves, and a point on one of them would show any order.
     """
@@ -162,9 +162,9 @@ def _around(X: Floats, change: Floats) -> Floats:
 
 
 def _local_orders(family: Family, changes: list[Floats], highest: float) -> Floats:
-    """The order observed at each point (n,), from the lengths of the last two changes there, at most `highest`.
+    """Return the observed order at each point (n,), from the sizes of the last two changes there, at most `highest`.
 
-    Edges that are clamped have a lower order than what is far from them, and one order of the whole body hides it.
+    Clamped edges have a lower order than points far from them, and one order of the whole body hides it.
     """
     coarse, fine = changes
     least = TRIFLE * max(float(change.max(initial=0.0)) for change in changes)
@@ -180,7 +180,7 @@ def _local_orders(family: Family, changes: list[Floats], highest: float) -> Floa
 
 
 def combined(limits: Sequence[Limit], where: Sampled) -> tuple[Limit, float]:
-    """The best limit, and its error, m. Raises Unsettled."""
+    """Return the best limit, and its error, m. Raises Unsettled."""
     fields = [own.displacement(where.X) for own in limits]
     for (a, u), (b, v) in combinations(zip(limits, fields, strict=True), 2):
         apart = largest(u - v)
@@ -203,7 +203,7 @@ def combined(limits: Sequence[Limit], where: Sampled) -> tuple[Limit, float]:
 
 @dataclass(frozen=True)
 class Member:
-    """One model at one size, solved."""
+    """One model solved at one size."""
 
     size: float
     actual: float  # m: the edge of a cube of the mean volume of a cell
@@ -215,9 +215,9 @@ class Member:
 def settled(
     scene: Scene, reference: Declared, points: Floats, measured: Mapping[str, Any], say: Callable[[str, str], None]
 ) -> Settled:
-    """The limit of the models that a reference names, at `points` (n, 3) and over the body.
+    """Return the limit of the models that a reference names, at `points` (n, 3) and over the body.
 
-    Raises Fault where a model cannot be built, and Unsettled where there is no limit.
+    Raises Fault if a model cannot be built, and Unsettled without a limit.
     """
     sizes = reference.thing.sizes.values
     methods = methods_of(scene, reference)
@@ -228,7 +228,7 @@ def settled(
         say("reference", f"{told} ({number} of {len(steps)})")
         members.append(_member(method, size, BuildContext(scene=scene, measured=measured)))
     families = [members[i : i + len(sizes)] for i in range(0, len(members), len(sizes))]
-    where = _sampled(families[0][0].mesh, points)
+    where = _sample_mesh(families[0][0].mesh, points)
     shop = BuildContext(scene=scene, measured=measured)
     limits = [_limit_of(m, f, where, shop) for m, f in zip(methods, families, strict=True)]
     best, error = combined(limits, where)
@@ -236,8 +236,8 @@ def settled(
 
 
 def _limit_of(method: Method, members: Sequence[Member], where: Sampled, workshop: BuildContext) -> Limit:
-    """The limit of one method; where its meshes miss a part of what supports select, as far off as that may make it."""
-    unheld = _unheld(method.case, members)
+    """Return the limit of one method; its error includes parts of supports that the meshes miss."""
+    unheld = _support_mismatch(method.case, members)
     family = Family(
         method.declared.name,
         method.formal,
@@ -257,8 +257,8 @@ def _limit_of(method: Method, members: Sequence[Member], where: Sampled, worksho
     return replace(found, estimate=found.estimate + apart)
 
 
-def _unheld(case: Case, members: Sequence[Member]) -> str | None:
-    """Why meshes cannot be extrapolated that hold another part than supports select; None where they do not."""
+def _support_mismatch(case: Case, members: Sequence[Member]) -> str | None:
+    """Return why meshes that hold different parts than the supports select cannot be extrapolated, or None."""
     for member in members:
         for name, own in grips(case, member.mesh).items():
             if own.held < 1.0 or own.beyond > 0.0:
@@ -268,7 +268,7 @@ def _unheld(case: Case, members: Sequence[Member]) -> str | None:
 
 
 def _member(method: Method, size: float, workshop: BuildContext) -> Member:
-    """Solve one model at one size. Raises Fault, and Unsettled where it finds no equilibrium."""
+    """Solve one model at one size. Raises Fault, and Unsettled without an equilibrium."""
     declared = method.at(size)
     model_builders.load(declared.thing)
     prepared = model_builders.build(declared, method.case, workshop)
@@ -284,10 +284,10 @@ def _member(method: Method, size: float, workshop: BuildContext) -> Member:
     return Member(size, actual, solution.displacement, mesh, {**prepared.size, **spent})
 
 
-def _sampled(mesh: Any, points: Floats) -> Sampled:
-    """Points strewn over a mesh's cells with the volume of each, and those that are asked for.
+def _sample_mesh(mesh: Any, points: Floats) -> Sampled:
+    """Return random points in a mesh's cells with the volume of each, and the requested ones.
 
-    Regular points would be nodes of the finer meshes, where errors are not those of the field.
+    Regular points would be nodes of the finer meshes, whose errors are not typical of the field.
     """
     each = -(-STREWN // len(mesh.cells))
     xi = mesh.element.strewn(np.random.default_rng(0), each)
@@ -298,7 +298,7 @@ def _sampled(mesh: Any, points: Floats) -> Sampled:
 def _facts(
     methods: Sequence[Method], families: Sequence[Sequence[Member]], limits: Sequence[Limit], best: Limit
 ) -> dict[str, Any]:
-    """What a report keeps of it."""
+    """Return the facts for the report."""
     found = {}
     for method, family, own in zip(methods, families, limits, strict=True):
         found[method.declared.name] = {

@@ -1,14 +1,13 @@
-"""What a mesh makes of parts that its cells do not follow: the error that comes of cells of the wrong material.
+"""Error of meshes whose cells do not follow the borders of regions, so that cells have the wrong material.
 
-Every cell that a border passes is of the material that it holds the most of. With all cells that the border of one part
-passes its own, or none of them, whichever is farther from what was taken, the answer is off to one side of that of the
-part itself by more than it is. How far these answers are from the one that was found, summed over the parts, for two
-that err in opposite ways must not make up for each other, is a part of the stated error.
+Every cell that a border crosses has the material of its largest part. Giving all cells at the border of one region its
+material, or none of them, whichever is farther from the found answer, shifts the answer by more than the true error.
+These shifts, summed over the regions so that opposite errors do not cancel, are a part of the stated error.
 
-Where cells follow a border with their nodes, whole cells of another material are far more than the curve leaves between
-nodes, as a polygon misses of a circle. That part is then no more than what is missed, relative to the smallest volume
-beside it: twice that, for a stiffness in bending or torsion goes with the square of a section's area, and a quarter of
-it more, for what is missed is itself found in flat pieces.
+If cells follow a border with their nodes, whole cells overestimate the error of the curve between nodes, as of a
+polygon in a circle. That part is then at most the missed volume relative to the smallest adjacent volume: twice that,
+as a bending or torsion stiffness grows with the square of a section's area, and a quarter more, since the missed volume
+is itself computed with flat pieces.
 """
 
 from __future__ import annotations
@@ -18,34 +17,34 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from softmark.interpreter.verification.probe_errors import Unknown
+from softmark.interpreter.verification.probe_errors import NoErrorEstimate
 
 if TYPE_CHECKING:
-    from softmark.interpreter.verification.probe_errors import ProbeAnswer
-    from softmark.interpreter.verification.solution_under_test import Answer
+    from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest
+    from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 
 STIFFER = 2.5  # times the share of the volume
 
 
-def parts(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
-    """The part of the stated error that comes of parts of other materials; none where meshes follow them."""
+def parts(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
+    """Return the part of the stated error due to regions; none if meshes follow their borders."""
     from softmark.interpreter.models.shared.region_cells import region_errors
 
     found = region_errors(whole.case, whole.prepared)
     if not found:
         return {}
-    return {"regions": lambda seen: sum(_apart(whole, seen, left, way) for left, way in found)}
+    return {"regions": lambda seen: sum(_region_shift(whole, seen, left, way) for left, way in found)}
 
 
-def _apart(whole: Answer, seen: ProbeAnswer, left: float, way: tuple[int, int]) -> float:
-    """How far the same is with every cell that the border passes of one material, or what is missed may do if less."""
+def _region_shift(whole: SolutionUnderTest, seen: ProbeResultUnderTest, left: float, way: tuple[int, int]) -> float:
+    """Return the shift with one material in all cells at the border, or the effect of the missed volume if smaller."""
     most = math.inf if math.isinf(left) else STIFFER * left * seen.size
     if way == (0, 0):
         return most
     try:
         solution, _ = whole.solved(f"leaning {way}", whole.declared, replace(whole.case, leaning=way))
         return min(most, seen.apart(seen.of(solution)))
-    except Unknown:
+    except NoErrorEstimate:
         if math.isinf(most):
             raise
         return most

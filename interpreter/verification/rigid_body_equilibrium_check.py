@@ -1,7 +1,7 @@
-"""Whether what a rigid body meets at rest bears what loads press it with, by formulas of their own.
+"""Check that contact forces balance the loads on a force-driven rigid body in statics, by independent formulas.
 
-Its loads are read from the scene again, its volume is that of the shape in place of the sum of its parts, and what it
-does to the body that deforms is what other formulas find of each contact (`contact_forces_check.py`).
+Its loads are read from the scene again, its volume is that of the shape instead of the sum of its parts, and its
+contact forces on the deformable body are independent ones (`contact_forces_check.py`).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.verification.contact_forces_check import of_contact
-from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.interpreter.vocabulary.load_words import BodyForce
 
 if TYPE_CHECKING:
@@ -24,9 +24,9 @@ NOTHING = 1e-10  # of Young's modulus times the square of the size of the body t
 
 
 def checked(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Any], str | None]:
-    """What a report says of the balance of rigid bodies that loads press, and why a state is no answer, if it is none.
+    """Return facts of the balance of force-driven rigid bodies, and why a state is invalid, or None.
 
-    u (n, 3), m, are the displacements of the body that deforms.
+    u (n, 3), m, are the displacements of the deformable body.
     """
     touches = [touch for touch in case.contacts if touch.along is not None]
     if not touches:
@@ -35,7 +35,7 @@ def checked(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Any], 
     try:
         sizes = _loads(first)
         each = [of_contact(case, touch, mesh, u) for touch in touches]
-    except Unchecked as unknown:
+    except NoIndependentFormula as unknown:
         return {"pressed": {"residual": None, "reason": str(unknown)}}, None
     borne = sum(float(f[:, first.along].sum()) for f, _ in each)
     size = max(float(np.abs(sizes).sum()), abs(borne), NOTHING * case.largest_young * mesh.mesh.extent**2)
@@ -48,7 +48,7 @@ def checked(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Any], 
 
 
 def _loads(touch: Touch) -> Floats:
-    """Forces of all loads on a rigid body along its way (k,), N. Raises Unchecked where its volume is not known."""
+    """Return forces of all loads on a rigid body along its direction (k,), N. Raises Unchecked without its volume."""
     assert touch.along is not None
     found, thing = [0.0], touch.rigid.thing
     for load in touch.loads:
@@ -59,7 +59,7 @@ def _loads(touch: Touch) -> Floats:
         mass = thing.mass
         if mass is None and thing.density is not None:
             if (volume := thing.shape.volume) is None:
-                raise Unchecked(f"there is no other formula for the volume of `{touch.rigid.name}`")
+                raise NoIndependentFormula(f"there is no other formula for the volume of `{touch.rigid.name}`")
             mass = thing.density * volume
         found.append((mass or 0.0) * action.acceleration[touch.along])
     return np.array(found)

@@ -1,4 +1,4 @@
-"""What rounding leaves in an answer: from how near to singular the stiffness is, or from forces and coordinates."""
+"""Rounding error of an answer: by the condition of the stiffness, or by forces and coordinates."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.results.run_report import ModelResult
 from softmark.interpreter.verification.frequency_errors import ToneAnswer
 from softmark.interpreter.verification.grid_convergence import COARSE
-from softmark.interpreter.verification.probe_errors import Floats, ProbeAnswer, Unknown
+from softmark.interpreter.verification.probe_errors import Floats, ProbeResultUnderTest, NoErrorEstimate
 
 EPS = float(np.finfo(np.float64).eps)
 USUAL = 1e6 * EPS  # what rounding does at least where the stiffness was not looked at: a condition number of 1e6
 LOST = 1e-6  # of a cell that the rounding of coordinates may take: with more, nobody knows what it does
 
 
-def part(result: ModelResult, case: Case, mesh: DeformedMesh | None, cells: int, seen: ProbeAnswer) -> float:
-    """In the unit of what is seen. Raises Unknown."""
-    facts, (far, cell) = result.solve, _reach(case, mesh, cells, seen)
+def part(result: ModelResult, case: Case, mesh: DeformedMesh | None, cells: int, seen: ProbeResultUnderTest) -> float:
+    """Return the rounding error in the metric's unit. Raises Unknown."""
+    facts, (far, cell) = result.solve, _coordinate_range(case, mesh, cells, seen)
     if EPS * far > LOST * cell:
-        raise Unknown(f"it lies so far from the origin that rounding takes {EPS * far / cell:.1g} of a cell")
+        raise NoErrorEstimate(f"it lies so far from the origin that rounding takes {EPS * far / cell:.1g} of a cell")
     if isinstance(seen, ToneAnswer):
         return seen.lost(representative_materials(case, None if mesh is None else mesh.mesh), far, cell)
     if facts.get("rounding") is not None:
@@ -34,24 +34,24 @@ def part(result: ModelResult, case: Case, mesh: DeformedMesh | None, cells: int,
     # differences of coordinates along a cell, of which strain is a part
     strain = float(checks.get("largest_strain") or 0.0)
     strain = strain or float(np.abs(seen.u).max(initial=0.0)) / _extent(case, mesh, seen)
-    strain = max(strain, _pulled(case, mesh))
+    strain = max(strain, _muscle_strain(case, mesh))
     lost = EPS * far / (cell * strain) if strain > 0.0 else math.inf
     found = 10.0 * (max(USUAL, float(checks.get("rounding") or 0.0)) + lost)
     if not found <= COARSE:
-        raise Unknown("its strain is so small beside its coordinates that rounding may take all of it")
+        raise NoErrorEstimate("its strain is so small beside its coordinates that rounding may take all of it")
     return found * seen.acting
 
 
-def _pulled(case: Case, mesh: DeformedMesh | None) -> float:
-    """What muscle would strain a body that nothing holds, however little it moves; 0 of a body without any."""
+def _muscle_strain(case: Case, mesh: DeformedMesh | None) -> float:
+    """Return the strain that active muscle would cause in a free body; 0 without muscle."""
     if not any(hasattr(material, "passive") for material in case.materials):
         return 0.0
     known = [m for m in representative_materials(case, None if mesh is None else mesh.mesh) if hasattr(m, "passive")]
     return max(float(abs(m.much)) / (3.0 * m.shear_modulus if m.pulls else 1.0) for m in known)
 
 
-def _points(case: Case, mesh: DeformedMesh | None, seen: ProbeAnswer) -> Floats:
-    """Those of the mesh; without one those that are looked at, or the ends of the body."""
+def _points(case: Case, mesh: DeformedMesh | None, seen: ProbeResultUnderTest) -> Floats:
+    """Return the points of the mesh; without one those of the probe, or the ends of the body."""
     if mesh is not None and len(mesh.points):
         return mesh.points
     if len(seen.X) or not (case.shape.swept or case.shape.wired):
@@ -61,14 +61,16 @@ def _points(case: Case, mesh: DeformedMesh | None, seen: ProbeAnswer) -> Floats:
     return np.array(case.shape.bounds)
 
 
-def _extent(case: Case, mesh: DeformedMesh | None, seen: ProbeAnswer) -> float:
-    """Of the body, m."""
+def _extent(case: Case, mesh: DeformedMesh | None, seen: ProbeResultUnderTest) -> float:
+    """Return the extent of the body, m."""
     bounds = np.ptp(_points(case, mesh, seen), axis=0).max()
     return float(bounds) or (along.length if (along := case.shape.swept) is not None else 0.0) or 1.0
 
 
-def _reach(case: Case, mesh: DeformedMesh | None, count: int, seen: ProbeAnswer) -> tuple[float, float]:
-    """The largest coordinate, before or after deformation, and the shortest side of a cell, m."""
+def _coordinate_range(
+    case: Case, mesh: DeformedMesh | None, count: int, seen: ProbeResultUnderTest
+) -> tuple[float, float]:
+    """Return the largest coordinate, before or after deformation, and the shortest cell side, m."""
     points, cells = _points(case, mesh, seen), None if mesh is None else mesh.cells
     far = float(np.abs(points).max() + np.abs(seen.u).max(initial=0.0))
     if cells is not None and len(cells) and points is not seen.X:

@@ -1,4 +1,4 @@
-"""What pieces of a body do to each other counted once more, for the watchdog, as beds are (foundation_forces.py)."""
+"""Independent forces between parts of a body, as for foundations (foundation_forces.py)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from softmark.interpreter.models.shared.rigid_contact_setup import size_of
 from softmark.interpreter.models.shared.self_contact_setup import pairs_on
 from softmark.interpreter.verification.load_forces_check import sampled, selected
-from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.interpreter.vocabulary.self_contact_words import Tied
 from softmark.solvers.contact.contact_surface import number_mesh_pieces
 from softmark.solvers.elements.boundary_facets import FACETS
@@ -28,10 +28,10 @@ NEWTON = 6  # iterations for local coordinates of a point on a facet
 
 
 def of_pairs(case: Case, mesh: DeformedMesh, u: Floats) -> dict[str, Floats]:
-    """Forces on the nodes (n, 3), N, of every contact of the body with itself and of every tie, by its name.
+    """Return nodal forces (n, 3), N, of every self-contact and tie, by name.
 
-    The solver's own, where forces that are found without it agree with them as well as these can tell: a barrier also
-    keeps edges from edges, faintly, and a tie is sampled here where the solver cuts polygons. Raises Unchecked.
+    They are the solver's own if they agree with independent forces within the accuracy of these: a barrier also acts
+    weakly between edges, and a tie is sampled here where the solver cuts polygons. Raises Unchecked.
     """
     found = {}
     each: dict[str, Any] = pairs_on(case, mesh.mesh)
@@ -39,30 +39,30 @@ def of_pairs(case: Case, mesh: DeformedMesh, u: Floats) -> dict[str, Floats]:
         g = np.zeros(u.size)
         if isinstance(declared := next(p.thing for p in case.pairs if p.name == name), Tied):
             pair.add_gradient(u.ravel(), g)
-            again, little = _glued(case, declared, pair, mesh, u), 0.0
+            again, little = _tie_forces(case, declared, pair, mesh, u), 0.0
         else:
             pressing = pair.pressing if pair.rubs else pair
             pressing.add_gradient(u.ravel(), g)
             again, little = _pressed(pressing, u.ravel()), LITTLE * pressing.stiffness * float(pressing.skin.A.sum())
         apart = float(np.linalg.norm(g + again.ravel()))
         if apart > AGREE * float(np.linalg.norm(g)) + little:
-            raise Unchecked(f"the forces of `{name}` are {apart / float(np.linalg.norm(g)):.1e} of them away from "
+            raise NoIndependentFormula(f"the forces of `{name}` are {apart / float(np.linalg.norm(g)):.1e} of them away from "
                             "those of other formulas, which vouch for no less")  # fmt: skip
         if pair.rubs:
-            g -= _rubbed(name, pair, mesh, u.ravel())
+            g -= _friction_forces(name, pair, mesh, u.ravel())
         found[name] = -g.reshape(-1, 3)
     return found
 
 
 def _pressed(pressing: Any, u: Floats) -> Floats:
-    """Nodal forces (3 n,), N, of a contact barrier, from samples of both surfaces, each with half its area."""
+    """Return nodal forces (3 n,), N, of a contact barrier, from samples of both surfaces, each with half its area."""
     from softmark.solvers.independent_forces import deformable_friction_forces
 
     skin = pressing.skin
     V = skin.places(u)
     p, x = V[skin.corners :], V[: skin.corners]
     pairs = deformable_friction_forces.find_candidate_pairs(p, x, skin.faces, pressing.distance)
-    pairs = pairs[_other(skin, pairs[:, 0], pairs[:, 1], pressing.alone)]
+    pairs = pairs[_may_touch(skin, pairs[:, 0], pairs[:, 1], pressing.alone)]
     f, back = deformable_friction_forces.contact_forces(
         p, x, skin.faces, pairs, 0.5 * skin.A, pressing.distance, pressing.stiffness
     )
@@ -70,8 +70,8 @@ def _pressed(pressing: Any, u: Floats) -> Floats:
     return found
 
 
-def _glued(case: Case, tie: Any, pair: Any, mesh: DeformedMesh, u: Floats) -> Floats:
-    """Nodal forces (n, 3), N, of a tie: springs from points of one surface straight across to the other."""
+def _tie_forces(case: Case, tie: Any, pair: Any, mesh: DeformedMesh, u: Floats) -> Floats:
+    """Return nodal forces (n, 3), N, of a tie: springs from points of one surface straight across to the other."""
     from softmark.interpreter.vocabulary.self_contact_words import REACH
 
     swept = selected(tie.where, case, mesh.mesh)
@@ -81,12 +81,12 @@ def _glued(case: Case, tie: Any, pair: Any, mesh: DeformedMesh, u: Floats) -> Fl
     for a in range(int(of.max())):
         one, other = facets[piece == a], facets[piece > a]
         if len(one) and len(other):
-            found += _across(mesh.points, one, other, u, pair.stiffness, reach, case.depth)
+            found += _spring_forces(mesh.points, one, other, u, pair.stiffness, reach, case.depth)
     return found
 
 
-def _across(points: Floats, one: Ints, other: Ints, u: Floats, k: float, reach: float, depth: float) -> Floats:
-    """Forces (n, 3), N, of springs of k, Pa/m, between facets `one` (f, a) and those of `other` that lie on them."""
+def _spring_forces(points: Floats, one: Ints, other: Ints, u: Floats, k: float, reach: float, depth: float) -> Floats:
+    """Return forces (n, 3), N, of springs of k, Pa/m, between facets `one` (f, a) and facets of `other` on them."""
     from softmark.solvers.independent_forces import deformable_friction_forces
 
     found, kind = np.zeros_like(u), other.shape[1]
@@ -117,7 +117,7 @@ def _across(points: Floats, one: Ints, other: Ints, u: Floats, k: float, reach: 
 
 
 def _local(corners: Floats, X: Floats) -> Floats:
-    """Local points (p, 2) of points X (p, 3) on facets with nodes at `corners` (p, a, 3), by Gauss-Newton steps."""
+    """Return local points (p, 2) of X (p, 3) on facets with nodes at `corners` (p, a, 3), by Gauss-Newton steps."""
     kind = corners.shape[1]
     xi = np.tile(solid_forces.node_positions(kind).mean(axis=0), (len(X), 1))
     for _ in range(NEWTON):
@@ -128,18 +128,18 @@ def _local(corners: Floats, X: Floats) -> Floats:
     return xi
 
 
-def _rubbed(name: str, pair: Any, mesh: DeformedMesh, u: Floats) -> Floats:
-    """What friction does to the nodes (3 n,), N, by formulas of its own, from the springs that a state leaves."""
+def _friction_forces(name: str, pair: Any, mesh: DeformedMesh, u: Floats) -> Floats:
+    """Return nodal friction forces (3 n,), N, by independent formulas, from the springs that a state stores."""
     from softmark.solvers.independent_forces import deformable_friction_forces
 
     own, skin, pressing = mesh.rubbed.get(name), pair.skin, pair.pressing
     if own is None or own.anchors.s.shape[0] != skin.points:
-        raise Unchecked(f"what the friction of `{name}` remembers is not known")
+        raise NoIndependentFormula(f"what the friction of `{name}` remembers is not known")
     which = np.flatnonzero(own.anchors.n.any(axis=1))
     V = skin.places(u)
     p, x = V[skin.corners + which], V[: skin.corners]
     pairs = deformable_friction_forces.find_candidate_pairs(p, x, skin.faces, pressing.distance)
-    pairs = pairs[_other(skin, which[pairs[:, 0]], pairs[:, 1], pressing.alone)]
+    pairs = pairs[_may_touch(skin, which[pairs[:, 0]], pairs[:, 1], pressing.alone)]
     area = 0.5 * skin.A[which]
     N = area[:, None] * deformable_friction_forces.contact_pressures(
         p, x, skin.faces, pairs, pressing.distance, pressing.stiffness
@@ -156,8 +156,8 @@ def _rubbed(name: str, pair: Any, mesh: DeformedMesh, u: Floats) -> Floats:
     return found
 
 
-def _other(skin: Any, samples: Any, faces: Any, alone: bool) -> Any:
-    """Which pairs of samples and faces (c,) may press: of other pieces, or of facets that share no corner."""
+def _may_touch(skin: Any, samples: Any, faces: Any, alone: bool) -> Any:
+    """Return which pairs of samples and faces (c,) may be in contact: of other parts, or without a common corner."""
     if alone:
         return skin.patch[skin.corners + samples] != skin.patch[skin.faces[faces, 0]]
     mine, its = skin.of[samples], skin.home[faces]

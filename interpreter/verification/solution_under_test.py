@@ -1,4 +1,4 @@
-"""An answer whose error is stated: a model of a scene, what it found, and other solutions that are held against it."""
+"""Answer under error estimation: a model, its solution, and other solutions compared with it."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from softmark.interpreter.models.shared.prepared_model import BuildContext, Defo
 from softmark.interpreter.problem.body_case import Case, Fault, case_for
 from softmark.interpreter.results.run_report import ModelResult
 from softmark.interpreter.verification.estimation_budget import Budget
-from softmark.interpreter.verification.probe_errors import Floats, Unknown
+from softmark.interpreter.verification.probe_errors import Floats, NoErrorEstimate
 
 FACTORED = 300_000  # unknowns up to which a tangent is factored
 
 
 @dataclass
-class Answer:
-    """Everything about one model that its error is stated from; other solutions are found once."""
+class SolutionUnderTest:
+    """Data of one model for its error estimate; other solutions are computed once."""
 
     scene: Scene
     declared: Declared
@@ -38,7 +38,7 @@ class Answer:
 
     @cached_property
     def budget(self) -> Budget:
-        """What may be spent on it."""
+        """CPU time that may be spent on it."""
         return Budget.of(self.result.time, self.asked)
 
     @property
@@ -50,24 +50,26 @@ class Answer:
 
     @property
     def solid(self) -> Declared:
-        """What is behind the model: itself, or what it reduces."""
+        """Model itself, or the full model of a reduced one."""
         of = self.declared.thing.reduces
         return self.declared if of is None else self.scene.declared[of]
 
     def once(self, key: str, make: Callable[[], Any]) -> Any:
-        """What `make` gives, made once. Raises Unknown, again where it did so before."""
+        """Return the result of `make`, computed once. Raises Unknown, again if it did before."""
         if key not in self._kept:
             try:
                 self._kept[key] = make()
-            except Unknown as unknown:
+            except NoErrorEstimate as unknown:
                 self._kept[key] = unknown
             except Fault as refused:
-                self._kept[key] = Unknown(refused.diagnostic.message)
+                self._kept[key] = NoErrorEstimate(refused.diagnostic.message)
             except Exception as error:
                 if os.environ.get("SOFTMARK_DEBUG"):
                     raise
-                self._kept[key] = Unknown(f"another solution stopped with an error ({type(error).__name__}: {error})")
-        if isinstance(self._kept[key], Unknown):
+                self._kept[key] = NoErrorEstimate(
+                    f"another solution stopped with an error ({type(error).__name__}: {error})"
+                )
+        if isinstance(self._kept[key], NoErrorEstimate):
             raise self._kept[key]
         return self._kept[key]
 
@@ -88,16 +90,16 @@ class Answer:
 
         solution, size = self.once(key, solve)
         if solution.displacement is None:
-            raise Unknown(f"the same on another mesh has no solution ({solution.message})")
+            raise NoErrorEstimate(f"the same on another mesh has no solution ({solution.message})")
         return solution, size
 
     @property
     def own(self) -> Case:
-        """The case of the solid, with the material that it takes instead of the body's, if it does."""
+        """Case of the solid, with its own material if it has one."""
         return case_for(self.scene, self.solid)
 
     def sized(self, factor: float, **changes: Any) -> Declared:
-        """The solid with its size times a factor."""
+        """Return the solid with its size times a factor."""
         size = {} if factor == 1.0 else {"size": self.solid.thing.size * factor}
         return replace(self.solid, thing=self.solid.thing.plain(**size, **changes))
 
@@ -105,11 +107,11 @@ class Answer:
         """Return the deformed mesh for work that `costs` so many times the solution. Raises Unknown."""
         self.budget.must_hold(costs)
         if self.mesh is None:
-            raise Unknown("the displacements of its nodes are not known")
+            raise NoErrorEstimate("the displacements of its nodes are not known")
         return self.mesh
 
     def next_step(self) -> Floats | None:
-        """The displacements (n, 3) that Newton's method would add next; None where not known. Raises Unknown."""
+        """Return the next Newton step (n, 3); None if not known. Raises Unknown."""
         if self.mesh is not None and self.mesh.left is not None:
             return self.mesh.left
         full = self._full
@@ -123,7 +125,7 @@ class Answer:
 
     @property
     def _full(self) -> Any:
-        """The assembly of all displacements: of what is reduced, where it is. None where there is none."""
+        """Return the assembly of all displacements, for a reduced model the full one; None if there is none."""
         full = self.prepared.assembly
         return None if full is None or self.mesh is None or full.dofs != self.mesh.displacement.size else full
 
@@ -131,21 +133,21 @@ class Answer:
     def state(self) -> Floats:
         """Displacements of all nodes (3 n,), m."""
         if self.mesh is None:
-            raise Unknown("the displacements of its nodes are not known")
+            raise NoErrorEstimate("the displacements of its nodes are not known")
         return np.ascontiguousarray(self.mesh.displacement, dtype=np.float64).ravel()
 
     def tangent(self) -> tuple[Any, Any]:
-        """The assembly and a factor of its tangent in the state. Raises Unknown."""
+        """Return the assembly and a factor of its tangent in the state. Raises Unknown."""
         from softmark.solvers.linear.factorisations import Singular, factor
 
         def find() -> tuple[Any, Any]:
             assembly = self._full
             if assembly is None:
-                raise Unknown("its stiffness is not that of displacements alone")
+                raise NoErrorEstimate("its stiffness is not that of displacements alone")
             try:
                 return assembly, factor(assembly.tangent(self.state, 1.0), symmetric=assembly.conservative)
             except Singular as error:
-                raise Unknown(f"its tangent is singular ({error})") from error
+                raise NoErrorEstimate(f"its tangent is singular ({error})") from error
 
         found: tuple[Any, Any] = self.once("tangent", find)
         return found

@@ -1,12 +1,11 @@
-"""Where elasticity has no largest stress: at the edge of what is held, and under a force on a point.
+"""Stress singularities: at the edge of supports, under point forces, and at ends of material interfaces.
 
-Where parts of different materials end on a free surface stress may have no limit either (Bogy 1971, "Two edge-bonded
-elastic wedges of different materials and wedge angles under surface tractions"). Where a face that is held ends at one
-that is free, displacements grow like r^a with a < 1, by Poisson's ratio, and
-stresses without limit (Williams 1952, "Stress singularities resulting from various boundary conditions in angular
-corners of plates in extension"). Faces that only slide along a plane, as those of symmetry, end in a right angle
-without that; where the free face goes on flat, as beside a punch without friction, stresses grow with r^(-1/2)
-(Sadowsky 1928, ZAMM 8).
+Stress may be singular where parts of different materials end on a free surface (Bogy 1971, "Two edge-bonded elastic
+wedges of different materials and wedge angles under surface tractions"). Where a fixed face ends at a free one,
+displacements grow like r^a with a < 1, by Poisson's ratio, and stresses are singular (Williams 1952, "Stress
+singularities resulting from various boundary conditions in angular corners of plates in extension"). Faces that slide
+along a plane, such as symmetry planes, end in a right angle without a singularity; where the free face continues flat,
+as beside a frictionless punch, stresses grow with r^(-1/2) (Sadowsky 1928, ZAMM 8).
 """
 
 from __future__ import annotations
@@ -24,8 +23,8 @@ from softmark.interpreter.metrics.work import LoadWork
 from softmark.interpreter.models.shared.support_selection import grip
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.grid_convergence import HOPELESS
-from softmark.interpreter.verification.probe_errors import ProbeAnswer, Unknown
-from softmark.interpreter.verification.solution_under_test import Answer
+from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest, NoErrorEstimate
+from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
 from softmark.solvers.mesh.nearest_points import build_point_search
 from softmark.solvers.mesh.plane_boundary import is_on_border
@@ -33,7 +32,7 @@ from softmark.solvers.mesh.plane_boundary import is_on_border
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from softmark.interpreter.verification.by_model.verifier import Voucher
+    from softmark.interpreter.verification.by_model.verifier import Verifier
     from softmark.solvers.mesh.mesh import Mesh
 
     Floats = NDArray[np.float64]
@@ -45,74 +44,78 @@ UNSETTLED = 0.25  # relative: what refinement may change by more than that may h
 
 
 def limitless(metric: Metric | None, case: Case, mesh: Mesh | None, X: Floats) -> str | None:
-    """Why a metric of stress or strain has no limit: what it looks at within a cell of such a place. None if it has."""
+    """Return why a metric of stress or strain is singular: it is evaluated within a cell of a singularity, or None."""
     if not isinstance(metric, TensorMetric) or metric.over == "mean" or mesh is None or not len(X):
         return None
-    near = _edge(mesh)
-    for name, places in _places(case, mesh):
+    near = _edge_length(mesh)
+    for name, places in _singular_points(case, mesh):
         places = places * (1.0, 1.0, 0.0) if case.planar else places  # the same for all z
         if build_point_search(places, len(X)).distance(X).min() < near:
             return name
     return None
 
 
-def settled(answer: Answer, seen: ProbeAnswer, voucher: Voucher) -> float:
-    """Return the mesh error of a stress or strain metric. Raises Unknown if there is no limit, or seems to be none.
+def settled(answer: SolutionUnderTest, seen: ProbeResultUnderTest, voucher: Verifier) -> float:
+    """Return the mesh error of a stress or strain metric. Raises Unknown if it does not seem to converge.
 
-    In a corner that turns inward, stresses of the cells around a point differ by more on every finer mesh, as the
-    stress itself grows; where it has a limit they come to agree, however coarse the mesh is.
+    At a re-entrant corner, stresses of the cells around a point differ by more on every finer mesh, as the stress
+    itself
+    grows; for a finite stress they converge, however coarse the mesh is.
     """
     metric = seen.metric
     assert isinstance(metric, TensorMetric)
     if place := limitless(metric, answer.case, answer.prepared.mesh, seen.place.looked_at(metric.over)):
-        raise Unknown(f"it looks at {place}, where every refinement finds a larger stress")
+        raise NoErrorEstimate(f"it looks at {place}, where every refinement finds a larger stress")
     found = voucher.discretisation(answer, seen)
     if found > HOPELESS * seen.size or (found > UNSETTLED * seen.size and voucher.is_singular(answer, seen)):
-        raise Unknown(f"it is not settled: refinement may change it by {100 * found / seen.size:.2g} % and more")
+        raise NoErrorEstimate(
+            f"it is not settled: refinement may change it by {100 * found / seen.size:.2g} % and more"
+        )
     return found
 
 
-def _edge(mesh: Mesh) -> float:
-    """The usual length of the boundary's edges, m."""
+def _edge_length(mesh: Mesh) -> float:
+    """Return the typical length of boundary edges, m."""
     corners = mesh.points[mesh.facets[:, : mesh.element.facet.corners]]
     lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
     return float(np.median(lengths[lengths > 0.0]))  # a side of a triangle may be a corner
 
 
-def _places(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
-    """Points (n, 3) of the mesh where stress has no limit, with words for each kind."""
+def _singular_points(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
+    """Yield singular points (n, 3) of the mesh, with a description of each kind."""
     held, facets = held_directions(case, mesh), mesh.facets
     if case.planar:  # the border of its region: its faces are no surface
         facets = facets[is_on_border(mesh.points, facets)]
     of_facets = np.all(held[facets], axis=1)  # (f, 3)
     free = ~np.any(of_facets, axis=1)
-    rim = _rim(facets, np.all(of_facets, axis=1), free)
+    rim = _nodes_between(facets, np.all(of_facets, axis=1), free)
     sideways = any(material.poisson != 0.0 for material in case.materials)
     if len(rim) and sideways:
-        yield _edge_of(case, mesh, rim, whole=True), mesh.points[rim]
-    punched = _punched(mesh, facets, of_facets, free)
+        yield _describe_edge(case, mesh, rim, whole=True), mesh.points[rim]
+    punched = _flat_continuations(mesh, facets, of_facets, free)
     if len(punched):
-        yield _edge_of(case, mesh, punched, whole=False), mesh.points[punched]
-    ends = _ends(case, mesh, facets, held) if sideways and case.parts else rim[:0]
+        yield _describe_edge(case, mesh, punched, whole=False), mesh.points[punched]
+    ends = _interface_ends(case, mesh, facets, held) if sideways and case.parts else rim[:0]
     if len(ends):
         yield "the edge where parts of different materials end on the surface", mesh.points[ends]
     for load in case.loads:
         if isinstance(load.thing.action, PointLoad):
             yield place_of(load), np.array([load.thing.action.at])
         if isinstance(load.thing.action, LineForce):
-            yield place_of(load), _points_along(load.thing.action, _edge(mesh))
+            yield place_of(load), _points_along(load.thing.action, _edge_length(mesh))
 
 
 def unbounded(case: Case, mesh: Mesh | None, X: Floats, u: Floats) -> Declared | None:
-    """The force on a point or along a line where any of X (n, 3), m, is that went u (n, 3) or (t, n, 3), m.
+    """Return the point or line force at which X (n, 3), m, moved by u (n, 3) or (t, n, 3), m, is singular, or None.
 
-    None where displacements have a limit, or where what refinement adds is TRIFLE of them: a force at the end of a long
-    bar dents it by less than it bends it.
+    None also if refinement adds only TRIFLE of the displacement: a force at the end of a long bar dents it by less than
+    it
+    bends it.
     """
     if mesh is None or not len(X):
         return None
     level = (1.0, 1.0, 0.0) if case.planar else (1.0, 1.0, 1.0)  # of a plane body the same for all z
-    moved, edge = np.linalg.norm(u, axis=-1).reshape(-1, len(X)).max(axis=0), _edge(mesh)
+    moved, edge = np.linalg.norm(u, axis=-1).reshape(-1, len(X)).max(axis=0), _edge_length(mesh)
     for load in case.loads:
         if isinstance(action := load.thing.action, PointLoad | LineForce):
             near = np.linalg.norm(level * (X - _nearest(action, X)), axis=1) < edge
@@ -122,7 +125,7 @@ def unbounded(case: Case, mesh: Mesh | None, X: Floats, u: Floats) -> Declared |
 
 
 def endless(metric: Metric, case: Case, mesh: Mesh | None, value: float) -> Declared | None:
-    """The force on a point or along a line whose work, J, a metric is or holds, which has no limit; else None."""
+    """Return the point or line force whose work, J, makes a metric infinite, or None."""
     if mesh is None or not isinstance(metric, LoadWork | StrainEnergy):
         return None
     for load in case.loads:
@@ -130,14 +133,14 @@ def endless(metric: Metric, case: Case, mesh: Mesh | None, value: float) -> Decl
             continue
         if isinstance(action := load.thing.action, PointLoad | LineForce):
             length = action.length if isinstance(action, LineForce) else 1.0
-            work = length * float(np.linalg.norm(action.force)) * _dent(action, case, _edge(mesh))
+            work = length * float(np.linalg.norm(action.force)) * _dent(action, case, _edge_length(mesh))
             if work > TRIFLE * abs(value):
                 return load
     return None
 
 
 def _dent(action: PointLoad | LineForce, case: Case, edge: float) -> float:
-    """What refinement adds to the displacement under a force, m, by its order: Boussinesq's and Flamant's."""
+    """Return the displacement added by refinement under a force, m, by its order: Boussinesq's and Flamant's."""
     young = min(material.young for material in case.typical)
     across = edge if isinstance(action, PointLoad) else 1.0  # of a line its force is per length already
     if case.planar and isinstance(action, PointLoad):
@@ -147,13 +150,13 @@ def _dent(action: PointLoad | LineForce, case: Case, edge: float) -> float:
 
 
 def place_of(load: Declared) -> str:
-    """Where a force on a point or along a line acts, in words."""
+    """Describe where a point or line force acts."""
     how = "line that `{}` acts along" if isinstance(load.thing.action, LineForce) else "point that `{}` acts at"
     return f"the {how.format(load.name)}"
 
 
 def _nearest(action: PointLoad | LineForce, X: Floats) -> Floats:
-    """The points nearest to X (n, 3) of those that a force acts at (n, 3), or (1, 3)."""
+    """Return the points of a force nearest to X (n, 3): (n, 3), or (1, 3)."""
     if isinstance(action, PointLoad):
         return np.array([action.at])
     begin, way = np.array(action.begin), np.array(action.end) - np.array(action.begin)
@@ -162,14 +165,14 @@ def _nearest(action: PointLoad | LineForce, X: Floats) -> Floats:
 
 
 def _points_along(line: LineForce, step: float) -> Floats:
-    """Points (n, 3) of a line, m, no farther apart than half a step."""
+    """Return points (n, 3) of a line, m, at most half a step apart."""
     s = np.linspace(0.0, 1.0, 2 + int(2.0 * line.length / step))
     found: Floats = np.array(line.begin) + s[:, None] * (np.array(line.end) - np.array(line.begin))
     return found
 
 
-def _ends(case: Case, mesh: Mesh, facets: NDArray[np.int64], held: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Nodes of cells of several materials on the surface, where nothing is held: not those in planes of symmetry."""
+def _interface_ends(case: Case, mesh: Mesh, facets: NDArray[np.int64], held: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return unsupported surface nodes of cells of several materials, without those in symmetry planes."""
     from softmark.interpreter.models.shared.region_cells import materials_of_cells
 
     number = materials_of_cells(case, mesh).cells
@@ -182,8 +185,8 @@ def _ends(case: Case, mesh: Mesh, facets: NDArray[np.int64], held: NDArray[np.bo
     return np.flatnonzero(outer & (low < high) & ~held.any(axis=1))
 
 
-def _edge_of(case: Case, mesh: Mesh, rim: NDArray[np.int64], whole: bool) -> str:
-    """Words for the edge of the supports there that hold every direction, or of those that let slide; else of all."""
+def _describe_edge(case: Case, mesh: Mesh, rim: NDArray[np.int64], whole: bool) -> str:
+    """Describe the edge of supports there: of fixed ones, or of sliding ones; else of all."""
     there = [s for s in case.supports if grip(s.thing.where, mesh).nodes[rim].any()]
     some = [s for s in there if (len(s.thing.components) == 3) == whole]
     names = ", ".join(f"`{s.name}`" for s in some or there)
@@ -191,7 +194,7 @@ def _edge_of(case: Case, mesh: Mesh, rim: NDArray[np.int64], whole: bool) -> str
 
 
 def held_directions(case: Case, mesh: Mesh) -> NDArray[np.bool_]:
-    """Which nodes are held in which direction (nodes, 3)."""
+    """Return which nodes are held in which direction (nodes, 3)."""
     held = np.zeros((len(mesh.points), 3), dtype=np.bool_)
     for support in case.supports:
         held[np.ix_(grip(support.thing.where, mesh).nodes, support.thing.components)] = True
@@ -200,17 +203,17 @@ def held_directions(case: Case, mesh: Mesh) -> NDArray[np.bool_]:
     return held
 
 
-def _rim(facets: NDArray[np.int64], some: NDArray[np.bool_], others: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Nodes between facets of one kind and of another, each (f,)."""
+def _nodes_between(facets: NDArray[np.int64], some: NDArray[np.bool_], others: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return nodes between facets of one kind and of another, each (f,)."""
     return np.intersect1d(facets[some], facets[others]).astype(np.int64)
 
 
-def _punched(
+def _flat_continuations(
     mesh: Mesh, facets: NDArray[np.int64], of_facets: NDArray[np.bool_], free: NDArray[np.bool_]
 ) -> NDArray[np.int64]:
-    """Nodes where facets that are held along their normal alone go on, within FLAT, as facets that are free."""
+    """Return nodes where facets held only along their normal continue, within FLAT, as free facets."""
     slide = ~free & ~np.all(of_facets, axis=1)
-    rim = _rim(facets, slide, free)
+    rim = _nodes_between(facets, slide, free)
     if not len(rim):
         return rim
     normals = facet_normals(mesh, facets)
@@ -225,7 +228,7 @@ def _punched(
 
 
 def facet_normals(mesh: Mesh, facets: NDArray[np.int64]) -> Floats:
-    """Of facets at their nodes (f, nodes, 3): the chord of a curved face leans away from the right angle it ends in."""
+    """Return facet normals at their nodes (f, nodes, 3); a chord of a curved face would not show a right angle."""
     facet = mesh.element.facet
     corners = np.array(facet.rim)
     places = np.concatenate([corners, *(corners[list(some)].mean(axis=0, keepdims=True) for some in facet.between)])

@@ -1,4 +1,4 @@
-"""Where cells do not agree on the stress that a metric tells of: a word for it, always, at no further solution."""
+"""Warnings about unresolved stress: adjacent cells disagree at the evaluated points; needs no further solution."""
 
 from __future__ import annotations
 
@@ -33,23 +33,23 @@ CANCELLED = 1e-8
 
 
 def asks(scene: Scene) -> bool:
-    """Whether a scene asks for stress or strain."""
+    """Return whether a scene has metrics of stress or strain."""
     return any(isinstance(m.thing, TensorMetric) for m in scene.of_kind("metric").values())
 
 
 def unresolved(scene: Scene, view: View, prepared: Prepared) -> tuple[Diagnostic, ...]:
-    """Warnings about metrics of stress and strain whose value has no limit, or lies where cells do not agree."""
+    """Return warnings about metrics of stress and strain that are singular, or where adjacent cells disagree."""
     asked = [m for m in scene.of_kind("metric").values() if isinstance(m.thing, TensorMetric)]
-    found = [d for metric in asked for d in _said(metric, view, prepared, scene.declared[view.name].thing)]
+    found = [d for metric in asked for d in _metric_warnings(metric, view, prepared, scene.declared[view.name].thing)]
     if any(isinstance(load.thing.action, PointLoad | LineForce) for load in view.case.loads):
-        found += _under_forces(scene, view, prepared)
+        found += _point_force_warnings(scene, view, prepared)
     if view.case.contacts:
-        found += _under_edges(scene, view)
+        found += _sharp_edge_warnings(scene, view)
     return tuple(found)
 
 
-def _under_edges(scene: Scene, view: View) -> Iterator[Diagnostic]:
-    """Pressures of contacts at sharp edges and tips."""
+def _sharp_edge_warnings(scene: Scene, view: View) -> Iterator[Diagnostic]:
+    """Yield warnings about contact pressures at sharp edges and tips."""
     from softmark.interpreter.verification.contact_accuracy_limits import limitless_pressure
 
     for metric in scene.of_kind("metric").values():
@@ -66,8 +66,8 @@ def _under_edges(scene: Scene, view: View) -> Iterator[Diagnostic]:
             )
 
 
-def _under_forces(scene: Scene, view: View, prepared: Prepared) -> Iterator[Diagnostic]:
-    """Displacements of a solid that are looked at under a force on a point or along a line."""
+def _point_force_warnings(scene: Scene, view: View, prepared: Prepared) -> Iterator[Diagnostic]:
+    """Yield warnings about displacements of a solid under a point or line force."""
     from softmark.interpreter.verification.stress_singularities import place_of, unbounded
 
     for metric in scene.of_kind("metric").values():
@@ -91,8 +91,8 @@ def _under_forces(scene: Scene, view: View, prepared: Prepared) -> Iterator[Diag
             )
 
 
-def _beside_ends(metric: Declared, view: View, thing: Any) -> Iterator[Diagnostic]:
-    """Of beams, whose sections are not free to warp and to grow thin where something holds them."""
+def _beam_end_warnings(metric: Declared, view: View, thing: Any) -> Iterator[Diagnostic]:
+    """Yield warnings about beam sections near supports, where they cannot warp or contract."""
     from softmark.interpreter.models.beam.end_effect_zones import disturbed
 
     if place := disturbed(view.case, thing, view.probes[metric.thing.probe].points):
@@ -104,8 +104,8 @@ def _beside_ends(metric: Declared, view: View, thing: Any) -> Iterator[Diagnosti
         )  # fmt: skip
 
 
-def _beside_parts(metric: Declared, view: View, mesh: Mesh) -> Iterator[Diagnostic]:
-    """Of points in cells that a border of parts passes through, or beside these, which agree and are wrong together."""
+def _region_border_warnings(metric: Declared, view: View, mesh: Mesh) -> Iterator[Diagnostic]:
+    """Yield warnings about points in or next to cells that a region border crosses, which agree but are wrong."""
     from softmark.interpreter.models.shared.region_cells import materials_of_cells
     from softmark.solvers.mesh.element_interpolation import locate_points
 
@@ -134,7 +134,7 @@ def place_of_metric(metric: TensorMetric, view: View) -> ProbePlace:
     return ProbePlace(probe.points, probe.triangles, view.weights.get(name), view.domains.get(name))
 
 
-def _of_sides(metric: TensorMetric, details: Mapping[str, Any]) -> str:
+def _describe_sides(metric: TensorMetric, details: Mapping[str, Any]) -> str:
     """Return how a metric combines the two values at points on an interface, as text."""
     if metric.over == "mean":
         return "there the mean counts half of each side; move the probe to one side of the interface"
@@ -146,7 +146,7 @@ def _of_sides(metric: TensorMetric, details: Mapping[str, Any]) -> str:
     return f"its sides have {shown}, and the number is the largest of them; look at points to one side of the interface"
 
 
-def _against_traction(metric: Declared, view: View, value: float) -> Iterator[Diagnostic]:
+def _traction_warnings(metric: Declared, view: View, value: float) -> Iterator[Diagnostic]:
     """Yield a warning if the stress at the surface contradicts the applied traction."""
     found = mismatch_of(metric.thing, view)
     if found is None or view.stress is None:
@@ -181,14 +181,14 @@ def mismatch_of(metric: TensorMetric, view: View) -> TractionMismatch | None:
         return None
 
 
-def _said(metric: Declared, view: View, prepared: Prepared, thing: Any) -> Iterator[Diagnostic]:
+def _metric_warnings(metric: Declared, view: View, prepared: Prepared, thing: Any) -> Iterator[Diagnostic]:
     if view.message is not None or metric.thing.probe not in view.probes:
         return
     from softmark.interpreter.verification.stress_singularities import limitless
 
     if prepared.mesh is None and view.stress is not None:
         if not (thing.even or isinstance(thing.stress_law, str)):
-            yield from _beside_ends(metric, view, thing)
+            yield from _beam_end_warnings(metric, view, thing)
         return
     place = limitless(
         metric.thing, view.case, prepared.mesh, place_of_metric(metric.thing, view).looked_at(metric.thing.over)
@@ -209,10 +209,14 @@ def _said(metric: Declared, view: View, prepared: Prepared, thing: Any) -> Itera
         return
     details = measured.details
     if metric.thing.measured_from is None:
-        yield from _against_traction(metric, view, measured.value)
+        yield from _traction_warnings(metric, view, measured.value)
     if metric.thing.over == "mean" and not details["where_materials_meet"]:
         return
-    crossed = tuple(_beside_parts(metric, view, prepared.mesh)) if view.case.parts and prepared.mesh is not None else ()
+    crossed = (
+        tuple(_region_border_warnings(metric, view, prepared.mesh))
+        if view.case.parts and prepared.mesh is not None
+        else ()
+    )
     yield from crossed
     if not crossed and (many := details["where_materials_meet"]):
         yield diagnostic(
@@ -220,7 +224,7 @@ def _said(metric: Declared, view: View, prepared: Prepared, thing: Any) -> Itera
             metric.at("probe"),
             f"{many} of {details['points']} points that `{metric.name}` looks at in `{view.name}` lie between parts",
             "stress jumps there",
-            _of_sides(metric.thing, details),
+            _describe_sides(metric.thing, details),
         )
     if metric.thing.over == "mean":
         return

@@ -1,4 +1,4 @@
-"""What supports hold, and how they move rigid bodies, found once more for the watchdog."""
+"""Independent check of supported degrees of freedom, and of the motion of rigid bodies."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ ROUNDED = 1e-9  # of the size of the body: what rounding may leave
 
 
 def held(case: Case, mesh: DeformedMesh) -> NDArray[np.bool_]:
-    """Which degrees of freedom supports hold (n, 3): of the nodes that they select, and of whole cells and facets.
+    """Return which degrees of freedom supports hold (n, 3): of selected nodes, and of whole cells and facets.
 
-    Cells and facets are taken as selected where all their corners are, seen from a little inside: a selection without
-    its border holds up to it.
+    Cells and facets count as selected if all their corners are, moved slightly inward: a selection without its border
+    extends up to it.
     """
     points = mesh.points
     found = np.zeros(points.shape, dtype=np.bool_)
@@ -78,7 +78,7 @@ def misplaced(case: Case, mesh: DeformedMesh) -> tuple[float, str | None]:
 
 
 def motion(touch: Touch) -> tuple[Floats, Floats, Floats]:
-    """How a rigid body has moved: its shift, m, its turn, rad, and the point that this is around, m."""
+    """Return the motion of a rigid body: its shift, m, its rotation, rad, and the centre of rotation, m."""
     shift, rotation, through = np.zeros(3), np.zeros(3), np.zeros(3)
     if touch.along is not None:
         shift[touch.along] += touch.gone

@@ -103,7 +103,7 @@ def mismatch(
         return None
     mesh = stress.state.mesh
     samples = _with_patches(metric, case, mesh, place, metric.samples(place, stress))
-    points, facets, normals = _on_faces(case, mesh, samples.X)
+    points, facets, normals = _points_on_faces(case, mesh, samples.X)
     if not len(points):
         return None
     sides = samples.sides(stress)
@@ -115,11 +115,11 @@ def mismatch(
     row = np.searchsorted(sides.rows, chosen)
     tensors = sides.tensors
     here = Tensors(tensors.six[row], tensors.H[row], tensors.small)
-    corrected, worst = _corrected(here, boundary)
+    corrected, worst = _nearest_admissible(here, boundary)
     six, H = tensors.six.copy(), tensors.H.copy()
     six[row] = corrected
     change = corrected - here.six
-    H[row] += _strained(case, sides.materials[row], change, stress)
+    H[row] += _gradient_change(case, sides.materials[row], change, stress)
     try:
         before, after = metric.values(tensors), metric.values(Tensors(six, H, tensors.small))
     except (Undefined, np.linalg.LinAlgError):
@@ -167,8 +167,8 @@ def _with_patches(
 _KNOWN = (SurfaceTraction, RemoteStress, PressureLoad, *INSIDE, *UNKNOWN)
 
 
-def _strained(case: Case, materials: Ints, change: Floats, stress: Stresses) -> Floats:
-    """Change of the displacement gradient (n, 9) for one of stress (n, 6), Pa, by Hooke's law with moduli at rest."""
+def _gradient_change(case: Case, materials: Ints, change: Floats, stress: Stresses) -> Floats:
+    """Return the change of displacement gradient (n, 9) for one of stress (n, 6), Pa, by Hooke's law at rest."""
     found = np.zeros((len(change), 9))
     for number in np.unique(materials).tolist():
         material = case.typical[number] if number < len(case.typical) else case.typical[0]
@@ -183,7 +183,7 @@ def _strained(case: Case, materials: Ints, change: Floats, stress: Stresses) -> 
 # ------------------------------------------------------------------ faces at points
 
 
-def _on_faces(case: Case, mesh: Mesh, X: Floats) -> tuple[Ints, Ints, Floats]:
+def _points_on_faces(case: Case, mesh: Mesh, X: Floats) -> tuple[Ints, Ints, Floats]:
     """Return pairs of a point X (n, 3), m, and a boundary facet that contains it (p,), and outward normals (p, 3)."""
     from scipy import sparse
 
@@ -209,7 +209,7 @@ def _on_faces(case: Case, mesh: Mesh, X: Floats) -> tuple[Ints, Ints, Floats]:
         both = (of_points @ of_facets.T).tocoo()
         full = both.data >= counts[on].sum(axis=1)[both.row] - 0.5
         points, rows = on[both.row[full]], both.col[full].astype(np.int64)
-    known = _interpolated(own, normals, points, rows, where.nodes, where.N)
+    known = _interpolate_normals(own, normals, points, rows, where.nodes, where.N)
     beyond = np.flatnonzero(where.outside > 0.0)
     if len(beyond):
         nearest, N = _nearest(mesh, own, X[beyond])
@@ -221,7 +221,7 @@ def _on_faces(case: Case, mesh: Mesh, X: Floats) -> tuple[Ints, Ints, Floats]:
     return points[order], which[rows[order]], unit[order]
 
 
-def _interpolated(own: Ints, normals: Floats, points: Ints, rows: Ints, nodes: Ints, N: Floats) -> Floats:
+def _interpolate_normals(own: Ints, normals: Floats, points: Ints, rows: Ints, nodes: Ints, N: Floats) -> Floats:
     """Interpolate the normals at the nodes of facets (f, a, 3) to points on the facets (p, 3)."""
     same = own[rows][:, :, None] == nodes[points][:, None, :]  # (p, a, b)
     share = np.where(same, N[points][:, None, :], 0.0).sum(axis=2)
@@ -230,7 +230,7 @@ def _interpolated(own: Ints, normals: Floats, points: Ints, rows: Ints, nodes: I
 
 
 def _smooth_normals(mesh: Mesh, own: Ints) -> Floats:
-    """Unit normals of facets at their nodes (f, a, 3): means over the facets that meet smoothly at a node."""
+    """Return unit normals of facets at their nodes (f, a, 3): means over facets that meet smoothly at a node."""
     own_normals = facet_normals(mesh, own)
     flat, node = own_normals.reshape(-1, 3), own.ravel()
     order = np.argsort(node, kind="stable")
@@ -275,8 +275,8 @@ def _boundary(
     n = len(chosen)
     found = Boundary(np.zeros((n, FACES, 3)), np.zeros((n, FACES, 3)), np.zeros((n, FACES)),
                      np.zeros((n, FACES, 3), dtype=np.bool_), [()] * n)  # fmt: skip
-    held = _held_at(case, mesh, X[chosen]) | _touching(at_rest, X[chosen])[:, None]
-    acting = [_Acting(case, load, mesh) for load in case.loads if not isinstance(load.thing.action, INSIDE)]
+    held = _held_at(case, mesh, X[chosen]) | _is_in_contact(at_rest, X[chosen])[:, None]
+    acting = [_ActingLoad(case, load, mesh) for load in case.loads if not isinstance(load.thing.action, INSIDE)]
     filled = np.zeros(n, dtype=np.int64)
     names: list[tuple[str, ...]] = [()] * n
     doubtful = np.zeros(n, dtype=np.bool_)
@@ -325,7 +325,7 @@ def _held_at(case: Case, mesh: Mesh, X: Floats) -> Bools:
     return found
 
 
-def _touching(at_rest: Any, X: Floats) -> Bools:
+def _is_in_contact(at_rest: Any, X: Floats) -> Bools:
     """Return the points X (n, 3), m, on which a contact presses (n,)."""
     found = np.zeros(len(X), dtype=np.bool_)
     for touch in getattr(at_rest, "touches", {}).values():
@@ -335,8 +335,8 @@ def _touching(at_rest: Any, X: Floats) -> Bools:
     return found
 
 
-class _Acting:
-    """A load on a part of the surface of a mesh."""
+class _ActingLoad:
+    """Load on a part of the surface of a mesh."""
 
     def __init__(self, case: Case, load: Declared, mesh: Mesh) -> None:
         self.name, self.action, self._mesh = load.name, load.thing.action, mesh
@@ -371,7 +371,7 @@ class _Acting:
         return np.zeros(3), float(self.action.pressure)
 
 
-def _corrected(tensors: Tensors, known: Boundary) -> tuple[Floats, Any]:
+def _nearest_admissible(tensors: Tensors, known: Boundary) -> tuple[Floats, Any]:
     """Return the nearest stresses (n, 6), Pa, that satisfy the tractions, and a function that describes a mismatch."""
     S, normals = tensors.cauchy.copy(), known.normals
     n, wanted = normals.copy(), known.tractions - known.pressures[:, :, None] * normals
@@ -381,7 +381,7 @@ def _corrected(tensors: Tensors, known: Boundary) -> tuple[Floats, Any]:
         area = np.linalg.norm(turned, axis=2, keepdims=True)
         n = turned / np.where(area > 0.0, area, 1.0)
         wanted = known.tractions / np.where(area > 0.0, area, 1.0) - known.pressures[:, :, None] * n
-    free = known.free & ~_conflicting(n, wanted, known.free)[:, None, None]
+    free = known.free & ~_is_conflicting(n, wanted, known.free)[:, None, None]
     first = np.where(free, np.einsum("nij,nfj->nfi", S, n) - wanted, 0.0)
     acting = free.any(axis=2)
     for _ in range(ROUNDS if acting.sum(axis=1).max(initial=0) > 1 else 1):
@@ -391,10 +391,10 @@ def _corrected(tensors: Tensors, known: Boundary) -> tuple[Floats, Any]:
             outer = np.einsum("ni,nj->nij", r, n[:, f])
             S -= outer + outer.swapaxes(1, 2) - along * np.einsum("ni,nj->nij", n[:, f], n[:, f])
     six = np.stack([S[:, i, j] for i, j in SYMMETRIC], axis=1)
-    return six, partial(_worst, tensors.cauchy, n, wanted, first, known.loads)
+    return six, partial(_worst_mismatch, tensors.cauchy, n, wanted, first, known.loads)
 
 
-def _conflicting(n: Floats, wanted: Floats, free: Bools) -> Bools:
+def _is_conflicting(n: Floats, wanted: Floats, free: Bools) -> Bools:
     """Return the points (n,) on edges where no symmetric stress has both tractions, as a sheared beside a free face."""
     found = np.zeros(len(n), dtype=np.bool_)
     size = np.linalg.norm(wanted, axis=2).max(axis=1, initial=0.0)
@@ -406,7 +406,7 @@ def _conflicting(n: Floats, wanted: Floats, free: Bools) -> Bools:
     return found
 
 
-def _worst(
+def _worst_mismatch(
     cauchy: Floats, n: Floats, wanted: Floats, r: Floats, loads: Sequence[tuple[str, ...]], i: int
 ) -> tuple[float, float, bool, tuple[str, ...]]:
     """Return the traction of the stress and the applied one, Pa, whether both are normal, and the loads, at a point."""

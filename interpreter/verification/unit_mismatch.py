@@ -1,7 +1,7 @@
-"""Results whose displacements seem to be in another unit than their lengths: a thousand times what all others find.
+"""Check for result files whose displacements seem to be in another unit: off by factors of a thousand.
 
-Nothing in a file of results says what unit its displacements have, and where its lengths fit the body only its answer
-is left to doubt. Others than whole factors of a thousand are an error like any.
+A result file does not state the unit of its displacements. If its lengths fit the body, only its answer shows the
+mistake. Other factors are treated as ordinary errors.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ NEAR = 0.1  # of a factor: an answer that is wrong by just so much for another r
 def other_units(
     scene: Scene, models: Mapping[str, ModelResult], references: Mapping[str, ReferenceResult]
 ) -> list[Diagnostic]:
-    """A warning for each file of results that moves a probe's points by such a factor of what another outcome does."""
+    """Return a warning for each result file whose displacements differ by such a factor from another result."""
     found = []
     for name, own in models.items():
         if own.status != "read":
@@ -32,7 +32,7 @@ def other_units(
             *references.values(),
             *(m for m in models.values() if m.status == "converged"),
         ]
-        told = next(_apart(own.probes, others), None)
+        told = next(_probes_off_by_factor(own.probes, others), None)
         if told is not None:
             probe, other, words = told
             declared = scene.declared[name]
@@ -43,10 +43,10 @@ def other_units(
     return found
 
 
-def _apart(
+def _probes_off_by_factor(
     own: Mapping[str, ProbeResult], others: Iterable[ModelResult | ReferenceResult]
 ) -> Iterator[tuple[str, str, str]]:
-    """Probes at which another is apart by a factor: the probe, the other and the factor in words."""
+    """Yield probes at which another result differs by a factor: the probe, the other and the factor as text."""
     for other in others:
         for name in (n for n in own if n in other.probes):
             mine, theirs = _size(own[name]), _size(other.probes[name])
@@ -56,6 +56,6 @@ def _apart(
 
 
 def _size(seen: ProbeResult) -> float:
-    """How far the points of a probe move, at most, m."""
+    """Return the largest displacement of the points of a probe, m."""
     u = seen.displacement if seen.course is None else seen.course
     return float(np.linalg.norm(u, axis=-1).max(initial=0.0))

@@ -1,7 +1,7 @@
-"""What the watchdog says where it has no formula of its own."""
+"""Exception for solutions without independent formulas."""
 
 from __future__ import annotations
 
 
-class Unchecked(Exception):
-    """There is no independent formula for what was solved."""
+class NoIndependentFormula(Exception):
+    """There is no independent formula for the solution."""

@@ -1,4 +1,4 @@
-"""Solids that remember, for the watchdog: the stress of their past by its integral
+"""Independent forces of viscoelastic solids, by the hereditary integral
 (solvers/independent_forces/hereditary_integral.py).
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.solvers.independent_forces import hereditary_integral, solid_forces
 from softmark.solvers.independent_forces.hereditary_integral import (
     DisplacementHistory,
@@ -28,13 +28,13 @@ MOST = 2e9  # numbers that a past may be looked through
 
 
 def course_of(case: Case, strain: str, mesh: DeformedMesh, points: int) -> DisplacementHistory:
-    """How a body of one material that relaxes came to where it is. Raises Unchecked."""
+    """Return the deformation history of a viscoelastic body of one material. Raises Unchecked."""
     material = case.material
     past = getattr(mesh, "past", None)
     if past is None:
-        raise Unchecked("how it came there is not known")
+        raise NoIndependentFormula("how it came there is not known")
     if len(past.times) * points * 9.0 > MOST:
-        raise Unchecked(f"its past of {len(past.times)} steps is too long to look through")
+        raise NoIndependentFormula(f"its past of {len(past.times)} steps is too long to look through")
     g, tau = (np.array(column) for column in zip(*material.branches, strict=True))
     return DisplacementHistory(
         past.times, past.states, _part(material, strain), g, tau, _measure(material, strain), case.depth
@@ -42,7 +42,7 @@ def course_of(case: Case, strain: str, mesh: DeformedMesh, points: int) -> Displ
 
 
 def _measure(material: Any, strain: str) -> Measure:
-    """The measure of strain that its stress works with."""
+    """Return the strain measure of its stress."""
     if strain == "finite":
         return "green" if material.of == "whole" else "shape"
     return "small" if strain == "small" else "turned"
@@ -57,12 +57,12 @@ def _part(material: Any, strain: str) -> solid_forces.Stress:
         return hooke(mu, lam if material.of == "whole" else -2.0 / 3.0 * mu)
     part = material.finite_law() if material.of == "whole" else material.law.isochoric()
     if part is None:
-        raise Unchecked(f"no part of a {type(material.law).__name__} relaxes in finite strain")
+        raise NoIndependentFormula(f"no part of a {type(material.law).__name__} relaxes in finite strain")
     return EnergyStress(part.psi)
 
 
 def remembering(made: Any, course: DisplacementHistory) -> Any:
-    """A body that is checked, with its past."""
+    """Return a body under verification with its history."""
     cls = ViscoelasticMixedBody if isinstance(made, MixedBody) else ViscoelasticBody
     known = {f.name: getattr(made, f.name) for f in fields(made)}
     return cls(**known, course=course)
@@ -72,16 +72,16 @@ def remembering(made: Any, course: DisplacementHistory) -> Any:
 
 
 def gone_of(material: Any, displacement: Any, strains: Callable[[Any], Floats]) -> Floats:
-    """Of the `strains` (e, 6) of a beam, which they say of displacements, what carries nothing any more (e, 6).
+    """Return the relaxed part (e, 6) of the `strains` (e, 6) of a beam, a function of displacements.
 
     Raises Unchecked.
     """
     times, past = getattr(displacement, "times", None), getattr(displacement, "past", None)
     if times is None or past is None:
-        raise Unchecked("how it came there is not known")
+        raise NoIndependentFormula("how it came there is not known")
     steps = [strains(moved) for moved in past]
     if len(steps) * steps[0].size > MOST:
-        raise Unchecked(f"its past of {len(times)} steps is too long to look through")
+        raise NoIndependentFormula(f"its past of {len(times)} steps is too long to look through")
     shares, late = (np.array(column) for column in zip(*material.branches, strict=True))
     stretched = sheared = (shares, late)
     if material.of == "shape" and material.poisson < 0.5:

@@ -32,7 +32,7 @@ class AtRest:
     found: statics.Equilibrium
 
     def at(self, X: Any, beyond: float = 0.0) -> Floats:
-        """Return displacements (p, 3) at points X (p, 3) of the undeformed body, m; see `Solid.at`. Raises ValueError."""
+        """Return displacements (p, 3) at points X (p, 3) of undeformed body, m; see `Solid.at`. Raises ValueError."""
         return self.solid.at(X, self.displacement, beyond)
 
 

@@ -21,8 +21,8 @@ class Motion:
     """A state with its velocity and acceleration (dofs,) at a `time` in s.
 
     `factors` (l,) are those of the loads that the acceleration balances. `given` = (a, b) weights the contact impulse
-    of
-    the step that ends here: a times the impulse of the step before, plus b times the contact force at the end times h.
+    of the step that ends here: a times the impulse of the step before, plus b times the contact force at the end times
+    h.
     """
 
     time: float
@@ -46,8 +46,7 @@ class Stage:
     """Equations of an implicit step of `step` seconds under `load` from `start`, for its unknown end x.
 
     At the end of the step a = A (x - coast) and v = speed + B (x - coast), with `coast` the state that the body would
-    reach
-    without forces. The balance holds at a weighted time within the step:
+    reach without forces. The balance holds at a weighted time within the step:
 
         (1 - alpha_m) M a + alpha_m M a0 + C ((1 - alpha_f) v + alpha_f v0) + f = 0,
 

@@ -35,11 +35,9 @@ def march(problem: Dynamics, duration: float, step: float, observe: Observer = w
     """Return the motion from 0 to `duration` in steps of `step` (s); the last step is shortened to end there.
 
     `observe` is called at time 0 and after every accepted step, outside the timed part; its return value is stored. A
-    step
-    that fails is halved and later ones grow back. Raises NotConverged, with the trajectory so far, if a step fails at
-    `problem.shortest` of its length; Diverged if the motion has gained spurious energy (energy_balance.py); StepTooLong
-    if
-    an explicit integrator cannot take the step; ValueError for a duration or step that is not positive.
+    step that fails is halved and later ones grow back. Raises NotConverged, with the trajectory so far, if a step fails
+    at `problem.shortest` of its length; Diverged if the motion has gained spurious energy (energy_balance.py);
+    StepTooLong if an explicit integrator cannot take the step; ValueError for a duration or step that is not positive.
     """
     if not (0.0 < step < math.inf and 0.0 < duration < math.inf):
         raise ValueError("duration and step must be positive")

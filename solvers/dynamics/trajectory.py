@@ -65,23 +65,18 @@ class ContactHistory:
 class Trajectory:
     """Motion over n accepted steps between n + 1 times. `complete` is True if they reach the end.
 
-    `observed` holds the observer's results at each time. `energies`, each (n + 1,) in J: `kinetic`, `strain`
-    (internal energies), `load_work` done on the body by loads and `support_work` by moving supports since the
-    start, `damping` lost by it since then, and `drift` = the gain of kinetic and strain energy beyond
-    load_work + support_work - damping, which the integrator adds (or removes, if negative). With active muscle,
-    `muscle_work` is its part of load_work. `wall` and `cpu` are the seconds that each step cost, including failed
-    attempts
-    before it, excluding observation and energies. `iterations` counts the linear systems of each accepted step,
-    `residuals`
-    are the remaining relative residual forces (see Dynamics), `solved` is whether they meet the tolerance: without a
-    cap,
+    `observed` holds the observer's results at each time. `energies`, each (n + 1,) in J: `kinetic`, `strain` (internal
+    energies), `load_work` done on the body by loads and `support_work` by moving supports since the start, `damping`
+    lost by it since then, and `drift` = the gain of kinetic and strain energy beyond load_work + support_work -
+    damping, which the integrator adds (or removes, if negative). With active muscle, `muscle_work` is its part of
+    load_work. `wall` and `cpu` are the seconds that each step cost, including failed attempts before it, excluding
+    observation and energies. `iterations` counts the linear systems of each accepted step, `residuals` are the
+    remaining relative residual forces (see Dynamics), `solved` is whether they meet the tolerance: without a cap,
     always. `lagged` marks steps solved by one lagged tangent; `fallbacks` counts attempts at it left to Newton's
-    method.
-    `balance` is the energy balance of the integrator. With contacts there are also `contact`, the energy of barriers,
-    and
-    `contact_work`, the work of moving rigid bodies; both count in `drift`. With friction there is also `friction`, the
-    energy dissipated by it, which never decreases and counts too, and `rubbed` is the friction result of every contact
-    at each time.
+    method. `balance` is the energy balance of the integrator. With contacts there are also `contact`, the energy of
+    barriers, and `contact_work`, the work of moving rigid bodies; both count in `drift`. With friction there is also
+    `friction`, the energy dissipated by it, which never decreases and counts too, and `rubbed` is the friction result
+    of every contact at each time.
     """
 
     times: Floats

@@ -36,8 +36,7 @@ def mean_stage(system: DynamicSystem, now: Motion, h: float) -> Stage:
     """Return the stage equations M (v1 - v0) / h + C (v0 + v1) / 2 + (f0 + f1) / 2 = 0.
 
     They are Newmark's formulas for beta = 1/4 and gamma = 1/2 with the acceleration of the start inserted. The energy
-    lost
-    to damping, h times its power at the mean velocity, is never negative.
+    lost to damping, h times its power at the mean velocity, is never negative.
     """
     load = system.forces.graded(now.time, now.time + h)
     coast = now.x + h * now.v

@@ -27,8 +27,7 @@ def lowest_modes(
 
     K is symmetric; an unstable one gives negative values. M is positive, or zero for unknowns without mass, such as
     pressures. Small systems are solved densely; large ones by Lanczos iteration on K^-1 M (Ericsson and Ruhe 1980),
-    with
-    the factor of K from `factorised`. Raises NotSettled, and the errors of the factorisation.
+    with the factor of K from `factorised`. Raises NotSettled, and the errors of the factorisation.
     """
     n, massive = K.shape[0], bool(np.all(M.diagonal() > 0.0))
     if massive and (n <= SMALL or count >= n // 2):

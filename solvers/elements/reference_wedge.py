@@ -52,7 +52,7 @@ class Wedge:
 
     @staticmethod
     def clip(xi: Floats) -> Floats:
-        """Return points with negative barycentric coordinates set to zero, the others in proportion, and zeta clipped."""
+        """Return points with negative barycentric coordinates set to zero, others in proportion, and zeta clipped."""
         L = np.maximum(Tri3.shape(xi[:, :2]), 0.0)
         inside: Floats = L[:, 1:] / L.sum(axis=1, keepdims=True)
         return np.column_stack([inside, np.clip(xi[:, 2], -1.0, 1.0)])

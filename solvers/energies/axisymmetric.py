@@ -51,8 +51,7 @@ class AxisymmetricElastic(Elastic):
     """Elastic energy of an axisymmetric body: sum over points of w psi(F), where F33 = 1 + u_x / r.
 
     `hoop` (m, q, a) is N_a / r in 1/m. `w` (m, q) are the volumes of the whole body, m^3. Displacements along z are
-    taken
-    as zero.
+    taken as zero.
     """
 
     hoop: Floats | None = None

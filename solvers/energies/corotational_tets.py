@@ -131,11 +131,9 @@ class CorotationalTets(LaggedTangentEnergy):
         """Add the forces and a tangent that takes tr(S - I) of each cell from `traces` (m,) instead of from x.
 
         An extrapolated state has the right rotations but, in nearly incompressible cells, wrong pressures. With the
-        pressures
-        of the last state the tangent stays definite, so one factorisation serves the whole step. Similar to Magisano,
-        Leonetti and Garcea (2017), "How to improve efficiency and robustness of the Newton method in geometrically
-        non-linear
-        structural problems", who treat the stresses at the points as separate unknowns.
+        pressures of the last state the tangent stays definite, so one factorisation serves the whole step. Similar to
+        Magisano, Leonetti and Garcea (2017), "How to improve efficiency and robustness of the Newton method in
+        geometrically non-linear structural problems", who treat the stresses at the points as separate unknowns.
         """
         self._pass(FORCE + TANGENT + LAGGED, x, g, data, self._rows(slots), 1.0, traces)
 
@@ -162,8 +160,7 @@ class CorotationalTets(LaggedTangentEnergy):
         3).
 
         They are prepared once for each array of slots. The three columns of a block are adjacent unless a node is fixed
-        in
-        only some directions.
+        in only some directions.
         """
         for known, rows in self._placed:
             if known is slots:

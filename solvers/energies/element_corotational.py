@@ -18,9 +18,8 @@ Polar = Callable[[Floats], Floats]  # F (m, 3, 3) -> the rotations nearest to th
 class ElementCorotational(Energy):
     """Corotational element energy with nodal forces R K (R^T x - X), R the rotation nearest to the mean F of the cell.
 
-    `X` (n, 3) are undeformed points in m, `cells` (m, a), `G` (m, a, 3) mean shape-function gradients in 1/m,
-    `K` (m, 3a, 3a) element stiffness at rest in N/m; `polar` computes rotations. With displacements in the frame of R
-    the
+    `X` (n, 3) are undeformed points in m, `cells` (m, a), `G` (m, a, 3) mean shape-function gradients in 1/m, `K` (m,
+    3a, 3a) element stiffness at rest in N/m; `polar` computes rotations. With displacements in the frame of R the
     forces are those of linear elasticity. In a cell of more than four nodes they are not the derivative of any energy,
     since R depends on the nodes too; the tangent here is exact and not symmetric. In a four-node tetrahedron they equal
     those of the law `Corotational`. Source: Mueller and Gross (2004), "Interactive virtual materials"; Felippa (2000).

@@ -75,8 +75,7 @@ def _scatter(e: int, block: Floats, slots: Ints, data: Floats) -> None:
     """Add a block (3a, 3a), given by its 3x3 blocks on and above the diagonal, to the matrix values.
 
     The three columns of a node are adjacent in the matrix unless the node is fixed in only some directions. Positions
-    of
-    unsigned type are not tested for being negative.
+    of unsigned type are not tested for being negative.
     """
     nodes = block.shape[0] // 3
     for b in range(nodes):

@@ -128,10 +128,8 @@ class FaceMoment(Energy):
         f_a = c x y_a,  J c = moment:
 
     the resultant force is zero and the resultant moment is `moment` in every state. Coupling elements with equal
-    weights
-    per area apply the same moment. It is fixed in space, so it has no energy. The tangent couples every pair of nodes
-    and
-    is not symmetric.
+    weights per area apply the same moment. It is fixed in space, so it has no energy. The tangent couples every pair of
+    nodes and is not symmetric.
     """
 
     points: Floats  # (n, 3) undeformed

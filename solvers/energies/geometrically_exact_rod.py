@@ -82,10 +82,8 @@ class RodElastic(RodElementEnergy):
         """Return the rod whose rigid modes carry their forces in x without strain (method of multipliers).
 
         The present strain of these modes is added to `offset`, so stiffness times offset is the multiplier (Hestenes
-        1969,
-        Powell 1969). Solved again from x, the remaining strain falls a millionfold in a cantilever, for one or two more
-        Newton
-        steps.
+        1969, Powell 1969). Solved again from x, the remaining strain falls a millionfold in a cantilever, for one or
+        two more Newton steps.
         """
         rigid = list(self.stiffness.rigid)
         offset = np.broadcast_to(self.offset, (len(self.elements), 6)).copy()

@@ -22,8 +22,7 @@ def orthogonalise(M: Floats) -> None:
     """Rotate the columns of M (6, 3) until those in the first three rows are orthogonal.
 
     One-sided Jacobi rotations (Hestenes 1958): F in the upper and I in the lower half become U S and V of F = U S V^T,
-    in
-    no order, with det V = 1.
+    in no order, with det V = 1.
     """
     for _ in range(SWEEPS):
         turned = False

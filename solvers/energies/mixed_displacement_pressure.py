@@ -37,9 +37,8 @@ class MixedSolid(Energy):
     """Mixed displacement-pressure energy of a solid: int psi_shape(F) + p g(F) - p^2/(2 M) dV, in J.
 
     `cells` (m, a), `dNdX` (m, q, a, 3) in 1/m and `w` (m, q) in m^3 are as in `Elastic`, `law` is psi_shape; with
-    `hoop` (m, q, a), 1/m, the body is axisymmetric, as in `AxisymmetricElastic`. The state x holds the displacements
-    (3 `nodes`,) in m, followed by the pressures in units of `shear` / `edge` (shear modulus in Pa over cell size in m),
-    so
+    `hoop` (m, q, a), 1/m, the body is axisymmetric, as in `AxisymmetricElastic`. The state x holds the displacements (3
+    `nodes`,) in m, followed by the pressures in units of `shear` / `edge` (shear modulus in Pa over cell size in m), so
     that all unknowns are lengths and all equations forces. `pressures` (m, b) are their positions in x. `Np`, (q, b) or
     (m, q, b) per cell, are their shape functions. `compliance` is 1/M in 1/Pa, one value or one per point (m, q).
     Continuous linear pressures in ten-node tetrahedra are stable (Taylor and Hood 1973; Boffi, Brezzi and Fortin 2013,
@@ -165,10 +164,9 @@ class MeanDilatation(Energy):
     With g = tr eps this is B-bar with the mean dilatation (Hughes 1980, "Generalization of selective integration
     procedures"), and with g = J - 1 the three-field element Q1/P0 of Simo, Taylor and Pister (1985): the consistent
     form of F-bar, with an energy and a symmetric tangent. `bulk` is M in Pa, one value or one per cell (m,). If it
-    varies
-    within cells it is the harmonic mean V / int 1/M dV, as a cell pressure implies. `expected` (m,) are pressures in Pa
-    that the tangent takes instead of M times the mean (see assembly/pressure_predictor.py). With `hoop` (m, q, a), 1/m,
-    the body is axisymmetric, as in `AxisymmetricElastic`, and the mean is taken over whole rings.
+    varies within cells it is the harmonic mean V / int 1/M dV, as a cell pressure implies. `expected` (m,) are
+    pressures in Pa that the tangent takes instead of M times the mean (see assembly/pressure_predictor.py). With `hoop`
+    (m, q, a), 1/m, the body is axisymmetric, as in `AxisymmetricElastic`, and the mean is taken over whole rings.
     """
 
     cellular = True

@@ -54,8 +54,8 @@ class PoroelasticSolid(MixedSolid):
     pressure.
 
     It is a `MixedSolid` without compliance. `dNpdX` (m, q, b, 3), 1/m, are the gradients of the pressure shape
-    functions.
-    With small strains `turns` is False and K = k. Pressures in the state are positive in tension, as in `MixedSolid`.
+    functions. With small strains `turns` is False and K = k. Pressures in the state are positive in tension, as in
+    `MixedSolid`.
     """
 
     dNpdX: Floats = field(kw_only=True)
@@ -161,8 +161,7 @@ class FirstStage:
     """First stage of a time step.
 
     It stores the duration `span`, s; the fluid volume gained and the volume that left at prescribed pressures (b,),
-    m^3;
-    and the dissipated power `heat`, W.
+    m^3; and the dissipated power `heat`, W.
     """
 
     span: float
@@ -178,13 +177,11 @@ class PoreFluid(EnergyHistory):
     m^3.
 
     `out` leaves through the prescribed (`held`) pressures. The balance error of a step stays in `account`, so that the
-    next
-    step corrects it. `lost` is the dissipated energy and `pumped` the work of prescribed pressures, J; `moved` is the
-    volume
-    moved inside the body and `passed` the volume that entered or left it, m^3; `volumes` (b,) are the current ones;
-    `pressed` is the largest pressure so far, Pa. `rough` is the difference between the last step and a first-order
-    method,
-    m^3: about that for a short step, and all volume moved in it if the fluid has come to rest within.
+    next step corrects it. `lost` is the dissipated energy and `pumped` the work of prescribed pressures, J; `moved` is
+    the volume moved inside the body and `passed` the volume that entered or left it, m^3; `volumes` (b,) are the
+    current ones; `pressed` is the largest pressure so far, Pa. `rough` is the difference between the last step and a
+    first-order method, m^3: about that for a short step, and all volume moved in it if the fluid has come to rest
+    within.
     """
 
     energy: PoroelasticSolid

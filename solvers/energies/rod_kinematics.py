@@ -9,9 +9,8 @@ and a rotation vector phi about its material axes, q exp(phi / 2). Bilinear term
 products of components, because for few elements the number of numpy calls dominates the time. A new strain measure
 only needs its derivatives in R^11.
 
-Sources: Simo & Vu-Quoc 1986 (strains), Crisfield & Jelenic 1999 (relative rotations keep the strains
-objective and path-independent), Absil, Mahony & Sepulchre 2008, chapter 5 (Hessian on a sphere
-embedded in R^4).
+Sources: Simo & Vu-Quoc 1986 (strains), Crisfield & Jelenic 1999 (relative rotations keep the strains objective and
+path-independent), Absil, Mahony & Sepulchre 2008, chapter 5 (Hessian on a sphere embedded in R^4).
 """
 
 from __future__ import annotations
@@ -266,8 +265,7 @@ class RodElements:
         """Return the products (n, 17) that the second derivatives of y depend on, for derivatives t by y (n, 11).
 
         q exp(phi / 2) = q + ... - |phi|^2 q / 8: each node adds -(t . q) / 4 to its rotational diagonal, and likewise
-        for c;
-        t . c and t . p vanish, as only the directions of c and p count, so that t . q_b = -t . q_a.
+        for c; t . c and t . p vanish, as only the directions of c and p count, so that t . q_b = -t . q_a.
         """
         parts = np.empty((len(t), 17))
         parts[:, :16] = outer(t[:, C], self.turns.c)

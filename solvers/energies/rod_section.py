@@ -41,12 +41,9 @@ class RodStiffness:
         flexible.
 
         A suppressed mode gets the penalty stiffness max(its own stiffness, ratio B / length^2), B the largest of GJ,
-        EI2 and
-        EI3. A cantilever whose load has P length^2 / B = 10 then stores 20 / ratio of its strain energy in such a mode
-        and has
-        an error of 10 length / ratio at its tip, both growing with the load. `RodElastic.with_multipliers` removes this
-        error;
-        `RodElastic.rigid_fraction` measures it.
+        EI2 and EI3. A cantilever whose load has P length^2 / B = 10 then stores 20 / ratio of its strain energy in such
+        a mode and has an error of 10 length / ratio at its tip, both growing with the load.
+        `RodElastic.with_multipliers` removes this error; `RodElastic.rigid_fraction` measures it.
 
         The penalty costs no Newton steps with `RodChain`, whose moves do not stretch elements that only rotate. The
         condition number of the tangent grows as `ratio`, and rounding limits residuals to a fraction of

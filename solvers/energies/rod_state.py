@@ -80,13 +80,10 @@ class RodChain:
     """Configuration space of one rod in which stretch and shear change exactly to first order in the increment.
 
     A plain move rotates frames by a finite angle but shifts nodes along straight lines. An element that rotates by phi
-    then
-    also stretches by phi^2 / 2 against its largest stiffness, so Newton steps get shorter the more slender the rod.
-    Here
-    the axis vector of each element becomes l R(new) (Gamma + dGamma . d), and the positions are summed from these. The
-    mixed integration point method (Magisano, Leonetti & Garcea 2017) gains the same with an independent normal force.
-    Both
-    moves agree to first order, and so do slopes in a line search.
+    then also stretches by phi^2 / 2 against its largest stiffness, so Newton steps get shorter the more slender the
+    rod. Here the axis vector of each element becomes l R(new) (Gamma + dGamma . d), and the positions are summed from
+    these. The mixed integration point method (Magisano, Leonetti & Garcea 2017) gains the same with an independent
+    normal force. Both moves agree to first order, and so do slopes in a line search.
 
     `held` (nodes, 3) marks components of position that move by d only, such as supported ones. Between two of these the
     second-order correction is brought back to zero linearly along the rod.

@@ -18,8 +18,7 @@ class StabilizationSpring(Energy):
     N/m.
 
     `place` a (dofs,), m, is the anchor position. An equilibrium with u = a is also an equilibrium without the spring;
-    the
-    proximal point method (Martinet 1970; Rockafellar 1976) moves a there.
+    the proximal point method (Martinet 1970; Rockafellar 1976) moves a there.
     """
 
     grounded = True

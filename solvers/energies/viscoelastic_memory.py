@@ -114,8 +114,8 @@ class ViscoelasticHistory(EnergyHistory):
     """Viscoelastic history at the integration points of an elastic `energy`.
 
     At the end of the last step: stress S (n, 3, 3) and energy W (n,) of the relaxing part, strain E, and branch
-    stresses
-    H (k, n, 3, 3), Pa. `springs` (n,) is the energy stored in the branches, `lost` (n,) the dissipated energy, J/m^3.
+    stresses H (k, n, 3, 3), Pa. `springs` (n,) is the energy stored in the branches, `lost` (n,) the dissipated energy,
+    J/m^3.
     """
 
     energy: Any

@@ -153,7 +153,7 @@ def normals(t: Floats) -> Floats:
 
 
 def _face_ranks(r: Floats, t: Floats) -> Floats:
-    """Return the key that selects the face for friction: the distance (c,), and the orientation among equal distances."""
+    """Return key that selects the face for friction: the distance (c,), and the orientation among equal distances."""
     far = np.sqrt((r**2).sum(axis=1))
     looks = np.abs((r * normals(t)).sum(axis=1)) / np.maximum(far, LEAST)
     found: Floats = far * (1.0 + ALIKE * (1.0 - looks))

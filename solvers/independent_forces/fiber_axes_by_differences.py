@@ -65,7 +65,7 @@ def energy_with_shortening(psi: Scalar, s: Floats, f: Floats) -> Scalar:
 
 
 def split_off_pressure(material: Any, axes: Floats) -> SplitLaw:
-    """Return the law split for a pressure that replaces K (J - 1)^2 / 2 except a third, or half, of the shear modulus."""
+    """Return law split for a pressure that replaces K (J - 1)^2 / 2 except a third, or half, of the shear modulus."""
     third, K = material.shear_modulus / 3.0, material.bulk
     kept = third if K is None else min(third, 0.5 * K)
     compliance = 0.0 if K is None else 1.0 / (K - kept)

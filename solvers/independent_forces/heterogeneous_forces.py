@@ -130,10 +130,10 @@ def _finite(material: Any, selective: bool) -> tuple[HeterogeneousTerm, ...] | N
 
 def _with_moduli(material: Any, mu: Floats, lam: Floats) -> Any:
     """Return a material with two moduli (n,), Pa, at each point."""
-    return with_constants_of(material, mu * (3.0 * lam + 2.0 * mu) / (lam + mu), 0.5 * lam / (lam + mu))
+    return assign_constants(material, mu * (3.0 * lam + 2.0 * mu) / (lam + mu), 0.5 * lam / (lam + mu))
 
 
-def with_constants_of(material: Any, young: Floats, poisson: Floats) -> Any:
+def assign_constants(material: Any, young: Floats, poisson: Floats) -> Any:
     """Return a material with the constants (n,) of each point; unchanged if its constants cannot vary."""
     if not {"young", "poisson"} <= {*material.varying}:
         return material
@@ -153,7 +153,7 @@ def split_at_points(material: Any, strain: str, constants: Constants) -> Callabl
 
     def apart(X: Floats) -> SplitLaw:
         E, nu = constants(X)
-        split = split_law(with_constants_of(material, E, nu), strain, E, nu)
+        split = split_law(assign_constants(material, E, nu), strain, E, nu)
         if split is None:
             raise ValueError("this law does not come apart")
         return split

@@ -76,7 +76,7 @@ def split_law(material: object, strain: str, young: Any, nu: Any) -> SplitLaw | 
 
 
 def batch_constants(law: Any) -> Any:
-    """Return the law itself, or for constants at points (n,) a law that passes each batch of points its own constants."""
+    """Return law itself, or for constants at points (n,) a law that passes each batch of points its own constants."""
     from softmark.solvers.materials.heterogeneous import (
         HeterogeneousLaw,
         iterate_arrays,

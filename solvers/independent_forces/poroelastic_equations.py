@@ -38,7 +38,7 @@ class PoroelasticBody:
     small: bool
     depth: float = 0.0
 
-    def _now(self, u: Floats) -> tuple[Floats, Floats, Floats]:
+    def _deformed_geometry(self, u: Floats) -> tuple[Floats, Floats, Floats]:
         """Return dN/dx (m, q, a, 3), 1/m, point volumes (m, q), m^3, and the distances of nodes from the axis, m."""
         xi, weights = solid_forces.quadrature_rule(self.kind)
         x = self.points if self.small else self.points + u
@@ -60,7 +60,7 @@ class PoroelasticBody:
 
     def forces(self, u: Floats) -> tuple[Floats, float]:
         """Return the nodal forces of the fluid pressure, -int p dN/dx dv (n, 3), N, and their rounding error."""
-        dN, w, r = self._now(u)
+        dN, w, r = self._deformed_geometry(u)
         p = self.p @ self._corners.T
         f = -np.einsum("mq,mqai->mai", w * p, dN)
         if self.depth:
@@ -76,7 +76,7 @@ class PoroelasticBody:
 
     def volumes(self, u: Floats) -> Floats:
         """Return int N_b (dv - dV) at the corners (n,), m^3."""
-        dN, w, r = self._now(u)
+        dN, w, r = self._deformed_geometry(u)
         if self.small:
             grown = np.einsum("mqai,mai->mq", dN, u[self.cells] - u[self.cells[:, :1]])
             grown = grown + (
@@ -87,13 +87,13 @@ class PoroelasticBody:
                 else 0.0
             )
             return self._spread((w * grown) @ self._corners)
-        before = self._now(np.zeros_like(u))[1]
+        before = self._deformed_geometry(np.zeros_like(u))[1]
         return self._spread((w - before) @ self._corners)
 
     def flow(self, u: Floats) -> Floats:
         """Return -int grad N_b . k grad p dv at the corners (n,), the inflow at each, m^3/s."""
-        w = self._now(u)[1]
-        k = self.permeable(w / self._now(np.zeros_like(u))[1])
+        w = self._deformed_geometry(u)[1]
+        k = self.permeable(w / self._deformed_geometry(np.zeros_like(u))[1])
         slopes = self._slopes(u)
         grad = np.einsum("mqci,mc->mqi", slopes, self.p)
         return self._spread(-np.einsum("mq,mqci,mqi->mc", w * k, slopes, grad))

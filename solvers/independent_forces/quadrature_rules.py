@@ -1,4 +1,4 @@
-"""Quadrature rules for the checks only, by closed forms and by moments, from other sources than those of the elements."""
+"""Quadrature rules for the checks only, by closed forms and by moments, from other sources than those of elements."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def _cell_data(kind: Cell) -> Any:
 
 @cache
 def node_positions(kind: Cell) -> Floats:
-    """Return the local points of the nodes of a cell or facet (a, d), in VTK order: corners, then intermediate nodes."""
+    """Return local points of the nodes of a cell or facet (a, d), in VTK order: corners, then intermediate nodes."""
     known, d = _cell_data(kind), len(_cell_data(kind).monomials[0])
     cube = [[-1, 1, 1, -1, -1, 1, 1, -1], [-1, -1, 1, 1, -1, -1, 1, 1], [-1, -1, -1, -1, 1, 1, 1, 1]]
     simplex, wedge = [[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], [[0, 1, 0] * 2, [0, 0, 1] * 2, [-1] * 3 + [1] * 3]

@@ -114,8 +114,7 @@ def law_for(material: Isotropic, strain: str) -> Law:
     """Return the law of `material` for a model with strain measure `strain`, a key of STRAINS.
 
     `small` and `corotational` use the moduli at rest of any material; `finite` is the material's own law. For a plate
-    it
-    is the law in plane stress. Raises NoFiniteLaw, and KeyError for a strain that is not in STRAINS.
+    it is the law in plane stress. Raises NoFiniteLaw, and KeyError for a strain that is not in STRAINS.
     """
     law = STRAINS[strain](material)
     if material.thin:

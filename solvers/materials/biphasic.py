@@ -31,9 +31,9 @@ class Biphasic:
     and linear between corners (Taylor and Hood), so that nothing oscillates where fluid has had no time to flow. Faces
     are sealed but where `support drained(...)` or `pore_pressure(...)` say otherwise. Loads are those of skeleton and
     fluid together. No inertia counts. Gravity pulls on the density of the law and not on the fluid by itself: for a
-    body under water give what it weighs there, and pressures are those above the water's.
-    Source: Biot (1941), J. Appl. Phys. 12:155; Mow, Kuei, Lai and Armstrong (1980), J. Biomech. Eng. 102:73; Holmes and
-    Mow (1990), J. Biomech. 23:1145; Coussy (2004), "Poromechanics", chapters 3 and 4.
+    body under water give what it weighs there, and pressures are those above the water's. Source: Biot (1941), J. Appl.
+    Phys. 12:155; Mow, Kuei, Lai and Armstrong (1980), J. Biomech. Eng. 102:73; Holmes and Mow (1990), J. Biomech.
+    23:1145; Coussy (2004), "Poromechanics", chapters 3 and 4.
     """
 
     law: Annotated[Any, "material", "the drained skeleton"]

@@ -46,8 +46,7 @@ def find_ellipticity_loss(law: Any, F: Array, held: VolumePressure | None = None
     """Return for which states F (m, 3, 3) a law is not strongly elliptic (m,); None if unknown.
 
     For anisotropic laws it returns the losses that were found (acoustic_tensor.py). States outside the domain, which
-    have
-    no stress, are not counted.
+    have no stress, are not counted.
     """
     return evaluate_by_law(_lost, law, F, held)
 

@@ -79,9 +79,9 @@ class ExponentialStrainLaw(Anisotropic):
     def waves(self, f: Array, directions: Array, bulk: Any, tension: float) -> Array:
         """Return F^-1 Q(n) F^-T / (C exp Q) for f (3, 3, m), in fibre axes (d, 3, 3, m), without forming a stiffness.
 
-        With S = C exp(Q) T, C' = F^T F and an additional volume stiffness `bulk`, Pa: (n.T n) C'^-1 +
-        D(n) + 2 T n (x) T n + K J^2/(C exp Q) C'^-1 n (x) C'^-1 n, D v.v = sum b_ab e_ab^2 of e = sym(v (x) n). It is
-        positive where Q is. A `tension`, Pa, acts along the fibres.
+        With S = C exp(Q) T, C' = F^T F and an additional volume stiffness `bulk`, Pa: (n.T n) C'^-1 + D(n) + 2 T n (x)
+        T n + K J^2/(C exp Q) C'^-1 n (x) C'^-1 n, D v.v = sum b_ab e_ab^2 of e = sym(v (x) n). It is positive where Q
+        is. A `tension`, Pa, acts along the fibres.
         """
         e = self._strains(f, self.frame.axes(f.dtype))
         c = self.stiffness * np.exp(self._form(e))

@@ -34,9 +34,8 @@ class Hyperelastic(BatchedLaw):
         """Return the positive semi-definite 9x9 matrix nearest to dPdF, Pa (m, 3, 3, 3, 3).
 
         With F = U diag(s) V^T, dPdF(diag s) decomposes into a 3x3 block that couples the three axes and, in each plane
-        ab, a
-        twist (u_a v_b - u_b v_a) and a flip (u_a v_b + u_b v_a), each with its own sign.
-        Source: Smith, De Goes, Kim (2019), "Analytic eigensystems for isotropic distortion energies".
+        ab, a twist (u_a v_b - u_b v_a) and a flip (u_a v_b + u_b v_a), each with its own sign. Source: Smith, De Goes,
+        Kim (2019), "Analytic eigensystems for isotropic distortion energies".
         """
         return tensors(F, self._projected)
 

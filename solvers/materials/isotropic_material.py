@@ -84,16 +84,11 @@ class Isotropic:
         """Part of lam that stays in the point-wise law if a cell pressure carries the rest, Pa (in `finite_mixed`).
 
         A pressure controls the mean volume of a cell, but volumes may still differ between its points. Only the rest of
-        the law
-        resists that, and without any K (lam - K = -2 mu/3) it is unstable: stretched by t, a neo-Hookean solid resists
-        strains
-        h along its axes by mu sum (b_i + 1/t) h_i^2 - 2 mu/3 (tr h)^2, b = (t^2, 1/t, 1/t), which is indefinite for
-        every
-        t > 1. So mu/3 of lam stays. Then the remaining K is mu and nothing locks, as in grad-div stabilisation of
-        Taylor-Hood
-        elements (Olshanskii and Reusken 2004, "Grad-div stabilization for Stokes equations"). If lam < 4 mu/3 (nu <
-        2/7) the
-        pressure keeps mu, or all of K if K is less.
+        the law resists that, and without any K (lam - K = -2 mu/3) it is unstable: stretched by t, a neo-Hookean solid
+        resists strains h along its axes by mu sum (b_i + 1/t) h_i^2 - 2 mu/3 (tr h)^2, b = (t^2, 1/t, 1/t), which is
+        indefinite for every t > 1. So mu/3 of lam stays. Then the remaining K is mu and nothing locks, as in grad-div
+        stabilisation of Taylor-Hood elements (Olshanskii and Reusken 2004, "Grad-div stabilization for Stokes
+        equations"). If lam < 4 mu/3 (nu < 2/7) the pressure keeps mu, or all of K if K is less.
         """
         kept: float = self.shear_modulus * clamp_value(-2.0 / 3.0, self._ratio - 1.0, 1.0 / 3.0)
         return kept

@@ -4,9 +4,9 @@ With Q = g S(0) - H, the stress that a branch has lost, the branch law is dQ/dt 
 unit share is W(C) - q : C/2 + sup over C' of (q : C'/2 - W(C')), q = Q/g; for an isochoric W the sup is over C' of unit
 determinant. The sup is attained at C', in which the branch is at rest; (C - C') : (S(0)(C) - q) / 2 tau is the
 dissipation. It is never negative if every C is at rest under its own stress. That holds for convex W that increases
-with the isochoric I1, with C' = lam (2 W' 1 - q)^-1 (`FirstInvariantBranch`).
-Source: the free energy of Simo (1987), equation 3.12, with the energy of Q chosen so that no state of rest dissipates;
-S is that of the isochoric strain in strain_measures.py.
+with the isochoric I1, with C' = lam (2 W' 1 - q)^-1 (`FirstInvariantBranch`). Source: the free energy of Simo (1987),
+equation 3.12, with the energy of Q chosen so that no state of rest dissipates; S is that of the isochoric strain in
+strain_measures.py.
 """
 
 from __future__ import annotations

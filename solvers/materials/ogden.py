@@ -67,8 +67,7 @@ class Ogden(PrincipalStretchMaterial):
         """Reason for loss of shear stiffness: between two equal stretches, ln t = e, it is w''(e) / t^2.
 
         The outermost powers decide. In simple shear the energy grows as |F| to the largest power of both signs; below
-        power 1
-        its slope decreases.
+        power 1 its slope decreases.
         """
         sums: dict[float, float] = {}
         for m, a in self._terms:

@@ -2,8 +2,8 @@
 
 `principal(e)` of a law takes e_a = ln s_a and returns psi, J/m^3; the principal Kirchhoff stresses tau_a = dpsi/de_a,
 Pa; and d tau_a/de_b, Pa, as nested lists. Each e_a is a number (`float`; then no arrays are made, and the state of one
-material point takes microseconds) or an array (m,) of m points. NaN outside the law's domain.
-Source: Ogden (1984), "Non-linear elastic deformations", section 6.1.
+material point takes microseconds) or an array (m,) of m points. NaN outside the law's domain. Source: Ogden (1984),
+"Non-linear elastic deformations", section 6.1.
 """
 
 from __future__ import annotations

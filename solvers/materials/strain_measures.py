@@ -121,8 +121,7 @@ class BiotStrain:
     """Biot strain U - 1, with Biot's stress R^T P, R the rotation nearest to F.
 
     H : dU = X : dC with U X + X U = H, so the first Piola-Kirchhoff stress is 2 F X. In the axes of U, with stretches
-    s, X
-    is H / (s_i + s_j); differentiating that equation again gives the tangent.
+    s, X is H / (s_i + s_j); differentiating that equation again gives the tangent.
     """
 
     def strain(self, F: Array) -> Array:

@@ -30,8 +30,7 @@ class TwoInvariantLaw(Hyperelastic):
     C.
 
     A subclass computes a, s, c, d from I1 - 3 and j = J - 1, which are known without cancellation. An energy may use
-    these
-    numbers instead of tensors.
+    these numbers instead of tensors.
     """
 
     @abstractmethod

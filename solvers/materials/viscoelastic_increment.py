@@ -90,8 +90,7 @@ class PronySeries:
     """Prony series of a material: the law of the relaxing stress, shares `g` (k,) and times `tau` (k,), s.
 
     `mu` and `bulk` are its moduli at rest in Pa; `bulk` is infinite if only the isochoric stress relaxes. `springs` is
-    the
-    branch energy of a law whose stress is not linear in the strain measure.
+    the branch energy of a law whose stress is not linear in the strain measure.
     """
 
     part: Law

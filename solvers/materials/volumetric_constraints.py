@@ -81,8 +81,7 @@ class MixedSplit:
     """Mixed split of a law: the point-wise law `shape`, and M/2 g^2 of the constraint g.
 
     `modulus` is M in Pa, infinite if incompressible: the bulk modulus K for small or corotational strain, else lam
-    minus
-    `Isotropic.local_lambda`.
+    minus `Isotropic.local_lambda`.
     """
 
     shape: Law

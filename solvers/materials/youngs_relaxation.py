@@ -1,8 +1,8 @@
 """Prony series of Young's modulus for a solid whose shear modulus relaxes and whose bulk modulus does not.
 
 With s-multiplied transforms G(s) = G0 (1 - sum g a / (s + a)), a = 1 / tau, and E = 9 K G / (3 K + G): its poles are
-the roots of 3 K + G(s) = 0, one between each -a and the next. So it is a series with as many terms.
-Source: Tschoegl (1989), "The Phenomenological Theory of Linear Viscoelastic Behavior", section 11.1.
+the roots of 3 K + G(s) = 0, one between each -a and the next. So it is a series with as many terms. Source: Tschoegl
+(1989), "The Phenomenological Theory of Linear Viscoelastic Behavior", section 11.1.
 """
 
 from __future__ import annotations

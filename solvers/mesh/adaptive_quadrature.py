@@ -103,7 +103,7 @@ def adaptive_rule(
     size, left = np.zeros((len(floor), count)), np.zeros((len(floor), count))
     taken = 0
     for turn in range(ROUNDS + 1):
-        seen = [grid.look(parts[at : at + BATCH]) for at in range(0, len(parts), BATCH)]
+        seen = [grid.integrate_parts(parts[at : at + BATCH]) for at in range(0, len(parts), BATCH)]
         magnitude, volume, error, hidden = (np.concatenate(each, axis=-1) for each in zip(*seen, strict=True))
         if turn == 0:
             cells = volume
@@ -213,7 +213,7 @@ class _CellFunctions:
             low, high = low - reach, high + reach
         return low, high
 
-    def look(self, parts: _Parts) -> tuple[Floats, Floats, Floats, Floats]:
+    def integrate_parts(self, parts: _Parts) -> tuple[Floats, Floats, Floats, Floats]:
         """Return integrals of magnitudes (g, n), volumes (n,), their errors (g, n) and possibly hidden parts (g, n)."""
         _, X, w = self.within(parts, self.fine)
         fine = self.at(X)
@@ -291,7 +291,7 @@ class _CellFunctions:
         return _Parts(np.repeat(parts.cell, 2), every[which, :, rows].reshape(-1, *parts.vertices.shape[1:]))
 
     def collected(self, done: list[tuple[_Parts, Floats, Floats]], count: int, degree: int) -> FineRule:
-        """Return the fine rule in the parts of cells with few parts, and else the coarse rule if its degree suffices."""
+        """Return fine rule in the parts of cells with few parts, and else the coarse rule if its degree suffices."""
         parts = _Parts(np.concatenate([p.cell for p, *_ in done]), np.concatenate([p.vertices for p, *_ in done]))
         error, hidden = (np.concatenate([each[i] for each in done], axis=1) for i in (1, 2))
         enough = degree <= (3 if family_of(self.element) == "hexahedra" else 2)

@@ -88,7 +88,7 @@ class Arc(Swept):
         return Rectangle(side, self.height or side)
 
     def frame(self, station: float) -> tuple[Vector3, Vector3, Vector3]:
-        """Return the unit vectors at a station: along the axis, to the centre of the circle, and normal to its plane."""
+        """Return unit vectors at a station: along the axis, to the centre of the circle, and normal to its plane."""
         t, n, b = self._start
         c, s = math.cos(station / self.radius), math.sin(station / self.radius)
         return add_multiples((0.0, 0.0, 0.0), (c, t), (s, n)), add_multiples((0.0, 0.0, 0.0), (c, n), (-s, t)), b
@@ -186,9 +186,9 @@ class Arc(Swept):
             straight = curve_sides(
                 straight, [CylinderSide((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), self.length, section.radius)]
             )
-        return Mesh(self._bent(straight.points), straight.cells, kind)
+        return Mesh(self._bend_points(straight.points), straight.cells, kind)
 
-    def _bent(self, points: Floats) -> Floats:
+    def _bend_points(self, points: Floats) -> Floats:
         """Return the positions in the arc of points (n, 3), m, of a straight body along z."""
         u, v, s = points.T
         t, n, b = (np.array(e) for e in self._start)

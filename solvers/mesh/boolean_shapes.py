@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from softmark.records import dataclass
 from softmark.solvers.mesh.conforming_planes import smallest_size
 from softmark.solvers.mesh.shape import Bounds, Shape, Vector3, add_multiples
-from softmark.solvers.mesh.surface_bodies import Filled, SurfaceBody, seen
+from softmark.solvers.mesh.surface_bodies import Filled, SurfaceBody, modification_stamp
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.conforming_planes import Cut
@@ -193,7 +193,7 @@ def file_stamp(shape: Shape) -> Any:
     """Return a value that changes when a file of one of the bodies changes."""
     if isinstance(shape, Combined):
         return tuple(file_stamp(own) for own in shape.pair)
-    return seen(shape.file) if shape.file else None
+    return modification_stamp(shape.file) if shape.file else None
 
 
 def _estimate_triangle_count(shape: Shape, facets: float) -> float:
@@ -216,7 +216,7 @@ def _closed(shape: Combined, files: Any, facets: float, halved: int = 0) -> Clos
 
 
 def _faceted_surface(shape: Shape, facets: float, halved: int) -> Surface:
-    """Return points (n, 3), m, and triangles (t, 3) of a surface, refined `halved` more times. Raises UnreadableMesh."""
+    """Return points (n, 3), m, and triangles (t, 3) of surface, refined `halved` more times. Raises UnreadableMesh."""
     from softmark.solvers.mesh.boolean_operations import refine_surface
 
     if isinstance(shape, Combined):

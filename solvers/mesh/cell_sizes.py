@@ -41,7 +41,7 @@ def _grid(surface: ClosedSurface) -> tuple[Floats, Any]:
 
 
 def _distance_to_condition(cut: Cut, surface: ClosedSurface, X: Floats) -> Floats:
-    """Return the distance (n,), m, of points (n, 3) from where a condition holds at points of the grid or the surface."""
+    """Return distance (n,), m, of points (n, 3) from where a condition holds at points of the grid or the surface."""
     from scipy.spatial import cKDTree
 
     every = np.concatenate([X, surface.points, surface.points[surface.triangles].mean(axis=1)])

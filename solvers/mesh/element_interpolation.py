@@ -217,7 +217,7 @@ def _in_curved_cells(mesh: Mesh, X: Floats) -> PointLocations:
 
 
 def _extrapolated_shape_functions(mesh: Mesh, X: Floats, cell: Ints, xi: Floats) -> Floats:
-    """Return N(xi) + dN/dxi . d (n, a), d the remaining way to X: exact inside, linear from the nearest point outside."""
+    """Return N(xi) + dN/dxi . d (n, a), d remaining way to X: exact inside, linear from the nearest point outside."""
     N, dN = mesh.element.shape(xi), mesh.element.gradient(xi)
     corners = mesh.points[mesh.cells[cell]]
     J = np.einsum("pai,paj->pij", corners, dN)

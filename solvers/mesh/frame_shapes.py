@@ -95,7 +95,7 @@ class Member(Prism):
         return self._frame
 
     def slab(self, first: float, last: float) -> Bounds:
-        """Return the lowest and highest coordinates of the part between two stations, m, attained at one of its ends."""
+        """Return lowest and highest coordinates of the part between two stations, m, attained at one of its ends."""
         low, high = [0.0] * 3, [0.0] * 3
         ends = [(self.centre(s), self.section_at(s)) for s in (first, last)]
         for i, (a, b) in enumerate(zip(*self._frame[1:], strict=True)):
@@ -289,11 +289,15 @@ class Network(Shape):
                 if spans[j][0] > spans[i][1] + near:
                     break
                 shared = set(self.pairs[i]) & set(self.pairs[j])
-                if self._along(i, j, near) if shared else _axis_distance(self.members[i], self.members[j]) <= near:
+                if (
+                    self._overlap_along_axis(i, j, near)
+                    if shared
+                    else _axis_distance(self.members[i], self.members[j]) <= near
+                ):
                     return min(i, j) + 1, max(i, j) + 1
         return None
 
-    def _along(self, i: int, j: int, near: float) -> bool:
+    def _overlap_along_axis(self, i: int, j: int, near: float) -> bool:
         """Return whether the unshared end of one of two members lies on the other's axis, within `near`, m."""
         for one, other in ((i, j), (j, i)):
             end = next(n for n in self.pairs[one] if n not in self.pairs[other])

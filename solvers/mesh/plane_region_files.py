@@ -44,10 +44,10 @@ class FileSlice(Shape):
     @cached_property
     def read(self) -> Mesh:
         """Return the slice of the file's own cells, with its groups. Raises UnreadableMesh."""
-        from softmark.solvers.mesh.surface_bodies import seen
+        from softmark.solvers.mesh.surface_bodies import modification_stamp
 
         path = self.region.path
-        found = _cached_slice(path, self.region.unit, self.region.coincident, seen(path))
+        found = _cached_slice(path, self.region.unit, self.region.coincident, modification_stamp(path))
         points = found.points.copy()
         points[:, 2] *= self.depth / (points[:, 2].max() - points[:, 2].min())
         return replace(found, points=points)

@@ -56,7 +56,7 @@ def _sweep_hexahedra(section: PlaneMesh, count: int) -> tuple[Floats, Ints, Ints
 
 
 def _sweep_tetrahedra(section: PlaneMesh, count: int, kind: str) -> Mesh:
-    """Return tetrahedra of a swept section that meets the axis, where hexahedra become wedges. Raises UnknownElement."""
+    """Return tetrahedra of swept section that meets the axis, where hexahedra become wedges. Raises UnknownElement."""
     element = element_of(kind)
     if element.family != Tetrahedron.family:
         raise UnknownElement(kind)

@@ -45,7 +45,7 @@ class Pieces:
         return Pieces(self.corners[which], self.of[which])
 
     def cut(self, level: Callable[[Floats], Floats], slack: float, curved: bool) -> Pieces:
-        """Return the pieces cut where a level (n, 3) -> (n,) changes sign; values within `slack` of zero count as zero."""
+        """Return pieces cut where a level (n, 3) -> (n,) changes sign; values within `slack` of zero count as zero."""
         corners, of, done = self.corners, self.of, []
         k = corners.shape[1]
         v = _snap_to_zero(level(corners.reshape(-1, 3)).reshape(-1, k), slack)

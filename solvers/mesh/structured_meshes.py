@@ -188,7 +188,7 @@ def extrude_layers(section: PlaneMesh, z: Floats) -> tuple[Floats, Ints, Ints]:
 
 
 def mesh_extrusion(section: PlaneMesh, length: float, size: float, kind: str, cuts: tuple[Cut, ...] = ()) -> Mesh:
-    """Return the extruded section as hexahedra, or split into tetrahedra; with straight edges. Raises UnknownElement."""
+    """Return extruded section as hexahedra, or split into tetrahedra; with straight edges. Raises UnknownElement."""
     element = element_of(kind)
     return mesh_hexahedra(*extrude(section, length, size, cuts), element)
 

@@ -114,11 +114,13 @@ class Filled(SurfaceBody):
 
     def closed(self, size: float | None = None) -> ClosedSurface:
         """Return the repaired surface, for cells of any size. Raises UnreadableMesh."""
-        return _closed(self.path, self.unit, seen(self.path))
+        return _closed(self.path, self.unit, modification_stamp(self.path))
 
     def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
         """Return four-node tetrahedra with edges of about `size` (m), smaller at graded cuts. Raises UnreadableMesh."""
-        return _filled(self.path, self.unit, seen(self.path), size, self.near(smallest_size(size, graded)), graded)
+        return _filled(
+            self.path, self.unit, modification_stamp(self.path), size, self.near(smallest_size(size, graded)), graded
+        )
 
     def surface(self, size: float = 0.0) -> Surface:
         """Return points (n, 3) in m and triangles (t, 3) of the file's repaired surface, outward. Raises
@@ -131,7 +133,7 @@ class Filled(SurfaceBody):
 Seen = tuple[int, int] | None  # modification time and size of a file: a changed file is read again
 
 
-def seen(path: str) -> Seen:
+def modification_stamp(path: str) -> Seen:
     file = Path(path)
     if not file.is_file():
         return None

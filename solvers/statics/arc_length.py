@@ -70,7 +70,7 @@ class Path:
         return {"path": shown, "limits": [{"load": float(s.load), "kind": s.kind} for s in self.limits]}
 
 
-def _pressures(problem: Statics) -> NDArray[np.bool_]:
+def _mask_pressures(problem: Statics) -> NDArray[np.bool_]:
     """Return a mask of the unknowns (dofs,) that are pressures."""
     found = np.zeros(problem.space.dofs, dtype=np.bool_)
     if problem.linear.spare is not None:
@@ -92,7 +92,7 @@ class PathFollower:
         self.scale = 1.0  # of motions: that of full load, were the body linear
         self.origin = self.problem.rest
         weights = np.broadcast_to(self.problem.weights, (self.problem.space.dofs,)).astype(np.float64)
-        self.weights = np.where(_pressures(self.problem), np.inf, weights)  # pressures are no part of the length
+        self.weights = np.where(_mask_pressures(self.problem), np.inf, weights)  # pressures are no part of the length
 
     def to_full_load(self) -> Floats:
         """Return the first state of the path under full load. Raises NotConverged if it does not get there."""
@@ -201,7 +201,7 @@ class PathFollower:
         """Return the largest nodal displacement, m; rods also have rotations at nodes, solids have none."""
         moved = x - self.origin
         if len(x) == self.assembly.dofs:
-            moved, width = moved[~_pressures(self.problem)], 3
+            moved, width = moved[~_mask_pressures(self.problem)], 3
         else:
             width = 7
         if len(moved) % width:  # amplitudes of a reduced model

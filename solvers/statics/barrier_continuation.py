@@ -25,7 +25,7 @@ class PassedThrough(NotConverged):
     """Raised if a rigid body has passed through the surface in one step: smaller steps may avoid it."""
 
 
-def clear(problem: Statics, find: Find) -> Equilibrium:
+def solve_with_stiffer_barriers(problem: Statics, find: Find) -> Equilibrium:
     """Return the equilibrium from `find` with barriers stiff enough, and contact points enough, for positive gaps.
 
     Its `beside` has the final contacts. In its facts, `stiffened` is the factor of stiffness, and `joined` the number
@@ -34,28 +34,28 @@ def clear(problem: Statics, find: Find) -> Equilibrium:
     is
     found, no barrier is stiff enough, or a rigid body has passed through the surface.
     """
-    found, used = _behind_barriers(problem, find)
-    last, contacts = found, _driven(used.assembly)
+    found, used = _stiffen_until_gaps_positive(problem, find)
+    last, contacts = found, _rigid_contacts(used.assembly)
     for rounds in range(ROUNDS + 1):
-        more, stays = _joined(problem, last.x)
+        more, stays = _with_added_points(problem, last.x)
         if stays:
-            found, contacts = last, _driven(used.assembly)
+            found, contacts = last, _rigid_contacts(used.assembly)
         if more is None or rounds == ROUNDS:
             break
         try:
-            again, used = _behind_barriers(more, find, last)
+            again, used = _stiffen_until_gaps_positive(more, find, last)
         except NotConverged:
             break
         problem, last = more, replace(again, history=(*last.history, *again.history))
-    if not _at_its_body(contacts, found.x):  # what had joined in the state before presses on nothing
-        found, used = _behind_barriers(_bare(problem), find)
-        contacts = _driven(used.assembly)
+    if not _is_on_body_surface(contacts, found.x):  # what had joined in the state before presses on nothing
+        found, used = _stiffen_until_gaps_positive(_without_added_points(problem), find)
+        contacts = _rigid_contacts(used.assembly)
     contacts = [energy.shed(found.x) for energy in contacts]
     facts = found.facts | {"joined": sum(len(energy.A) - energy.lasting for energy in contacts)}
     return replace(found, beside=tuple(contacts), history=last.history, facts=facts)
 
 
-def _at_its_body(contacts: list[Any], x: Floats) -> bool:
+def _is_on_body_surface(contacts: list[Any], x: Floats) -> bool:
     """Return whether added points press close to the surface of their rigid body, so that the state is acceptable."""
     if all(energy.extra is None for energy in contacts):
         return True
@@ -64,34 +64,38 @@ def _at_its_body(contacts: list[Any], x: Floats) -> bool:
     return not any(presses_off_surface(energy, x, MOST) for energy in contacts)
 
 
-def _behind_barriers(problem: Statics, find: Find, near: Equilibrium | None = None) -> tuple[Equilibrium, Statics]:
+def _stiffen_until_gaps_positive(
+    problem: Statics, find: Find, near: Equilibrium | None = None
+) -> tuple[Equilibrium, Statics]:
     """Return the equilibrium with barriers stiff enough, and its problem; starts from `near`. Raises NotConverged."""
     history, given, factor = tuple[Iteration, ...](), problem, 1.0
     if near is not None:
         factor = near.facts["stiffened"]
-        problem = replace(_stiffer(problem, factor, stay=True), start=near.x)
+        problem = replace(_with_stiffer_barriers(problem, factor, stay=True), start=near.x)
     for _ in range(TIMES):
         found = find(problem)
         found = replace(found, history=(*history, *found.history), facts=found.facts | {"stiffened": factor})
         if least_gap(problem, found.x) > 0.0:
-            _must_be_in_front(given, found)
+            _check_tunnelling(given, found)
             return found, problem
         history, factor = found.history, STIFFER * factor
-        problem = replace(_stiffer(problem, STIFFER, stay=True), start=found.x)
+        problem = replace(_with_stiffer_barriers(problem, STIFFER, stay=True), start=found.x)
     raise NotConverged("no barrier keeps its surface in front of the rigid body", history)
 
 
-def _must_be_in_front(problem: Statics, found: Equilibrium) -> None:
+def _check_tunnelling(problem: Statics, found: Equilibrium) -> None:
     """Raise PassedThrough if a rigid body has passed through the surface since the start."""
     from softmark.solvers.contact.tunnelling_check import tunnelling_depth
 
     before = problem.rest if problem.start is None else problem.start
-    if deep := max((tunnelling_depth(energy, before, found.x) for energy in _driven(problem.assembly)), default=0.0):
+    if deep := max(
+        (tunnelling_depth(energy, before, found.x) for energy in _rigid_contacts(problem.assembly)), default=0.0
+    ):
         reason = f"a rigid body goes through the surface in one step, by {1e3 * deep:.3g} mm: take more, smaller states"
         raise PassedThrough(reason, found.history, found.facts)
 
 
-def _driven(assembly: Assembly) -> list[Any]:
+def _rigid_contacts(assembly: Assembly) -> list[Any]:
     """Return the contacts with rigid bodies at full load."""
     known: list[Any] = [energy for energy in assembly.loads if energy.driven]
     return [energy.at(1.0) for energy in known]
@@ -99,10 +103,10 @@ def _driven(assembly: Assembly) -> list[Any]:
 
 def least_gap(problem: Statics, x: Floats) -> float:
     """Return the smallest gap of all contacts in a state (dofs,), m; inf without contacts."""
-    return min((float(energy.gaps(x).min()) for energy in _driven(problem.assembly)), default=float("inf"))
+    return min((float(energy.gaps(x).min()) for energy in _rigid_contacts(problem.assembly)), default=float("inf"))
 
 
-def _stiffer(problem: Statics, factor: float, stay: bool = False) -> Statics:
+def _with_stiffer_barriers(problem: Statics, factor: float, stay: bool = False) -> Statics:
     """Return the problem with stiffer barriers; with `stay`, rigid bodies are already in place in the start."""
 
     def each(assembly: Assembly) -> Assembly:
@@ -113,7 +117,7 @@ def _stiffer(problem: Statics, factor: float, stay: bool = False) -> Statics:
     return replace(problem, assembly=each(problem.assembly), twin=problem.twin and each(problem.twin))
 
 
-def _bare(problem: Statics) -> Statics:
+def _without_added_points(problem: Statics) -> Statics:
     """Return the problem without added contact points."""
     before = problem.rest if problem.start is None else problem.start
     known: list[Any] = list(problem.assembly.loads)
@@ -121,7 +125,7 @@ def _bare(problem: Statics) -> Statics:
     return replace(problem, assembly=problem.assembly.joined(loads))
 
 
-def _joined(problem: Statics, x: Floats) -> tuple[Statics | None, bool]:
+def _with_added_points(problem: Statics, x: Floats) -> tuple[Statics | None, bool]:
     """Return the problem with more points if facets penetrate in x, else None, and whether x is acceptable."""
     before = problem.rest if problem.start is None else problem.start
     loads: list[Any] = list(problem.assembly.loads)

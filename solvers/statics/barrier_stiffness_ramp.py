@@ -27,16 +27,16 @@ BEHIND = 0.1  # of how deep the middle of a rigid body is: where the softest bar
 NEAR = 1e-4  # residual to which all but the last are solved
 
 
-def hardened(newton: Newton, x: Floats, load: float) -> Floats:
+def ramp_barrier(newton: Newton, x: Floats, load: float) -> Floats:
     """Return the frictionless equilibrium at a load, from x, by a stiffness ramp. Raises NotConverged."""
 
     def known(own: Newton, x: Floats, load: float, before: Assembly | None) -> Floats:
-        return fallen(own, x, load, before is None)
+        return minimize_at_load(own, x, load, before is None)
 
-    return in_steps(newton, x, load, (_softest(newton.assembly), SOFT, 1.0), known)
+    return solve_in_stiffness_steps(newton, x, load, (_softest_fraction(newton.assembly), SOFT, 1.0), known)
 
 
-def fallen(newton: Newton, x: Floats, load: float, first: bool) -> Floats:
+def minimize_at_load(newton: Newton, x: Floats, load: float, first: bool) -> Floats:
     """Return the equilibrium at a load by decreasing the energy; with pressure unknowns, by full Newton steps first.
 
     With pressure unknowns no energy decreases in and out of contact, and steps that decrease the residual are short. So
@@ -53,7 +53,7 @@ def fallen(newton: Newton, x: Floats, load: float, first: bool) -> Floats:
     return newton.descend(x, load)
 
 
-def _softest(assembly: Assembly) -> float:
+def _softest_fraction(assembly: Assembly) -> float:
     """Return the first stiffness fraction: so soft, but no body gets past the middle of a rigid body."""
     each: list[Any] = [e for e in assembly.loads if e.driven]
     softest: Iterator[float] = (
@@ -62,7 +62,7 @@ def _softest(assembly: Assembly) -> float:
     return max((SOFTEST, *softest))
 
 
-def in_steps(newton: Newton, x: Floats, load: float, softs: tuple[float, ...], find: Callable[..., Floats]) -> Floats:
+def solve_in_stiffness_steps(newton: Newton, x: Floats, load: float, softs: tuple[float, ...], find: Callable[..., Floats]) -> Floats:
     """Return the equilibrium from `find` at a load, from x, for each of these fractions of the barrier stiffness in
     turn.
 
@@ -71,8 +71,8 @@ def in_steps(newton: Newton, x: Floats, load: float, softs: tuple[float, ...], f
     """
     known, left, before, own = 0.0, list(softs), None, newton
     while left:
-        assembly = softened(newton.assembly, load, left[0])
-        own = like(newton, assembly, newton.problem.tolerance if left[0] == 1.0 else NEAR)
+        assembly = with_softer_barriers(newton.assembly, load, left[0])
+        own = solver_for(newton, assembly, newton.problem.tolerance if left[0] == 1.0 else NEAR)
         try:
             y = find(own, x, load, before)
         except NotConverged:
@@ -82,11 +82,11 @@ def in_steps(newton: Newton, x: Floats, load: float, softs: tuple[float, ...], f
             left.insert(0, (known * left[0]) ** 0.5)
             continue
         x, before, newton.moved, known = y, assembly, own.moved, left.pop(0)
-    take(newton, own)
+    copy_result(newton, own)
     return x
 
 
-def like(newton: Newton, assembly: Assembly, tolerance: float = 0.0) -> Newton:
+def solver_for(newton: Newton, assembly: Assembly, tolerance: float = 0.0) -> Newton:
     """Return a Newton solver like another, for another assembly, with its tolerance or a larger one."""
     tolerance = max(newton.problem.tolerance, tolerance)
     problem = replace(newton.problem, assembly=assembly, tolerance=tolerance, exact=None)
@@ -95,12 +95,12 @@ def like(newton: Newton, assembly: Assembly, tolerance: float = 0.0) -> Newton:
     return own
 
 
-def take(newton: Newton, own: Newton) -> None:
+def copy_result(newton: Newton, own: Newton) -> None:
     """Copy the last factorisation and criterion from a solver that has found an equilibrium."""
     newton.last, newton.matrix, newton.criterion = own.last, own.matrix, own.criterion
 
 
-def softened(assembly: Assembly, load: float, soft: float) -> Assembly:
+def with_softer_barriers(assembly: Assembly, load: float, soft: float) -> Assembly:
     """Return the assembly at a load with a fraction of the stiffness of all rigid contacts and of friction."""
     inner, outer = list[Any](assembly.internal), list[Any](assembly.loads)
     internal = [e.softened(soft) if e.rubs else e for e in inner]

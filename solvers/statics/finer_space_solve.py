@@ -45,21 +45,21 @@ class StateLost(Exception):
 
 
 @dataclass(frozen=True)
-class Below:
+class CoarseLevel:
     """Coarse level: factor of its tangent, and prolongation P of its free unknowns to those of the fine level."""
 
     factor: Factor
     P: sparse.csr_matrix  # (fine free, coarse free)
 
     @classmethod
-    def of(cls, P: sparse.csr_matrix, coarse: Assembly, fine: Assembly, factor: Factor) -> Below:
+    def of(cls, P: sparse.csr_matrix, coarse: Assembly, fine: Assembly, factor: Factor) -> CoarseLevel:
         """Return the coarse level for a prolongation P of nodal values (fine nodes, coarse nodes)."""
         three = sparse.kron(P, sparse.identity(3), format="csr")
         return cls(factor, three[fine.free][:, coarse.free].tocsr())
 
 
-def settled(
-    assembly: Assembly, x: Floats, below: Callable[[], Below], watch: Callable[[], None] = lambda: None
+def solve_on_finer_space(
+    assembly: Assembly, x: Floats, below: Callable[[], CoarseLevel], watch: Callable[[], None] = lambda: None
 ) -> Floats:
     """Return the equilibrium (dofs,) near x, to SETTLED of its distance. Raises StateLost, Singular, `watch` errors."""
     first = 0.0
@@ -68,19 +68,19 @@ def settled(
             watch()
             d = np.zeros_like(x)
             g = assembly.gradient(x, 1.0)[assembly.free]
-            d[assembly.free], solve = _step(assembly, x, g, below, watch)
+            d[assembly.free], solve = _newton_step(assembly, x, g, below, watch)
             size = float(np.linalg.norm(d))
             first = first or size
             if not size <= AWAY * first:
                 raise StateLost("Newton's steps on the finer space lead away from its state")
-            x = _inside(assembly, x, d)
+            x = _step_within_domain(assembly, x, d)
             rounded = size <= ROUNDED * float(np.linalg.norm(x))
-            if rounded or size <= SETTLED * first or (number == 0 and _enough(assembly, x, solve, size)):
+            if rounded or size <= SETTLED * first or (number == 0 and _next_step_is_short(assembly, x, solve, size)):
                 return x
     raise StateLost(f"{STEPS} Newton steps on the finer space do not lead to its equilibrium")
 
 
-def nearby(assembly: Assembly, x: Floats, known: Factor, watch: Callable[[], None] = lambda: None) -> Floats:
+def solve_with_known_tangent(assembly: Assembly, x: Floats, known: Factor, watch: Callable[[], None] = lambda: None) -> Floats:
     """Return the equilibrium (dofs,) near x by modified Newton steps, with the factorised tangent of another law.
 
     Raises StateLost if a step is longer than half of the last one or leaves the domain of the law, and any error of
@@ -95,31 +95,31 @@ def nearby(assembly: Assembly, x: Floats, known: Factor, watch: Callable[[], Non
             size = float(np.linalg.norm(d))
             if before and not size <= 0.5 * before:
                 break
-            x, first, before = _inside(assembly, x, d), first or size, size
+            x, first, before = _step_within_domain(assembly, x, d), first or size, size
             if size <= ROUNDED * float(np.linalg.norm(x)) or size <= NEARBY * first:
                 return x
     raise StateLost("the tangent of one law does not lead to the equilibrium of another")
 
 
-def solver(
-    assembly: Assembly, x: Floats, below: Callable[[], Below], watch: Callable[[], None] = lambda: None
+def tangent_solver(
+    assembly: Assembly, x: Floats, below: Callable[[], CoarseLevel], watch: Callable[[], None] = lambda: None
 ) -> tuple[sparse.csr_matrix, Solve]:
     """Return the tangent in a state, and a solver for it, which raises StateLost. Raises Singular, `watch` errors."""
     K = assembly.tangent(x, 1.0)
     watch()
     if is_direct(assembly):
         return K, factor(K, symmetric=assembly.conservative).solve
-    nearly = _preconditioner(K, below(), watch)
+    nearly = _two_level_preconditioner(K, below(), watch)
 
     def solve(b: Floats) -> Floats:
-        if (found := _gradients(K, b, nearly, NEAR)) is None:
+        if (found := _conjugate_gradients(K, b, nearly, NEAR)) is None:
             raise StateLost(LOST)
         return found
 
     return K, solve
 
 
-def slowest(K: sparse.csr_matrix, solve: Solve, M: sparse.csr_matrix, modes: Floats) -> Floats:
+def lowest_frequencies(K: sparse.csr_matrix, solve: Solve, M: sparse.csr_matrix, modes: Floats) -> Floats:
     """Return w^2 (m,), (rad/s)^2, of K phi = w^2 M phi near `modes` (n, m) of a coarser space. Raises StateLost.
 
     Each mode gets one step of inverse iteration, which leaves w^2 / w_j^2 of its faster parts; modes and steps together
@@ -130,10 +130,10 @@ def slowest(K: sparse.csr_matrix, solve: Solve, M: sparse.csr_matrix, modes: Flo
         stiff, heavy = K @ modes, M @ modes
         values = (modes * stiff).sum(axis=0) / (modes * heavy).sum(axis=0)
         steps = np.stack([solve(b) for b in (heavy * values - stiff).T], axis=1)
-        return _ritz(K, M, np.hstack([modes, steps]))[: modes.shape[1]]
+        return _rayleigh_ritz(K, M, np.hstack([modes, steps]))[: modes.shape[1]]
 
 
-def _ritz(K: sparse.csr_matrix, M: sparse.csr_matrix, basis: Floats) -> Floats:
+def _rayleigh_ritz(K: sparse.csr_matrix, M: sparse.csr_matrix, basis: Floats) -> Floats:
     """Return w^2 in ascending order in the span of vectors (n, k). Raises StateLost."""
     basis = basis / np.maximum(np.sqrt((basis * (M @ basis)).sum(axis=0)), np.finfo(np.float64).tiny)
     if not np.all(np.isfinite(basis)):
@@ -145,7 +145,7 @@ def _ritz(K: sparse.csr_matrix, M: sparse.csr_matrix, basis: Floats) -> Floats:
     return found
 
 
-def _enough(assembly: Assembly, x: Floats, solve: Solve, size: float) -> bool:
+def _next_step_is_short(assembly: Assembly, x: Floats, solve: Solve, size: float) -> bool:
     """Return whether the next step, with the solver of the last, would be short compared with `size`, m.
 
     The energy is no measure of that: the finer space first changes the volume of cells, which says little about
@@ -155,7 +155,7 @@ def _enough(assembly: Assembly, x: Floats, solve: Solve, size: float) -> bool:
     return bool(np.isfinite(next_step).all()) and dot(next_step, next_step) <= (SETTLED * size) ** 2
 
 
-def _inside(assembly: Assembly, x: Floats, d: Floats) -> Floats:
+def _step_within_domain(assembly: Assembly, x: Floats, d: Floats) -> Floats:
     """Return the state after as much of the step as stays in the domain of the law. Raises StateLost."""
     length = 1.0
     while length > 0.2:
@@ -166,8 +166,8 @@ def _inside(assembly: Assembly, x: Floats, d: Floats) -> Floats:
     raise StateLost("the law of the material does not hold in the state of the finer space")
 
 
-def _step(
-    assembly: Assembly, x: Floats, g: Floats, below: Callable[[], Below], watch: Callable[[], None]
+def _newton_step(
+    assembly: Assembly, x: Floats, g: Floats, below: Callable[[], CoarseLevel], watch: Callable[[], None]
 ) -> tuple[Floats, Solve]:
     """Return the Newton step of the free unknowns, by a tangent or a definite one, and its solver. Raises StateLost."""
     if not np.all(np.isfinite(g)):
@@ -181,8 +181,8 @@ def _step(
         if direct:
             known = factor(K, symmetric=assembly.conservative)
             return -known.solve(g), known.solve
-        nearly = _preconditioner(K, below(), watch)
-        if (d := _gradients(K, -g, nearly)) is not None:
+        nearly = _two_level_preconditioner(K, below(), watch)
+        if (d := _conjugate_gradients(K, -g, nearly)) is not None:
             return d, nearly
     if len(g) > LARGER:
         raise StateLost(LOST)
@@ -195,7 +195,7 @@ def is_direct(assembly: Assembly) -> bool:
     return len(assembly.free) <= SMALL or not assembly.conservative or assembly.saddle
 
 
-def _gradients(K: sparse.csr_matrix, b: Floats, precondition: Solve, close: float = CLOSE) -> Floats | None:
+def _conjugate_gradients(K: sparse.csr_matrix, b: Floats, precondition: Solve, close: float = CLOSE) -> Floats | None:
     """Return x with K x = b by conjugate gradients; None if K is not definite, or after MOST iterations.
 
     The residual is dominated by stiff modes, such as volume changes, while bending is soft. So convergence also
@@ -226,7 +226,7 @@ def _gradients(K: sparse.csr_matrix, b: Floats, precondition: Solve, close: floa
     return None
 
 
-def _preconditioner(K: sparse.csr_matrix, below: Below, watch: Callable[[], None]) -> Solve:
+def _two_level_preconditioner(K: sparse.csr_matrix, below: CoarseLevel, watch: Callable[[], None]) -> Solve:
     """Return the two-level preconditioner: diagonal for rough errors, coarse factor for smooth ones."""
     rough, down = 1.0 / K.diagonal(), below.P.T.tocsr()
 

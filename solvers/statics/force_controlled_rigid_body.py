@@ -41,7 +41,7 @@ Find = Callable[[Statics], Equilibrium]
 
 
 @dataclass(frozen=True)
-class Press:
+class ForceControl:
     """Rigid body that moves along x, y or z, number `along`, under a `force` in that direction, N, from `begun`, m, on.
 
     `contacts` are the indices of its contacts among the loads; `placed` returns a contact with the body moved by a
@@ -56,7 +56,7 @@ class Press:
 
 
 @dataclass(frozen=True)
-class Place:
+class TravelPoint:
     """Travel of the rigid body, m, the equilibrium there, and its force on the deformable body in that direction, N."""
 
     d: float
@@ -64,7 +64,7 @@ class Place:
     push: float
 
 
-def pressed(problem: Statics, press: Press, find: Find) -> Equilibrium:
+def solve_force_balance(problem: Statics, press: ForceControl, find: Find) -> Equilibrium:
     """Return the equilibrium, by `find` with contact, at the position where the contact force balances the force.
 
     Its facts `pressed` hold the travel, m, the unbalanced force `left_N`, N, the stiffness, N/m, the number of
@@ -73,27 +73,27 @@ def pressed(problem: Statics, press: Press, find: Find) -> Equilibrium:
     the
     position is unstable.
     """
-    return _Search(problem, press, find).found()
+    return _PositionSearch(problem, press, find).found()
 
 
 @dataclass(frozen=True)
-class Stiff:
+class TravelStiffness:
     """Position and stiffness there, N/m."""
 
-    place: Place
+    place: TravelPoint
     k: float
 
 
-class _Search:
+class _PositionSearch:
     """Search for the equilibrium position of one rigid body."""
 
-    def __init__(self, problem: Statics, press: Press, find: Find) -> None:
+    def __init__(self, problem: Statics, press: ForceControl, find: Find) -> None:
         self.problem, self.press, self.find = problem, press, find
         self.history = tuple[Iteration, ...]()
         self.places = 0
         self.least = LEAST * problem.extent
         self.failures, self.stride = 0, 0.0
-        self.seen = list[Stiff]()  # where it met something that is held
+        self.seen = list[TravelStiffness]()  # where it met something that is held
         self.low, self.high = -np.inf, np.inf  # where it bears too little, and too much, in the direction of d
 
     def found(self) -> Equilibrium:
@@ -108,7 +108,7 @@ class _Search:
             else:
                 stiffness = self._stiffness(here)
                 if self._resists(here):
-                    self.seen.append(Stiff(here, stiffness))
+                    self.seen.append(TravelStiffness(here, stiffness))
                 if abs(left) <= self.problem.tolerance * abs(self.press.force) + self._rounding(here):
                     return self._kept(here, left, stiffness)
                 there = self._next(here, left, stiffness)
@@ -118,7 +118,7 @@ class _Search:
         reason = f"the force on the rigid body is not borne to its tolerance: {abs(self._left(here)):.1e} N are left"
         raise NotConverged(reason, self.history)
 
-    def _left(self, here: Place) -> float:
+    def _left(self, here: TravelPoint) -> float:
         """Return the unbalanced force, N, and narrow the bracket of positions."""
         left = self.press.force - here.push
         if left > 0.0:
@@ -127,11 +127,11 @@ class _Search:
             self.high = min(self.high, here.d)
         return left
 
-    def _rounding(self, here: Place) -> float:
+    def _rounding(self, here: TravelPoint) -> float:
         """Return the error of the contact force due to rounding of positions, N."""
         return ROUNDED * float(sum(contact.rounding(here.found.x) for contact in self._contacts(here.found)))
 
-    def _next(self, here: Place, left: float, stiffness: float) -> float:
+    def _next(self, here: TravelPoint, left: float, stiffness: float) -> float:
         """Return Newton's next position, limited to GROWS times the present depth and to the bracket.
 
         Without a force the body also leaves the barrier, in which its force would decrease without end.
@@ -147,7 +147,7 @@ class _Search:
         there = here.d + float(np.clip(step, -most, most))
         return there if self.low < there < self.high else self._between(there)
 
-    def _resists(self, here: Place) -> bool:
+    def _resists(self, here: TravelPoint) -> bool:
         """Return whether the contact force is not negligible."""
         return abs(here.push) > NOTHING * abs(self.press.force)
 
@@ -155,7 +155,7 @@ class _Search:
         """Return the middle of the bracket, or `there` if it has no two sides yet."""
         return 0.5 * (self.low + self.high) if np.isfinite(self.low) and np.isfinite(self.high) else there
 
-    def _towards(self, here: Place, there: float) -> Place:
+    def _towards(self, here: TravelPoint, there: float) -> TravelPoint:
         """Return the equilibrium at a position, or at a nearer one. Raises NotConverged if there is none."""
         while True:
             try:
@@ -167,7 +167,7 @@ class _Search:
                     reason = f"the rigid body meets {abs(here.push):.3g} N of {abs(self.press.force):.3g} N"
                     raise NotConverged(f"{reason}, and farther on {failure.reason}", self.history) from failure
 
-    def _at(self, d: float, near: Place | None = None) -> Place:
+    def _at(self, d: float, near: TravelPoint | None = None) -> TravelPoint:
         """Return the equilibrium at a position, from a near one; with friction, which depends on the path, from the
         start.
         """
@@ -183,9 +183,9 @@ class _Search:
                     own = next(last)
                     loads[number] = replace(energy, earlier=own.body).joining(own.extra, near.found.x)
             problem = replace(problem, start=near.found.x)
-        found = self.find(_with(problem, loads))
+        found = self.find(_with_loads(problem, loads))
         self.history = (*self.history, *found.history)
-        return Place(d, found, self._push(found, found.x, d))
+        return TravelPoint(d, found, self._push(found, found.x, d))
 
     def _contacts(self, found: Equilibrium) -> list[Any]:
         """Return the contacts of the rigid body in an equilibrium."""
@@ -199,7 +199,7 @@ class _Search:
         each = (self.press.placed(contact, d) for contact in self._contacts(found))
         return float(sum(contact.pushes(x).sum(axis=0)[self.press.along] for contact in each))
 
-    def _stiffness(self, here: Place) -> float:
+    def _stiffness(self, here: TravelPoint) -> float:
         """Return the derivative of the contact force by travel, with all deformation, N/m; 0 for a singular tangent."""
         x, found = here.found.x, here.found
         last = iter(found.beside)
@@ -220,7 +220,7 @@ class _Search:
         ahead, behind = (self._push(found, x + sign * way, here.d + sign * e) for sign in (1.0, -1.0))
         return float((ahead - behind) / (2.0 * e))
 
-    def _met(self, here: Place, sign: float) -> float:
+    def _met(self, here: TravelPoint, sign: float) -> float:
         """Return the position of first contact with the body at rest, m. Raises NotConverged if there is none."""
         contacts, x, way = self._contacts(here.found), here.found.x, 0.0
         distance = min(c.barrier.distance for c in contacts)
@@ -238,7 +238,7 @@ class _Search:
         along = f"{'+' if sign > 0.0 else '-'}{'xyz'[self.press.along]}"
         raise NotConverged(f"nothing stops the rigid body: it goes on along {along}", self.history)
 
-    def _gave_way(self, here: Place) -> bool:
+    def _gave_way(self, here: TravelPoint) -> bool:
         """Return whether the contact force falls on the way to a position, so that the body snaps through.
 
         Steps may jump over that: if the cubic through two neighbouring positions with their stiffnesses need not be
@@ -262,13 +262,13 @@ class _Search:
                 middle = self._at(0.5 * (a.place.d + b.place.d), a.place)
             except NotConverged:
                 continue
-            own, looked = Stiff(middle, self._stiffness(middle)), looked + 1
+            own, looked = TravelStiffness(middle, self._stiffness(middle)), looked + 1
             if not own.k > 0.0:
                 return True
             pairs += [(a, own), (own, b)]
         return False
 
-    def _kept(self, here: Place, left: float, stiffness: float) -> Equilibrium:
+    def _kept(self, here: TravelPoint, left: float, stiffness: float) -> Equilibrium:
         """Return the equilibrium with the facts of the search. Raises NotConverged if it is unstable."""
         if here.push != 0.0 and not stiffness > 0.0:
             reason = f"what the rigid body meets gives way: it would go on from a force of {abs(here.push):.3g} N"
@@ -278,7 +278,7 @@ class _Search:
         return replace(here.found, history=self.history, facts=here.found.facts | {"pressed": known})
 
 
-def _with(problem: Statics, loads: Sequence[Any]) -> Statics:
+def _with_loads(problem: Statics, loads: Sequence[Any]) -> Statics:
     """Return the problem with other loads, also in its corotational twin."""
 
     def each(assembly: Assembly) -> Assembly:

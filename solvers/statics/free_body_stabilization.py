@@ -29,7 +29,7 @@ FREE = 0.99  # of the forces: nothing else bears anything
 CLOSER = 0.3  # of the tolerance: what is left of it is for what the spring bears
 
 
-def grounded(problem: Statics, find: Callable[[Statics], Equilibrium]) -> Equilibrium:
+def solve_with_vanishing_spring(problem: Statics, find: Callable[[Statics], Equilibrium]) -> Equilibrium:
     """Return the equilibrium from `find` of a problem whose last energy is a stabilising spring with no force left.
 
     In its facts `grounded` are the spring force, relative to the forces on the body, and the number of reference
@@ -39,11 +39,11 @@ def grounded(problem: Statics, find: Callable[[Statics], Equilibrium]) -> Equili
     ground: StabilizationSpring = replace(known, place=problem.rest if problem.start is None else problem.start)
     weakest, history, before, stuck = ground.spring, tuple[Iteration, ...](), 1.0, 0
     least = NOTHING * weakest * problem.extent
-    ground = replace(ground, spring=max(weakest, _pull(problem) / (REACH * problem.extent)))
+    ground = replace(ground, spring=max(weakest, _load_resultant(problem) / (REACH * problem.extent)))
     for number in range(MOST):
-        found = find(replace(_on(problem, ground), tolerance=CLOSER * problem.tolerance))
+        found = find(replace(_with_spring(problem, ground), tolerance=CLOSER * problem.tolerance))
         history += found.history
-        borne = _borne(problem.assembly, ground, found.x, least)
+        borne = _relative_spring_force(problem.assembly, ground, found.x, least)
         if borne <= GONE:
             facts = {"bears": borne, "places": number + 1}
             return replace(found, history=history, facts=found.facts | {"grounded": facts})
@@ -55,11 +55,11 @@ def grounded(problem: Statics, find: Callable[[Statics], Equilibrium]) -> Equili
             break
         spring = max(weakest, ground.spring / WEAKER) if less else ground.spring
         ground = replace(ground, spring=spring, place=found.x)
-        problem = replace(problem, start=found.x, assembly=_arrived(problem.assembly))
-    raise NotConverged(_why(problem, ground, found.x, before), history)
+        problem = replace(problem, start=found.x, assembly=_with_bodies_in_place(problem.assembly))
+    raise NotConverged(_failure_reason(problem, ground, found.x, before), history)
 
 
-def _pull(problem: Statics) -> float:
+def _load_resultant(problem: Statics) -> float:
     """Return the resultant at rest, N, of loads independent of rigid bodies, or their moment divided by the size."""
     f = np.zeros(problem.assembly.dofs)
     for energy, scale in problem.assembly.loaded(1.0):
@@ -68,7 +68,7 @@ def _pull(problem: Statics) -> float:
     return 0.0 if problem.resultant is None else problem.resultant(f)
 
 
-def _borne(assembly: Assembly, ground: StabilizationSpring, x: Floats, least: float) -> float:
+def _relative_spring_force(assembly: Assembly, ground: StabilizationSpring, x: Floats, least: float) -> float:
     """Return the spring force relative to the forces of loads and contacts on the nodes, or to `least`."""
     f = np.zeros(assembly.dofs)
     meets = [(energy, 1.0) for energy in assembly.internal if isinstance(energy, DynamicPatternEnergy)]
@@ -78,24 +78,24 @@ def _borne(assembly: Assembly, ground: StabilizationSpring, x: Floats, least: fl
     return own / max(whole, least)
 
 
-def _on(problem: Statics, ground: StabilizationSpring) -> Statics:
+def _with_spring(problem: Statics, ground: StabilizationSpring) -> Statics:
     """Return the problem with another stabilising spring."""
-    twin = problem.twin and _with(problem.twin, [*problem.twin.internal[:-1], ground])
-    return replace(problem, assembly=_with(problem.assembly, [*problem.assembly.internal[:-1], ground]), twin=twin)
+    twin = problem.twin and _with_internal(problem.twin, [*problem.twin.internal[:-1], ground])
+    return replace(problem, assembly=_with_internal(problem.assembly, [*problem.assembly.internal[:-1], ground]), twin=twin)
 
 
-def _with(assembly: Assembly, internal: list[Energy]) -> Assembly:
+def _with_internal(assembly: Assembly, internal: list[Energy]) -> Assembly:
     """Return the assembly with other internal energies."""
     return assembly.acting(internal, assembly.loads)
 
 
-def _arrived(assembly: Assembly) -> Assembly:
+def _with_bodies_in_place(assembly: Assembly) -> Assembly:
     """Return the assembly with rigid bodies that are already in place in the start."""
     known: list[Any] = list(assembly.loads)
     return assembly.acting(assembly.internal, [replace(e, earlier=None) if e.driven else e for e in known])
 
 
-def _why(problem: Statics, ground: StabilizationSpring, x: Floats, borne: float) -> str:
+def _failure_reason(problem: Statics, ground: StabilizationSpring, x: Floats, borne: float) -> str:
     """Return the reason why contact does not come to hold the body."""
     each: list[Any] = [e for e in problem.assembly.loads if e.rubs]
     if any(e.at(1.0).pressures(x).any() for e in each) and not any(e.at(1.0).holds(x) for e in each):

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.statics.barrier_stiffness_ramp import SOFT, fallen, in_steps, like, softened, take
+from softmark.solvers.statics.barrier_stiffness_ramp import SOFT, minimize_at_load, solve_in_stiffness_steps, solver_for, with_softer_barriers, copy_result
 from softmark.solvers.statics.static_problem import SLIDES, NotConverged
 
 if TYPE_CHECKING:
@@ -26,53 +26,53 @@ EACH = 3, 6  # whole steps of all of it from an iterate: the second as long as t
 FALLS = 1, 2, 6  # the same beside surfaces that deform, whose barriers whole steps go too near to
 
 
-def rubbed(newton: Newton, x: Floats, load: float) -> Floats:
+def solve_friction(newton: Newton, x: Floats, load: float) -> Floats:
     """Return the equilibrium with friction at a load, from x. Raises NotConverged."""
-    rigid = _beside_rigid(newton.assembly)
+    rigid = _has_rigid_friction(newton.assembly)
     if rigid and newton.problem.start is not None and newton.residual(x, load)[1] < BESIDE:
-        own = like(newton, softened(newton.assembly, load, 1.0))
+        own = solver_for(newton, with_softer_barriers(newton.assembly, load, 1.0))
         try:
-            found = _settled(own, x, load, None)
+            found = _iterate_lagged_friction(own, x, load, None)
         except NotConverged:
             pass
         else:
             newton.moved = own.moved
-            take(newton, own)
+            copy_result(newton, own)
             return found
     try:
-        return in_steps(newton, x, load, (SOFT, 1.0) if rigid else (1.0,), _gripped)
+        return solve_in_stiffness_steps(newton, x, load, (SOFT, 1.0) if rigid else (1.0,), _solve_sticking_first)
     except NotConverged as failure:
-        raise _slid(newton, failure, newton.reached, load) from failure
+        raise _explain_sliding(newton, failure, newton.reached, load) from failure
 
 
-def _gripped(newton: Newton, x: Floats, load: float, before: Assembly | None) -> Floats:
+def _solve_sticking_first(newton: Newton, x: Floats, load: float, before: Assembly | None) -> Floats:
     """Return the equilibrium of one stiffness; at first, while pressures are unknown, everything sticks."""
-    return _settled(newton, x, load, before, grips=before is None)
+    return _iterate_lagged_friction(newton, x, load, before, grips=before is None)
 
 
-def _settled(newton: Newton, x: Floats, load: float, before: Assembly | None, grips: bool = False) -> Floats:
+def _iterate_lagged_friction(newton: Newton, x: Floats, load: float, before: Assembly | None, grips: bool = False) -> Floats:
     """Return the equilibrium of one stiffness, from that of the one before. Raises NotConverged."""
     residual = 1.0
     for _ in range(MOST):
-        own = like(newton, _lagged(newton.assembly, x, before, grips), min(ROUGH, FINER * residual))
+        own = solver_for(newton, _with_lagged_friction(newton.assembly, x, before, grips), min(ROUGH, FINER * residual))
         own.problem = replace(own.problem, max_iterations=WITHIN)
         try:
-            x, before, grips = fallen(own, x, load, grips), None, False
+            x, before, grips = minimize_at_load(own, x, load, grips), None, False
         finally:
             newton.reached = own.reached
         newton.moved = own.moved
         _, residual = newton.residual(x, load)
-        found = _whole(newton, x, load, residual)
+        found = _full_newton_steps(newton, x, load, residual)
         if found is not None:
             return found
     reason = f"friction does not settle at {100 * load:.4g} % of the load, residual {residual:.1e}"
     raise NotConverged(reason, tuple(newton.history))
 
 
-def _whole(newton: Newton, x: Floats, load: float, residual: float) -> Floats | None:
+def _full_newton_steps(newton: Newton, x: Floats, load: float, residual: float) -> Floats | None:
     """Return the equilibrium by full steps with the complete tangent; None if they do not converge."""
     moved, done = newton.moved, False
-    for most in EACH if _beside_rigid(newton.assembly) else FALLS:
+    for most in EACH if _has_rigid_friction(newton.assembly) else FALLS:
         try:
             x, done, left = newton.steps(x, most, load)
         except NotConverged:
@@ -85,14 +85,14 @@ def _whole(newton: Newton, x: Floats, load: float, residual: float) -> Floats | 
     return x if done else None
 
 
-def _beside_rigid(assembly: Assembly) -> bool:
+def _has_rigid_friction(assembly: Assembly) -> bool:
     """Return whether there is friction with rigid bodies, whose barriers are softened first."""
     return any(e.rubs for e in assembly.loads)
 
 
-def _slid(newton: Newton, failure: NotConverged, x: Floats | None, load: float) -> NotConverged:
+def _explain_sliding(newton: Newton, failure: NotConverged, x: Floats | None, load: float) -> NotConverged:
     """Return the error, with the reason that all points in contact slide if they do where Newton's method stopped."""
-    soft = softened(newton.assembly, load, SOFT)
+    soft = with_softer_barriers(newton.assembly, load, SOFT)
     each: list[Any] = [e for e in (*soft.internal, *soft.loads) if e.rubs]
     if x is None or any(e.holds(x) for e in each):
         return failure
@@ -100,12 +100,12 @@ def _slid(newton: Newton, failure: NotConverged, x: Floats | None, load: float) 
     return NotConverged(reason, failure.history, failure.facts, failure.unstable, failure.loose)
 
 
-def steady(newton: Newton, x: Floats) -> bool | None:
+def is_stable_at_pressures(newton: Newton, x: Floats) -> bool | None:
     """Return whether an equilibrium is stable at its present pressures; None if unknown."""
-    return like(newton, _lagged(newton.assembly, x, None, grips=False), 1.0).definite(x) or None
+    return solver_for(newton, _with_lagged_friction(newton.assembly, x, None, grips=False), 1.0).definite(x) or None
 
 
-def _lagged(assembly: Assembly, x: Floats, before: Assembly | None, grips: bool) -> Assembly:
+def _with_lagged_friction(assembly: Assembly, x: Floats, before: Assembly | None, grips: bool) -> Assembly:
     """Return the assembly with friction lagged to the pressures of `before` in x; with `grips` everything sticks."""
     was = before or assembly
 

@@ -23,7 +23,7 @@ from softmark.solvers.statics.material_point_state import (
     ROUNDING,
     SETTLED,
     STILL,
-    Drive,
+    ImposedDeformation,
     Floats,
     PointState,
 )
@@ -34,7 +34,7 @@ NEAR = 1e-5  # logarithms of stretches that are nearer have their difference of 
 INF = math.inf
 
 
-def in_reach(drive: Drive) -> bool:
+def is_applicable(drive: ImposedDeformation) -> bool:
     """Return whether this solver applies: to stretches, or to a shear with all stretches imposed."""
     given = drive.stretches.tolist()
     if any(t <= 0.0 for t in given):
@@ -51,7 +51,7 @@ class PrincipalPoint:
 
     # ------------------------------------------------------------------ Newton's method
 
-    def guess(self, drive: Drive) -> tuple[Any, float]:
+    def guess(self, drive: ImposedDeformation) -> tuple[Any, float]:
         """Return initial stretches from small logarithmic strains, and zero pressure."""
         given = drive.stretches.tolist()
         free = [a for a in range(3) if given[a] != given[a]]
@@ -62,12 +62,12 @@ class PrincipalPoint:
         found = [-sum(log) / len(free)] * len(free)
         if self.constraint is None:
             right = [-sum(H[a][b] * log[b] for b in range(3)) for a in free]
-            found = _solved([[H[a][b] for b in free] for a in free], right) or found
+            found = _solve_small([[H[a][b] for b in free] for a in free], right) or found
         for a, e in zip(free, found, strict=True):
             log[a] = e
         return [math.exp(e) for e in log], 0.0
 
-    def newton(self, drive: Drive, start: tuple[Any, float], most: int) -> Any:
+    def newton(self, drive: ImposedDeformation, start: tuple[Any, float], most: int) -> Any:
         """Return logarithms of stretches, pressure, iterations and stresses there; None if it does not converge.
 
         Free axes with the same stress share one unknown stretch: the law is isotropic.
@@ -87,7 +87,7 @@ class PrincipalPoint:
         p = start[1]
         at = self._at(e, p, free)
         for number in range(most):
-            if at is None or (step := _solved(at[1], at[0])) is None:
+            if at is None or (step := _solve_small(at[1], at[0])) is None:
                 return None
             moved = self._searched((e, p, at), free, step)
             if moved is None:
@@ -141,9 +141,9 @@ class PrincipalPoint:
             part *= 0.5
         return None
 
-    def _relieved(self, drive: Drive, e: list[float], free: Free) -> Any:
+    def _relieved(self, drive: ImposedDeformation, e: list[float], free: Free) -> Any:
         """Return a state that its volume determines, with at most one unknown stretch, and the pressure it needs."""
-        own = e if drive.shear is None else list(_Sheared.of(drive, e).e)
+        own = e if drive.shear is None else list(_PrincipalShear.of(drive, e).e)
         if self.constraint is None:
             known = self._known(own, 0.0)
             return None if known is None else (e, 0.0, 0, known)
@@ -225,7 +225,7 @@ class PrincipalPoint:
 
     # ------------------------------------------------------------------ what is told of it
 
-    def told(self, drive: Drive, found: Any) -> PointState:
+    def told(self, drive: ImposedDeformation, found: Any) -> PointState:
         """Return the complete state of a solution."""
         e, p, iterations, (psi, tau, bent) = found
         if drive.shear is not None:
@@ -242,17 +242,17 @@ class PrincipalPoint:
         left = max((abs(P[a] - pull[a]) for a in free), default=0.0)
         largest = max(map(abs, P))
         return PointState(
-            _diagonal(t), _diagonal(P), psi, p, left / largest if largest else 0.0, iterations,
-            _least(H, normal, free) / self._shear, _least(H, normal, some) / self._shear,
+            _diagonal_matrix(t), _diagonal_matrix(P), psi, p, left / largest if largest else 0.0, iterations,
+            _least_eigenvalue(H, normal, free) / self._shear, _least_eigenvalue(H, normal, some) / self._shear,
         )  # fmt: skip
 
-    def _told_sheared(self, drive: Drive, found: Any) -> PointState:
+    def _told_sheared(self, drive: ImposedDeformation, found: Any) -> PointState:
         """Return the complete state of a shear in the plane of two axes, whose stretches are imposed."""
         assert drive.shear is not None
         a, b, g = drive.shear
         e, p, _, (psi, tau, bent) = found
-        sheared = _Sheared.of(drive, e)
-        F, P = _diagonal(drive.stretches.tolist()), _diagonal([tau[k] / math.exp(e[k]) for k in range(3)])
+        sheared = _PrincipalShear.of(drive, e)
+        F, P = _diagonal_matrix(drive.stretches.tolist()), _diagonal_matrix([tau[k] / math.exp(e[k]) for k in range(3)])
         F[a, b] = g
         along, across, both = sheared.turned(tau, bent)
         r = sheared.ta * sheared.tb
@@ -262,7 +262,7 @@ class PrincipalPoint:
 
 
 @dataclass(frozen=True)
-class _Sheared:
+class _PrincipalShear:
     """Shear g of the axis a along b in their plane: principal stretches exp(m + d), exp(m - d).
 
     With ta and tb on the diagonal their product is ta tb, and cosh 2d = (ta^2 + tb^2 + g^2) / (2 ta tb).
@@ -277,7 +277,7 @@ class _Sheared:
     e: tuple[float, float, float]  # logarithms of principal stretches, of the larger at a
 
     @classmethod
-    def of(cls, drive: Drive, e: Sequence[float]) -> _Sheared:
+    def of(cls, drive: ImposedDeformation, e: Sequence[float]) -> _PrincipalShear:
         """Return the shear of imposed values, with the logarithms of its diagonal."""
         assert drive.shear is not None
         a, b, g = drive.shear
@@ -318,12 +318,12 @@ class _Sheared:
         return 0.5 * (bent[a][a] + bent[b][b]) - bent[a][b]
 
 
-def _diagonal(t: Sequence[float]) -> Floats:
+def _diagonal_matrix(t: Sequence[float]) -> Floats:
     """Return a diagonal matrix (3, 3)."""
     return np.array([[t[0], 0.0, 0.0], [0.0, t[1], 0.0], [0.0, 0.0, t[2]]])
 
 
-def _solved(rows: Rows, right: list[float]) -> list[float] | None:
+def _solve_small(rows: Rows, right: list[float]) -> list[float] | None:
     """Return x of rows x = right, for up to four unknowns, by elimination; None if singular."""
     n = len(right)
     if n == 1:
@@ -346,7 +346,7 @@ def _solved(rows: Rows, right: list[float]) -> list[float] | None:
     return found if math.isfinite(sum(found)) else None
 
 
-def _least(H: Rows, normal: list[float] | None, some: list[int]) -> float:
+def _least_eigenvalue(H: Rows, normal: list[float] | None, some: list[int]) -> float:
     """Return the least eigenvalue of H among some axes, normal to the constraint gradient; inf without axes."""
     n = len(some)
     if n == 0 or (normal is not None and n == 1):
@@ -356,23 +356,23 @@ def _least(H: Rows, normal: list[float] | None, some: list[int]) -> float:
             return H[some[0]][some[0]]
         if n == 2:
             a, b = some
-            return _of_two(H[a][a], H[a][b], H[b][b])
+            return _lesser_eigenvalue(H[a][a], H[a][b], H[b][b])
         return float(np.linalg.eigvalsh(H)[0])
     if n == 2:
         a, b = some
         u, v = normal[b], -normal[a]
         return (u * u * H[a][a] + 2.0 * u * v * H[a][b] + v * v * H[b][b]) / (u * u + v * v)
-    x, y = _plane(normal)
+    x, y = _plane_basis(normal)
     Hx, Hy = ([sum(H[a][b] * w[b] for b in range(3)) for a in range(3)] for w in (x, y))
-    return _of_two(_dot(x, Hx), _dot(x, Hy), _dot(y, Hy))
+    return _lesser_eigenvalue(_dot(x, Hx), _dot(x, Hy), _dot(y, Hy))
 
 
-def _of_two(a: float, b: float, c: float) -> float:
+def _lesser_eigenvalue(a: float, b: float, c: float) -> float:
     """Return the lesser eigenvalue of [[a, b], [b, c]]."""
     return 0.5 * (a + c) - math.hypot(0.5 * (a - c), b)
 
 
-def _plane(n: Sequence[float]) -> tuple[list[float], list[float]]:
+def _plane_basis(n: Sequence[float]) -> tuple[list[float], list[float]]:
     """Return two orthonormal vectors across n, whose entries are all positive."""
     size = math.hypot(n[0], n[1])
     x = [-n[1] / size, n[0] / size, 0.0]

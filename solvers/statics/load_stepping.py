@@ -19,14 +19,14 @@ EACH, EASY = 10, 6  # whole steps at one load at most, and down to which the nex
 MEETING = 20  # the same where something may touch: a step leaves a quarter of a pressure that is far too large
 
 
-def raised(newton: Newton) -> tuple[Floats, int]:
+def step_load(newton: Newton) -> tuple[Floats, int]:
     """Return the equilibrium at full load along the path from rest, and the number of steps. Raises NotConverged."""
     longest = newton.problem.longest
     x, load, step, count = newton.problem.rest, 0.0, min(FIRST, longest), 0
     while load < 1.0:
         target = min(1.0, load + step)
         before = len(newton.history)
-        y = _next(newton, x, load, target)
+        y = _next_equilibrium(newton, x, load, target)
         if y is None:
             step = 0.5 * (target - load)
             if step < LEAST * longest:
@@ -38,7 +38,7 @@ def raised(newton: Newton) -> tuple[Floats, int]:
     return x, count
 
 
-def _next(newton: Newton, x: Floats, load: float, target: float) -> Floats | None:
+def _next_equilibrium(newton: Newton, x: Floats, load: float, target: float) -> Floats | None:
     """Return the equilibrium at the target load from that at another; None if full steps find no valid one."""
     most = MEETING if newton.problem.touches else EACH
     try:
@@ -46,7 +46,7 @@ def _next(newton: Newton, x: Floats, load: float, target: float) -> Floats | Non
         there, done, _ = newton.steps(start, most, target)
     except NotConverged:
         return None
-    if newton.problem.way is not None and strayed(x, start, there):
+    if newton.problem.way is not None and left_solution_branch(x, start, there):
         return None
     if not (done and newton.problem.sound(there)):
         return None
@@ -56,6 +56,6 @@ def _next(newton: Newton, x: Floats, load: float, target: float) -> Floats | Non
     return None if lost else there
 
 
-def strayed(x: Floats, start: Floats, there: Floats) -> bool:
+def left_solution_branch(x: Floats, start: Floats, there: Floats) -> bool:
     """Return whether Newton's steps were longer than the step of the supports: they led to another state."""
     return bool(np.linalg.norm(there - start) > np.linalg.norm(start - x))

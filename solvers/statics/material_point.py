@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from softmark.records import dataclass
 from softmark.solvers.materials.constitutive_law import Law
 from softmark.solvers.materials.volumetric_constraints import Constraint, VolumeRatioConstraint
-from softmark.solvers.statics.isotropic_material_point import PrincipalPoint, in_reach
+from softmark.solvers.statics.isotropic_material_point import PrincipalPoint, is_applicable
 from softmark.solvers.statics.material_point_state import (
     FARTHEST,
     HALVINGS,
@@ -27,7 +27,7 @@ from softmark.solvers.statics.material_point_state import (
     ROUNDING,
     SETTLED,
     STILL,
-    Drive,
+    ImposedDeformation,
     Floats,
     NoState,
     PointState,
@@ -51,7 +51,7 @@ class MaterialPoint:
     constraint: Constraint | None = None
     linear: bool = False  # strains are small: no stretch is too far
 
-    def state(self, drive: Drive, iterations: int = 50) -> PointState:
+    def state(self, drive: ImposedDeformation, iterations: int = 50) -> PointState:
         """Return the state under imposed values. Raises NoState."""
         with np.errstate(all="ignore"):  # beyond its domain a law says inf or NaN
             if not any(drive.stresses.tolist()):
@@ -61,11 +61,11 @@ class MaterialPoint:
                     return found
             return self._followed(drive, iterations)
 
-    def first_lost(self, drive: Drive) -> PointState:
+    def first_lost(self, drive: ImposedDeformation) -> PointState:
         """Return the first state on the way from rest that is unstable, if the final one is. Raises NoState."""
         return self._first(drive, lambda found: found.freed > FLAT)
 
-    def first_unsteady(self, drive: Drive) -> PointState:
+    def first_unsteady(self, drive: ImposedDeformation) -> PointState:
         """Return the first state on the way from rest that violates Drucker stability, if the final one does. Raises
         NoState.
         """
@@ -84,7 +84,7 @@ class MaterialPoint:
         found = None if self.linear else find_instability(self.law, state.F[None], held)
         return found is None or not bool(found[0])
 
-    def _first(self, drive: Drive, holds: Callable[[PointState], bool]) -> PointState:
+    def _first(self, drive: ImposedDeformation, holds: Callable[[PointState], bool]) -> PointState:
         """Return the first state on the way from rest for which `holds` is false, by bisection."""
         low, high, state = 0.0, 1.0, self.state(drive)
         for _ in range(BISECTIONS):
@@ -98,10 +98,10 @@ class MaterialPoint:
 
     # ------------------------------------------------------------------ the way to a state
 
-    def _way(self, drive: Drive) -> MaterialPoint | PrincipalPoint:
+    def _way(self, drive: ImposedDeformation) -> MaterialPoint | PrincipalPoint:
         """Return the solver to use: plain numbers in principal axes if possible, else arrays."""
         known = None if self.linear else self._principal
-        return known if known is not None and in_reach(drive) else self
+        return known if known is not None and is_applicable(drive) else self
 
     @cached_property
     def _principal(self) -> PrincipalPoint | None:
@@ -109,7 +109,7 @@ class MaterialPoint:
         free = self.constraint is None or isinstance(self.constraint, VolumeRatioConstraint)
         return PrincipalPoint(self.law, self.constraint) if free and hasattr(self.law, "principal") else None
 
-    def _followed(self, drive: Drive, iterations: int) -> PointState:
+    def _followed(self, drive: ImposedDeformation, iterations: int) -> PointState:
         """Return the state through intermediate ones from rest."""
         reached, step, total, found = 0.0, 0.125, 0, None
         start: tuple[Floats, float] = (np.ones(3), 0.0)
@@ -125,7 +125,7 @@ class MaterialPoint:
                 raise NoState(reached, start[0])
         return replace(found or self.told(drive, (*start, 0)), iterations=total)
 
-    def _sound(self, way: Any, drive: Drive, found: Any) -> PointState | None:
+    def _sound(self, way: Any, drive: ImposedDeformation, found: Any) -> PointState | None:
         """Return a solution as a state if it is stable and in the domain of the law, else None."""
         told: PointState | None = None if found is None else way.told(drive, found)
         if told is None or self.linear:
@@ -135,7 +135,7 @@ class MaterialPoint:
 
     # ------------------------------------------------------------------ Newton's method on arrays, for any law
 
-    def newton(self, drive: Drive, start: tuple[Any, float], most: int) -> tuple[Floats, float, int] | None:
+    def newton(self, drive: ImposedDeformation, start: tuple[Any, float], most: int) -> tuple[Floats, float, int] | None:
         """Return stretches, pressure and iterations from a start; None if it does not converge."""
         free = np.flatnonzero(np.isnan(drive.stretches))
         t, p = np.where(np.isnan(drive.stretches), start[0], drive.stretches), start[1]
@@ -158,7 +158,7 @@ class MaterialPoint:
                     return t, p, number + 1
         return None
 
-    def _searched(self, drive: Drive, at: tuple[Floats, float, Floats], free: NDArray[np.intp], step: Floats,
+    def _searched(self, drive: ImposedDeformation, at: tuple[Floats, float, Floats], free: NDArray[np.intp], step: Floats,
                   ) -> tuple[Floats, float, Floats] | None:  # fmt: skip
         """Return the first point along a step with a smaller residual; None if there is none."""
         t, p, left = at
@@ -178,7 +178,7 @@ class MaterialPoint:
             part *= 0.5
         return None
 
-    def _relieved(self, drive: Drive, t: Floats) -> tuple[Floats, float, int] | None:
+    def _relieved(self, drive: ImposedDeformation, t: Floats) -> tuple[Floats, float, int] | None:
         """Return a state without unknown stretches, if it satisfies the volume constraint."""
         if self.constraint is None:
             return t, 0.0, 0
@@ -187,7 +187,7 @@ class MaterialPoint:
             return None
         return t, -float(self.law.P(F)[0, c, c] / self.constraint.gradient(F)[0, c, c]), 0
 
-    def _left(self, drive: Drive, t: Floats, p: float, free: NDArray[np.intp]) -> Floats:
+    def _left(self, drive: ImposedDeformation, t: Floats, p: float, free: NDArray[np.intp]) -> Floats:
         """Return the residual of Kirchhoff stress on free axes, Pa, and of the constraint, times the stiffness at rest.
 
         It is a function of logarithms of stretches, in which a volume change is linear; for small strain it is the
@@ -200,7 +200,7 @@ class MaterialPoint:
             return left
         return np.append(left, self._stiff * self.constraint.value(drive.F(t)))
 
-    def _slope(self, drive: Drive, t: Floats, p: float, free: NDArray[np.intp]) -> Floats:
+    def _slope(self, drive: ImposedDeformation, t: Floats, p: float, free: NDArray[np.intp]) -> Floats:
         """Return the Jacobian by logarithms of free stretches (small strain: by the stretches) and by the pressure."""
         F, own = drive.F(t), np.ones(len(free)) if self.linear else t[free]
         H = own[:, None] * self._hessian(F, p)[np.ix_(free, free)] * own
@@ -213,7 +213,7 @@ class MaterialPoint:
         found[:-1, :-1], found[:-1, -1], found[-1, :-1] = H, g, self._stiff * g
         return found
 
-    def _unbalanced(self, drive: Drive, t: Floats, p: float) -> Floats:
+    def _unbalanced(self, drive: ImposedDeformation, t: Floats, p: float) -> Floats:
         """Return the nominal stress along the axes minus the prescribed one (3,), Pa."""
         F = drive.F(t)
         stress: Floats = self.law.P(F)[0].diagonal() - drive.stresses
@@ -226,7 +226,7 @@ class MaterialPoint:
             found = found + self.constraint.curvature(F, np.array([p]))[0].reshape(9, 9)[np.ix_(AXES, AXES)]
         return found
 
-    def guess(self, drive: Drive) -> tuple[Floats, float]:
+    def guess(self, drive: ImposedDeformation) -> tuple[Floats, float]:
         """Return initial stretches from small logarithmic strains, and zero pressure."""
         free = np.isnan(drive.stretches)
         given = np.where(free, 1.0, drive.stretches)
@@ -250,7 +250,7 @@ class MaterialPoint:
 
     # ------------------------------------------------------------------ what is told of it
 
-    def told(self, drive: Drive, found: tuple[Floats, float, int]) -> PointState:
+    def told(self, drive: ImposedDeformation, found: tuple[Floats, float, int]) -> PointState:
         """Return the complete state of a solution."""
         t, p, iterations = found
         F, free = drive.F(t), np.flatnonzero(np.isnan(drive.stretches))
@@ -260,12 +260,12 @@ class MaterialPoint:
             P, normal = P + p * g, g.diagonal()
         left = np.abs(P.diagonal()[free] - drive.stresses[free]).max(initial=0.0)
         H, scale = self._hessian(F, p), self._shear(self._at_rest)
-        held = _least(H, normal, free) / scale
+        held = _least_eigenvalue(H, normal, free) / scale
         if drive.shear is not None:
             a, b, _ = drive.shear
             freed = float(self.law.dPdF(F)[0, a, b, a, b]) / scale
         else:
-            freed = _least(H, normal, np.union1d(free, drive.driven)) / scale
+            freed = _least_eigenvalue(H, normal, np.union1d(free, drive.driven)) / scale
         largest = float(np.abs(P).max())
         return PointState(F[0], P, float(self.law.psi(F)[0]), p, float(left) / largest if largest else 0.0, iterations,
                           held, freed)  # fmt: skip
@@ -276,7 +276,7 @@ class MaterialPoint:
         return 0.5 * float(H[0, 0] - H[0, 1])
 
 
-def _least(H: Floats, normal: Floats, some: NDArray[np.intp]) -> float:
+def _least_eigenvalue(H: Floats, normal: Floats, some: NDArray[np.intp]) -> float:
     """Return the least eigenvalue of H among some axes, normal to the constraint gradient; inf without axes."""
     if not len(some):
         return float("inf")

@@ -28,7 +28,7 @@ class NoState(Exception):
 
 
 @dataclass(frozen=True, eq=False)
-class Drive:
+class ImposedDeformation:
     """Imposed stretches along x, y and z (3,), nan where free, and nominal stresses on free axes (3,), Pa.
 
     `shear` has the indices (a, b) and the value of the off-diagonal entry of F. `driven` are the loaded axes. Without
@@ -42,11 +42,11 @@ class Drive:
     driven: tuple[int, ...] = (0,)
     relieved: int = 2
 
-    def at(self, share: float) -> Drive:
+    def at(self, share: float) -> ImposedDeformation:
         """Return a fraction of the imposed values."""
         sheared = None if self.shear is None else (*self.shear[:2], share * self.shear[2])
         grown = 1.0 + share * (self.stretches - 1.0)
-        return Drive(grown, share * self.stresses, sheared, self.driven, self.relieved)
+        return ImposedDeformation(grown, share * self.stresses, sheared, self.driven, self.relieved)
 
     def F(self, t: Floats) -> Floats:
         """Return the deformation gradient (1, 3, 3) of stretches t (3,)."""

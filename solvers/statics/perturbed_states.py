@@ -16,7 +16,7 @@ TURNS = 3.0  # of the whole when it is spun
 
 
 @dataclass(frozen=True)
-class DisturbedNodes:
+class PerturbedNodes:
     """Nodes at rest `points` (n, 3) in m, `cells` (m, a) that connect them, and the amount of perturbation."""
 
     points: Floats
@@ -44,7 +44,7 @@ class DisturbedNodes:
 Random = np.random.Generator
 
 
-def scrambled(body: DisturbedNodes, random: Random) -> Floats:
+def scramble_nodes(body: PerturbedNodes, random: Random) -> Floats:
     """Return random positions of nodes in the bounding box, times the amount in each direction (n, 3)."""
     # a straight line of nodes has no box: it is given one as thick as a tenth of its length
     size = np.maximum(body.size, 0.1 * body.size.max())
@@ -52,7 +52,7 @@ def scrambled(body: DisturbedNodes, random: Random) -> Floats:
     return places
 
 
-def flattened(body: DisturbedNodes, random: Random) -> Floats:
+def flatten_nodes(body: PerturbedNodes, random: Random) -> Floats:
     """Return positions projected to a random plane through the centre, scaled by the amount (n, 3)."""
     n = _direction(random)
     away = body.points - body.middle
@@ -60,7 +60,7 @@ def flattened(body: DisturbedNodes, random: Random) -> Floats:
     return places
 
 
-def collapsed(body: DisturbedNodes, random: Random) -> Floats:
+def collapse_nodes(body: PerturbedNodes, random: Random) -> Floats:
     """Return all nodes at one random point of the box or, as often, on a random line through it, scaled (n, 3)."""
     n, line = _direction(random), random.random() < 0.5
     point = body.low + random.random(3) * body.size
@@ -69,7 +69,7 @@ def collapsed(body: DisturbedNodes, random: Random) -> Floats:
     return places
 
 
-def inverted(body: DisturbedNodes, random: Random) -> Floats:
+def inverted(body: PerturbedNodes, random: Random) -> Floats:
     """Return positions reflected by a random plane through the centre and scaled: every cell is inverted (n, 3)."""
     n = _direction(random)
     away = body.points - body.middle
@@ -77,7 +77,7 @@ def inverted(body: DisturbedNodes, random: Random) -> Floats:
     return places
 
 
-def spun(body: DisturbedNodes, random: Random) -> Floats:
+def spun(body: PerturbedNodes, random: Random) -> Floats:
     """Return positions (n, 3) with every cell rotated at random about its centre, averaged at nodes, and a total twist.
 
     The twist is TURNS times the amount, in either sense, from one end of the longest direction to the other.
@@ -91,7 +91,7 @@ def spun(body: DisturbedNodes, random: Random) -> Floats:
     return _twisted(body, places / np.maximum(count, 1)[:, None], random)
 
 
-def _twisted(body: DisturbedNodes, places: Floats, random: Random) -> Floats:
+def _twisted(body: PerturbedNodes, places: Floats, random: Random) -> Floats:
     """Return positions twisted along the longest direction of the body."""
     axis = int(np.argmax(body.size))
     b, c = (axis + 1) % 3, (axis + 2) % 3
@@ -122,16 +122,16 @@ def _direction(random: Random) -> Floats:
     return unit
 
 
-DISTURBANCES: dict[str, Callable[[DisturbedNodes, Random], Floats]] = {
-    "scrambled": scrambled,
-    "flattened": flattened,
-    "collapsed": collapsed,
+DISTURBANCES: dict[str, Callable[[PerturbedNodes, Random], Floats]] = {
+    "scrambled": scramble_nodes,
+    "flattened": flatten_nodes,
+    "collapsed": collapse_nodes,
     "inverted": inverted,
     "spun": spun,
 }
 
 
-def disturbed(kind: str, body: DisturbedNodes, seed: int) -> Floats:
+def disturbed(kind: str, body: PerturbedNodes, seed: int) -> Floats:
     """Return perturbed positions of the nodes (n, 3), m, the same for the same seed. Raises KeyError for an unknown
     kind.
     """

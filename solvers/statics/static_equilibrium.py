@@ -31,7 +31,7 @@ from softmark.solvers.linear import factorisations
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.linear.linear_solver import Linear, Systems
 from softmark.solvers.statics.arc_length import PathFollower
-from softmark.solvers.statics.load_stepping import raised, strayed
+from softmark.solvers.statics.load_stepping import step_load, left_solution_branch
 from softmark.solvers.statics.rigid_motion_predictor import begun
 from softmark.solvers.statics.static_newton import MEMORY, RIGID, TINY, Newton
 from softmark.solvers.statics.static_problem import (
@@ -143,9 +143,9 @@ def _down(newton: Newton, x: Floats, load: float) -> Floats:
     """Return the equilibrium at a load that minimises the energy from x; next to rigid bodies from soft barriers."""
     if not newton.problem.beside or newton.problem.rubs:
         return newton.descend(x, load)
-    from softmark.solvers.statics.barrier_stiffness_ramp import hardened
+    from softmark.solvers.statics.barrier_stiffness_ramp import ramp_barrier
 
-    return hardened(newton, x, load)
+    return ramp_barrier(newton, x, load)
 
 
 def _softly(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
@@ -158,7 +158,7 @@ def _softly(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
 def _stepped(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Solve by load stepping."""
     newton = Newton(problem, history, systems, "steps of load")
-    x, steps = raised(newton)
+    x, steps = step_load(newton)
     return replace(_settled(newton, x), load_steps=steps)
 
 
@@ -236,9 +236,9 @@ def _stable(newton: Newton, x: Floats) -> bool | None:
     """Return whether a state is stable; None if unknown."""
     if not newton.problem.rubs:
         return newton.definite(x)
-    from softmark.solvers.statics.friction_iteration import steady
+    from softmark.solvers.statics.friction_iteration import is_stable_at_pressures
 
-    return steady(newton, x)
+    return is_stable_at_pressures(newton, x)
 
 
 def _buckled(problem: Statics, history: list[Iteration], systems: Systems, unstable: Floats) -> Equilibrium:
@@ -310,7 +310,7 @@ def _careful(problem: Statics, history: list[Iteration], systems: Systems, vain:
         try:
             begun = newton.impose(x, target - load, target)
             there = _down(newton, begun, target)
-            if problem.way is not None and problem.bold and strayed(x, begun, there):
+            if problem.way is not None and problem.bold and left_solution_branch(x, begun, there):
                 raise NotConverged("the turn is lost: the body springs back to another state", tuple(history))
             if lost := problem.lost(there, target):
                 raise NotConverged(lost, tuple(history))

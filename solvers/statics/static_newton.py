@@ -231,9 +231,9 @@ class Newton:
         It takes at most the problem's iterations, or `patience` if that is more.
         """
         if self.problem.rubs:
-            from softmark.solvers.statics.friction_iteration import rubbed
+            from softmark.solvers.statics.friction_iteration import solve_friction
 
-            return rubbed(self, x, load)
+            return solve_friction(self, x, load)
         merit = self._energy if self.minimal else self._imbalance
         value = merit(x, load)
         if not np.isfinite(value):

@@ -16,7 +16,7 @@ else:
 
 
 class AnalyticField:
-    """Base of analytic stress fields: the members of `stress_field.Stresses` that concern cells, with trivial results."""
+    """Base of analytic stress fields: members of `stress_field.Stresses` that concern cells, with trivial results."""
 
     def at(self, X: Floats) -> Tensors:
         """Return the tensors at points X (n, 3), m, of the undeformed body."""

@@ -128,13 +128,13 @@ class MultiMaterialStresses(Stresses):
 
     def unresolved(self, X: Floats) -> Floats:
         """Return the difference of cell stresses around X (n, 3) from their recovered value (n,), Pa."""
-        return self._most(X, lambda own, here: own.unresolved(here))
+        return self._largest_over_materials(X, lambda own, here: own.unresolved(here))
 
     def disagreement(self, X: Floats, of: Part) -> Floats:
         """Return the relative difference of cells of one material around X (n, 3), as `Stresses`: the largest (n,)."""
-        return self._most(X, lambda own, here: own.disagreement(here, of))
+        return self._largest_over_materials(X, lambda own, here: own.disagreement(here, of))
 
-    def _most(self, X: Floats, of: Callable[[Stresses, Floats], Floats]) -> Floats:
+    def _largest_over_materials(self, X: Floats, of: Callable[[Stresses, Floats], Floats]) -> Floats:
         found = np.zeros(len(X))
         for _, own, here in self._owners(X):
             found[here] = np.maximum(found[here], of(own, X[here]))
@@ -181,7 +181,7 @@ class MultiMaterialStresses(Stresses):
         return {}
 
     @cached_property
-    def _touched(self) -> Bools:
+    def _nodes_of_materials(self) -> Bools:
         """Which nodes belong to cells of each material (r, nodes)."""
         found = np.zeros((len(self.each), len(self.state.mesh.points)), dtype=np.bool_)
         for row, own in zip(found, self.each, strict=True):
@@ -198,7 +198,7 @@ class MultiMaterialStresses(Stresses):
         found = np.stack([is_known_row(own.state.mesh.cells, where.nodes) for own in self.each])
         alone = found.copy()
         counts = np.abs(where.N) > AT
-        several = (self._touched[:, where.nodes] | ~counts).all(axis=2).sum(axis=0) > 1
+        several = (self._nodes_of_materials[:, where.nodes] | ~counts).all(axis=2).sum(axis=0) > 1
         for point in np.flatnonzero(several & ~counts.all(axis=1)).tolist():
             nodes = where.nodes[point][counts[point]]
             for row, own in zip(found, self.each, strict=True):

@@ -98,7 +98,7 @@ class PatchRecovery:
     def _valued(self, corner: int, X: Floats) -> Floats:
         """Return the polynomial of a corner at a point (k,)."""
         fit, middle, scale = self._fits[corner]
-        basis = np.prod(((self._seen(X) - middle) / scale) ** self._exponents, axis=1)
+        basis = np.prod(((self._fit_positions(X) - middle) / scale) ** self._exponents, axis=1)
         value: Floats = basis @ fit
         return value
 
@@ -126,14 +126,14 @@ class PatchRecovery:
     @cached_property
     def _points(self) -> tuple[Floats, Floats]:
         X, values = self._sample(superconvergent_points(self.mesh.element))
-        return self._seen(X), values
+        return self._fit_positions(X), values
 
     @cached_property
     def _all_points(self) -> tuple[Floats, Floats]:
         X, values = self._sample(self.mesh.element.quadrature())
-        return self._seen(X), values
+        return self._fit_positions(X), values
 
-    def _seen(self, X: Floats) -> Floats:
+    def _fit_positions(self, X: Floats) -> Floats:
         """Return the positions (..., 3) used in polynomials: in a plane, all at z = 0."""
         return X * np.array([1.0, 1.0, 0.0]) if self._plane else X
 
@@ -154,7 +154,7 @@ class PatchRecovery:
         X, values = known[0][cells], known[1][cells]  # (p, q, 3), (p, q, k)
         owner = np.repeat(np.arange(len(corners)), np.diff(bounds))
         middle = np.add.reduceat(X.mean(axis=1), bounds[:-1]) / np.diff(bounds)[:, None]
-        away = X - self._seen(self.mesh.points[corners])[owner][:, None]
+        away = X - self._fit_positions(self.mesh.points[corners])[owner][:, None]
         scale = np.sqrt(np.maximum.reduceat((away**2).sum(axis=2).max(axis=1), bounds[:-1]))
         near = np.exp(-NEAR * ((away / scale[owner, None, None]) ** 2).sum(axis=2))
         away = X - middle[owner][:, None]  # monomials about the middle are least alike

@@ -89,7 +89,7 @@ def _hyperbolic_ratios(k: Floats, y: Floats, b: float) -> tuple[Floats, Floats]:
 
 
 def _flexure_stress(section: Section, poisson: float, X2: Floats, X3: Floats, second: bool = False) -> Floats:
-    """Return the shear stress (n, 2), Pa, along X2 and X3, for 1 N along X2, or along X3 if `second`. Raises TypeError."""
+    """Return shear stress (n, 2), Pa, along X2 and X3, for 1 N along X2, or along X3 if `second`. Raises TypeError."""
     x, y = (X3, X2) if second else (X2, X3)
     I = section.moments[0 if second else 1]
     if isinstance(section, CircularSection):

@@ -126,7 +126,7 @@ def full_tensors(six: Floats) -> Floats:
 
 
 def principal_value(tensors: Floats, component: str) -> Floats:
-    """Return the largest (principal_1), middle or least (principal_3) eigenvalue of symmetric tensors (n, 3, 3): (n,)."""
+    """Return largest (principal_1), middle or least (principal_3) eigenvalue of symmetric tensors (n, 3, 3): (n,)."""
     values: Floats = np.linalg.eigvalsh(tensors)[:, 3 - int(component[-1])].astype(np.float64)
     return values
 

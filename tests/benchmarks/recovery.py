@@ -37,7 +37,7 @@ from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gr
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.spring_edges import build_spring_network
 from softmark.solvers.mesh.structured_meshes import PlaneMesh, mesh_extrusion
-from softmark.solvers.statics.perturbed_states import DISTURBANCES, DisturbedNodes, disturbed
+from softmark.solvers.statics.perturbed_states import DISTURBANCES, PerturbedNodes, disturbed
 from softmark.solvers.statics.recovery_from_perturbation import Tangled, inside_out, recovered
 from softmark.solvers.statics.static_equilibrium import NotConverged, Statics
 
@@ -113,7 +113,7 @@ def springs(mesh: Mesh) -> Springs:
 def one(law: str, element: str, kind: str, amount: float, seed: int) -> dict[str, Any]:
     """What comes of one disturbed block."""
     b = block(law, element)
-    x = (disturbed(kind, DisturbedNodes(b.mesh.points, b.mesh.cells, amount), seed) - b.mesh.points).ravel()
+    x = (disturbed(kind, PerturbedNodes(b.mesh.points, b.mesh.cells, amount), seed) - b.mesh.points).ravel()
     x[b.problem.fixed] = 0.0
     cells = b.cells if b.oriented else None
     tangled = Tangled(x, cells, lambda y: inside_out(b.cells, y), len(b.mesh.cells), seed)

@@ -38,8 +38,8 @@ from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.problem.body_case import Case, case_for, case_of
 from softmark.interpreter.problem.probe_points import find_probe_points
 from softmark.interpreter.results.run_report import ModelKind, ModelResult
-from softmark.interpreter.verification.by_model import voucher_of
-from softmark.interpreter.verification.by_model.verifier import Voucher
+from softmark.interpreter.verification.by_model import verifier_of
+from softmark.interpreter.verification.by_model.verifier import Verifier
 from softmark.interpreter.vocabulary import LOADS, SUPPORTS
 from softmark.interpreter.vocabulary.load_words import (
     BodyForce,
@@ -284,7 +284,7 @@ def check_model(cls: type[Any], words: str, before: str = "") -> set[str]:
     own = {n for n in vars(Model) if not n.startswith("_")}
     hidden = own & {f.name for f in dataclasses.fields(cls)}
     assert not hidden, f"these say what a model is, and are no fields: {hidden}"
-    assert isinstance(voucher_of(_made(before, words)[0].thing), Voucher)
+    assert isinstance(verifier_of(_made(before, words)[0].thing), Verifier)
     _says(*_made(before, words))
     refuses_foreign(words, before)
     taken = set()

@@ -38,7 +38,7 @@ from softmark.interpreter.models.model_builders import BUILDERS
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.body_case import case_of
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
-from softmark.interpreter.verification.by_model.verifier import Voucher
+from softmark.interpreter.verification.by_model.verifier import Verifier
 from softmark.interpreter.vocabulary import LOADS, PROBES, SUPPORTS
 from softmark.interpreter.vocabulary.analysis_words import EXPLICIT
 from softmark.interpreter.vocabulary.load_words import BodyForce, Load
@@ -349,7 +349,7 @@ def test_a_model_that_says_next_to_nothing_refuses_what_it_does_not_take() -> No
         ):
             _, found = scene_of(f"{BODY}{CLAMP}{LOOK}{line}\nmodel m = {name}()\n")
             assert errors(found) == refused, line
-    assert isinstance(Voucher(), Voucher)
+    assert isinstance(Verifier(), Verifier)
 
 
 def test_what_breaks_a_contract_is_found() -> None:

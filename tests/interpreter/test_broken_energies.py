@@ -281,5 +281,5 @@ def test_a_point_that_is_taken_for_another_is_seen(monkeypatch: pytest.MonkeyPat
         N[:, 1] -= 0.05
         return N
 
-    monkeypatch.setattr(element_interpolation, "_beyond", wrong)
+    monkeypatch.setattr(element_interpolation, "_extrapolated_shape_functions", wrong)
     assert said_of(AT_A_POINT)

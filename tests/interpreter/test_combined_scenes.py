@@ -41,9 +41,9 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
     monkeypatch.setitem(sys.modules, "manifold3d", manifolds)
     monkeypatch.setattr(manifolds.Manifold, "sound", True)
-    monkeypatch.setattr(tetrahedralization, "_folder", lambda: None)
+    monkeypatch.setattr(tetrahedralization, "_cache_folder", lambda: None)
     monkeypatch.setattr(tetrahedralization, "MESHER", "numpy")
-    monkeypatch.setattr(tetrahedralization, "_filled", mesher)
+    monkeypatch.setattr(tetrahedralization, "_run_mesher", mesher)
     return sizes
 
 

@@ -37,14 +37,14 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """With a surface of the block, in millimetres, and a mesher that knows no other body."""
     box = trimesh.creation.box(bounds=1e3 * np.array([(0.0, 0.0, 0.0), SIZE]))
     box.export(tmp_path / "block.stl")
-    monkeypatch.setattr(tetrahedralization, "_folder", lambda: None)
+    monkeypatch.setattr(tetrahedralization, "_cache_folder", lambda: None)
     monkeypatch.setattr(tetrahedralization, "MESHER", "numpy")
 
     def mesher(surface: Any, size: float, tolerance: float, **field: Any) -> Any:
         mesh = Box(SIZE).mesh("tet4", size)
         return mesh.points, mesh.cells, 1.0
 
-    monkeypatch.setattr(tetrahedralization, "_filled", mesher)
+    monkeypatch.setattr(tetrahedralization, "_run_mesher", mesher)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

@@ -267,13 +267,13 @@ def test_a_rod_looks_at_each_state_once(
     Counted is the solution alone: the coarser one from which an error is stated has states of its own.
     """
     from softmark.interpreter.api.python_api import load
-    from softmark.interpreter.verification.by_model.beam_verifier import Beams
-    from softmark.interpreter.verification.probe_errors import Unknown
+    from softmark.interpreter.verification.by_model.beam_verifier import BeamVerifier
+    from softmark.interpreter.verification.probe_errors import NoErrorEstimate
 
     def none(*_: object) -> None:
-        raise Unknown("not here")
+        raise NoErrorEstimate("not here")
 
-    monkeypatch.setattr(Beams, "coarser", none)
+    monkeypatch.setattr(BeamVerifier, "coarser", none)
     states, of = [0], rod_kinematics.RodElements.of
 
     def counted(*arguments: object) -> object:

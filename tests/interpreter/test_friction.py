@@ -73,7 +73,7 @@ def test_what_is_tried_in_vain_is_not_tried_again(monkeypatch: pytest.MonkeyPatc
             raise NotConverged("friction does not settle")
         return rubbed(newton, x, load)
 
-    rubbed = friction_iteration.rubbed
+    rubbed = friction_iteration.solve_friction
     monkeypatch.setattr(friction_iteration, "rubbed", fails)
     model = loads(DRAGGED.replace("[25, 50, 75, 100]", "[100]")).run().models["hexes"]
     assert model.status == "not_converged"

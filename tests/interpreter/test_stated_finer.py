@@ -19,7 +19,7 @@ from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.results.run_report import Timing
 from softmark.interpreter.verification import grid_convergence
 from softmark.interpreter.verification.estimation_budget import Budget, Overspent
-from softmark.interpreter.verification.probe_errors import Unknown
+from softmark.interpreter.verification.probe_errors import NoErrorEstimate
 from softmark.solvers.elements import ELEMENTS
 
 BEAM = """
@@ -143,7 +143,7 @@ def test_what_costs_more_than_it_may_is_not_begun_or_stopped() -> None:
     with pytest.raises(Overspent, match="more than 5 s"):
         Budget.of({"solve_cpu_s": Timing((0.1,))}, asked=True).must_hold(51.0)
     budget.spent = 41.0
-    with pytest.raises(Unknown, match="costs more than"):
+    with pytest.raises(NoErrorEstimate, match="costs more than"):
         budget.check()
     with pytest.raises(Overspent, match="nobody asked"):
         Budget.of({}, asked=False).must_hold(0.1)
@@ -217,7 +217,7 @@ def test_a_finer_space_that_does_not_fit_is_not_made(monkeypatch: pytest.MonkeyP
         raise AssertionError("it was made")
 
     monkeypatch.setattr(memory, "available", lambda: 1e7)
-    monkeypatch.setattr(mesh_refinement, "finer", unasked)
+    monkeypatch.setattr(mesh_refinement, "build_finer_space", unasked)
     model = asked("model m = fem(hex8, strain = finite, size = 2.5 mm)", fine="size = 5 mm").models["m"]
     assert model.stated["sag"].parts["discretisation"] > 0.0
     assert finer_needs(256) == pytest.approx(20.0 * 8 * 256 * 24**2)
@@ -237,7 +237,7 @@ def finer_needs(cells: int) -> float:
 
 
 def _nothing(*_: Any) -> float:
-    raise Unknown("coarser meshes tell nothing")
+    raise NoErrorEstimate("coarser meshes tell nothing")
 
 
 FLAT = """

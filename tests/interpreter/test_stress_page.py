@@ -15,7 +15,7 @@ from softmark.interpreter.planning.varied_quantities import WalkedQuantity
 from softmark.interpreter.report.notebook.robustness_box import inline
 from softmark.interpreter.report.page.html_document import POLICY
 from softmark.interpreter.report.robustness.robustness_page import again, page
-from softmark.interpreter.report.robustness.robustness_view import ruler, shown, told
+from softmark.interpreter.report.robustness.robustness_view import ruler, format_value, point_tooltip
 from softmark.interpreter.study.robustness.robustness_record import RobustnessPoint, RobustnessRecord
 
 Json = dict[str, Any]
@@ -141,11 +141,11 @@ def test_values_stand_in_order_on_the_scale_that_parts_them(asked: Json, values:
 
 
 def test_the_nines_of_a_ratio_are_kept() -> None:
-    assert shown(0.499999999, "1") == "0.499999999"
+    assert format_value(0.499999999, "1") == "0.499999999"
 
 
 def test_a_point_says_its_error_and_what_the_model_states() -> None:
-    said = told(point("tets", "inaccurate", 0.4, rubber_poisson=0.4999))
+    said = point_tooltip(point("tets", "inaccurate", 0.4, rubber_poisson=0.4999))
     assert said == "rubber.poisson = 0.4999: inaccurate as stated, error 40 %, states 2 %"
 
 

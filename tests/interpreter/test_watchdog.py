@@ -181,7 +181,7 @@ def stops(*arguments: Any) -> Any:
 def test_a_check_that_stops_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     """The answer stays, with a warning in the report and as a doubt of what it states."""
     monkeypatch.delenv("SOFTMARK_DEBUG", raising=False)
-    monkeypatch.setattr("softmark.interpreter.verification.by_model.beam_verifier.Beams.balance", stops)
+    monkeypatch.setattr("softmark.interpreter.verification.by_model.beam_verifier.BeamVerifier.balance", stops)
     report = softmark.loads(BEAM + MODELS).run("rod")
     model = report.models["rod"]
     assert model.status == "converged"

@@ -150,7 +150,7 @@ def test_facets_suit_the_smallest_cells(tmp_path: Path, monkeypatch: pytest.Monk
         box = CUBE.mesh("tet4", 2 * R)
         return box.points, box.cells, 1.0
 
-    monkeypatch.setattr(tetrahedralization, "_filled", mesher)
+    monkeypatch.setattr(tetrahedralization, "_run_mesher", mesher)
     shape = BODIES["drilled"][0]
     low = Condition.comparison("<=", Term.coordinate(2), Term.constant(0.0), 1)
     mesh = shape.mesh("tet4", R / 2, graded_cuts(low, shape, 4.0))

@@ -345,7 +345,7 @@ def test_a_grid_looks_at_few_boxes_however_many_there_are(monkeypatch: pytest.Mo
         looked.append(runs(*arguments))
         return looked[-1]
 
-    monkeypatch.setattr(bounding_box_grid, "_runs", counted)
+    monkeypatch.setattr(bounding_box_grid, "_expand_ranges", counted)
     for size in (0.008, 0.004):
         mesh = Cylinder(0.06, 0.019).mesh("tet4", size)
         X = mesh.points[mesh.cells].mean(axis=1)

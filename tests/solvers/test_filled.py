@@ -224,7 +224,7 @@ def test_what_was_made_is_kept_and_never_made_again(kept: Path, monkeypatch: pyt
         box = Box((0.01, 0.01, 0.01)).mesh("tet4", size)
         return box.points + 1e-9 * len(made), box.cells, 1.0
 
-    monkeypatch.setattr(tetrahedralization, "_filled", mesher)
+    monkeypatch.setattr(tetrahedralization, "_run_mesher", mesher)
     cube = Box((0.01, 0.01, 0.01)).surface(0.005)
     first, again, finer = (
         tetrahedralization.fill_surface(close_surface(*cube), size, 1e-4) for size in (0.005, 0.005, 0.004)
@@ -251,7 +251,7 @@ def test_the_mesher_is_named_where_cells_are_finer_too(kept: Path, monkeypatch: 
         box = Box((0.01, 0.01, 0.01)).mesh("tet4", size)
         return box.points, box.cells, 1.0
 
-    monkeypatch.setattr(tetrahedralization, "_filled", mesher)
+    monkeypatch.setattr(tetrahedralization, "_run_mesher", mesher)
     cube = Box((0.01, 0.01, 0.01))
     low = Condition.comparison("<=", Term.coordinate(2), Term.constant(0.0), 1)
     finer = Cut("", 0.0, finer=4.0, where=low)
@@ -271,7 +271,7 @@ def test_nodes_are_moved_onto_the_surface(kept: Path, monkeypatch: pytest.Monkey
     box = Box((0.01, 0.01, 0.01)).mesh("tet4", 0.003)
     off = 1e-4 * np.random.default_rng(1).uniform(-1.0, 1.0, box.points.shape)
     monkeypatch.setattr(
-        tetrahedralization, "_filled", lambda *arguments: (box.points + off, box.cells[:, [1, 0, 2, 3]], 1.0)
+        tetrahedralization, "_run_mesher", lambda *arguments: (box.points + off, box.cells[:, [1, 0, 2, 3]], 1.0)
     )
     mesh = tetrahedralization.fill_surface(close_surface(*Box((0.01, 0.01, 0.01)).surface(0.01)), 0.003, 1e-4)
     assert mesh.volumes.min() > 0.0
@@ -363,7 +363,7 @@ def test_an_element_of_ten_nodes_has_straight_edges(
 ) -> None:
     monkeypatch.setattr(tetrahedralization, "MESHER", "numpy")
     box = Box((0.01, 0.01, 0.01)).mesh("tet4", 0.003)
-    monkeypatch.setattr(tetrahedralization, "_filled", lambda *arguments: (box.points, box.cells, 1.0))
+    monkeypatch.setattr(tetrahedralization, "_run_mesher", lambda *arguments: (box.points, box.cells, 1.0))
     trimesh.Trimesh(*CUBE, process=False).export(tmp_path / "cube.stl")
     mesh = Filled(str(tmp_path / "cube.stl"), 1.0).mesh("tet10", 0.003)
     assert len(mesh.cells) == len(box.cells)

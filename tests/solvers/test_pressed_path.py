@@ -8,27 +8,27 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.solvers.statics.force_controlled_rigid_body import Place, Press, Stiff, _Search
+from softmark.solvers.statics.force_controlled_rigid_body import TravelPoint, ForceControl, TravelStiffness, _PositionSearch
 from softmark.solvers.statics.static_problem import NotConverged
 
 E = 1e-6
 
 
-class Curve(_Search):
+class Curve(_PositionSearch):
     """A search whose body is a known force over the way, N and m."""
 
     def __init__(self, force: Callable[[float], float], places: list[float], begun: float = 0.0) -> None:
         self.force, self.places = force, 0
-        self.press = Press(1, force(places[-1]), begun, (), lambda contact, d: contact)
-        self.seen = [Stiff(place := self._at(d), self._stiffness(place)) for d in places]
+        self.press = ForceControl(1, force(places[-1]), begun, (), lambda contact, d: contact)
+        self.seen = [TravelStiffness(place := self._at(d), self._stiffness(place)) for d in places]
         self.places, self.end = 0, self.seen[-1].place
 
-    def _at(self, d: float, near: Place | None = None) -> Place:
+    def _at(self, d: float, near: TravelPoint | None = None) -> TravelPoint:
         self.places += 1
         found: Any = None
-        return Place(d, found, self.force(d))
+        return TravelPoint(d, found, self.force(d))
 
-    def _stiffness(self, here: Place) -> float:
+    def _stiffness(self, here: TravelPoint) -> float:
         return (self.force(here.d + E) - self.force(here.d - E)) / (2.0 * E)
 
 
@@ -74,7 +74,7 @@ def test_a_stop_that_is_met_late_is_no_snap() -> None:
 
 def test_places_without_an_equilibrium_tell_nothing() -> None:
     class Gap(Curve):
-        def _at(self, d: float, near: Place | None = None) -> Place:
+        def _at(self, d: float, near: TravelPoint | None = None) -> TravelPoint:
             if near is not None:
                 raise NotConverged("no equilibrium")
             return super()._at(d)

@@ -26,7 +26,7 @@ from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gr
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.mesh.spring_edges import build_spring_network
-from softmark.solvers.statics.perturbed_states import DISTURBANCES, DisturbedNodes, disturbed, turns
+from softmark.solvers.statics.perturbed_states import DISTURBANCES, PerturbedNodes, disturbed, turns
 from softmark.solvers.statics.recovery_from_perturbation import Tangled, inside_out, recovered
 from softmark.solvers.statics.static_equilibrium import NotConverged, Statics, equilibrium
 from softmark.solvers.statics.static_problem import Equilibrium
@@ -81,7 +81,7 @@ def clamped(mesh: Mesh, energy: Energy, pull: tuple[float, float, float] = (0.0,
 
 
 def tangle(problem: Statics, mesh: Mesh, elastic: Elastic, kind: str, seed: int, amount: float = 1.0) -> Tangled:
-    x = (disturbed(kind, DisturbedNodes(mesh.points, mesh.cells, amount), seed) - mesh.points).ravel()
+    x = (disturbed(kind, PerturbedNodes(mesh.points, mesh.cells, amount), seed) - mesh.points).ravel()
     x[problem.fixed] = 0.0
     return Tangled(x, elastic, lambda y: inside_out(elastic, y), len(mesh.cells), seed)
 
@@ -193,7 +193,7 @@ def test_the_way_is_the_disturbed_state_s_own() -> None:
 def test_disturbances(kind: str) -> None:
     """What each does to the cells, and that a seed repeats it."""
     mesh, elastic = block("tet4"), cells("tet4", "neo_hookean")
-    body = DisturbedNodes(mesh.points, mesh.cells)
+    body = PerturbedNodes(mesh.points, mesh.cells)
     places = disturbed(kind, body, 3)
     assert np.array_equal(places, disturbed(kind, body, 3))
     assert not np.array_equal(places, disturbed(kind, body, 4))

@@ -22,7 +22,7 @@ def plugin_option(parser: argparse.ArgumentParser) -> None:
 
 
 def folder(text: str) -> str:
-    """Return a folder name from the command line; an empty one is an error, because it would mean the working folder."""
+    """Return a folder name from the command line; an empty one, which would mean the working folder, is an error."""
     if not text.strip():
         raise argparse.ArgumentTypeError("the name of the folder is empty; `.` is the one that you are in")
     return text

@@ -141,8 +141,10 @@ def _run_comparison(
         progress.clear()
         print(errors(found, colour=True), end="\n\n", file=sys.stderr, flush=True)
 
-    request = comparison_request(parsed, folder, progress, parsed.resume, vary=tuple(parsed.vary), models=tuple(parsed.model),
-                         study=parsed.study, accurate=accurate if progress.live else None)  # fmt: skip
+    request = comparison_request(
+        parsed, folder, progress, parsed.resume, vary=tuple(parsed.vary), models=tuple(parsed.model),
+        study=parsed.study, accurate=accurate if progress.live else None,
+    )  # fmt: skip
     return compare(subjects, request)
 
 
@@ -180,7 +182,8 @@ def comparison_request(
     return ComparisonRequest(
         folder=folder, jobs=parsed.jobs, cluster=parsed.cluster, timeout=parsed.timeout, repeats=parsed.repeats,
         resume=resume, fresh=parsed.fresh, allow_contaminated=parsed.allow_contaminated,
-        command=shlex.join(["dsl", *sys.argv[1:]]), say=progress.say, saying=exit_signals.set_interrupt_message, **asked,
+        command=shlex.join(["dsl", *sys.argv[1:]]), say=progress.say,
+        saying=exit_signals.set_interrupt_message, **asked,
     )  # fmt: skip
 
 

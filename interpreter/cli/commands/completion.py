@@ -16,7 +16,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Print the script of a shell, or the candidates for a line whose words are on standard input, separated by NULs."""
+    """Print the script of a shell, or candidates for a line, whose words are on standard input, separated by NULs."""
     from softmark.interpreter.cli import completion
 
     if parsed.shell in SHELLS:

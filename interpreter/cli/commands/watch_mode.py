@@ -145,7 +145,7 @@ class WatchedScene:
             return ""
 
     def _apart(self, folder: Path) -> bool:
-        """Return whether a folder counts as data; output and working folders do not, because our own files change them."""
+        """Return whether a folder counts as data; output and working folders, which we change ourselves, do not."""
         here = (self.scene.resolve(), Path.cwd())
         return not any(p.is_relative_to(folder.resolve()) for p in here) and not (folder / "report.json").exists()
 

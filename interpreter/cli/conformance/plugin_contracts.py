@@ -20,7 +20,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Conformance:
-    """Result of a conformance test: `diagnostics` for broken contracts, each with its place, `words` that were tested."""
+    """Result of a conformance test: `diagnostics` of broken contracts with their places, and the `words` tested."""
 
     diagnostics: tuple[Diagnostic, ...]
     words: tuple[str, ...]

@@ -17,10 +17,10 @@ from softmark.interpreter.models.shared.rigid_contact_setup import Moving
 from softmark.interpreter.problem.body_case import Case, Touch
 from softmark.solvers.contact.rigid_friction import RigidFriction
 from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion
-from softmark.solvers.statics.force_controlled_rigid_body import Press
+from softmark.solvers.statics.force_controlled_rigid_body import ForceControl
 
 
-def force_driven_problem(case: Case, contacts: Mapping[str, Any]) -> Press | None:
+def force_driven_problem(case: Case, contacts: Mapping[str, Any]) -> ForceControl | None:
     """Return the problem of the force-driven rigid body of a case; None if there is no such body."""
     touches = [touch for touch in case.contacts if touch.along is not None]
     if not touches:
@@ -30,7 +30,7 @@ def force_driven_problem(case: Case, contacts: Mapping[str, Any]) -> Press | Non
     first = [*contacts].index
     numbers = tuple(first(touch.name) - len(contacts) for touch in touches)  # they are the last of the loads
     begun = _shift(contacts[touches[0].name].earlier)[along]
-    return Press(along, force_on(touches[0]), float(begun), numbers, _at_travel)
+    return ForceControl(along, force_on(touches[0]), float(begun), numbers, _at_travel)
 
 
 def _at_travel(contact: Any, d: float) -> Any:

@@ -63,17 +63,17 @@ def find_unsupported_body(
 
 def find_equilibrium(solid: Any, problem: Statics) -> Equilibrium:
     """Find the equilibrium of a solid in contact, and the position of a force-driven rigid body. Raises NotConverged."""
-    from softmark.solvers.statics.barrier_continuation import PassedThrough, clear
+    from softmark.solvers.statics.barrier_continuation import PassedThrough, solve_with_stiffer_barriers
     from softmark.solvers.statics.rigid_substeps import in_substeps, presses_on_nodes, substeps_of
     from softmark.solvers.statics.static_equilibrium import equilibrium
 
     def whole(problem: Statics) -> Equilibrium:
         """Solve with barrier continuation, and with stabilization if supports leave the body free."""
         if solid.loose is None:
-            return clear(problem, equilibrium)
-        from softmark.solvers.statics.free_body_stabilization import grounded
+            return solve_with_stiffer_barriers(problem, equilibrium)
+        from softmark.solvers.statics.free_body_stabilization import solve_with_vanishing_spring
 
-        return clear(problem, lambda own: grounded(own, equilibrium))
+        return solve_with_stiffer_barriers(problem, lambda own: solve_with_vanishing_spring(own, equilibrium))
 
     def find(problem: Statics) -> Equilibrium:
         """Solve in one step, or in substeps of the rigid body's motion if it has passed through the surface."""
@@ -92,11 +92,11 @@ def find_equilibrium(solid: Any, problem: Statics) -> Equilibrium:
     if not case.pressed:
         return find(problem)
     from softmark.interpreter.models.shared.force_driven_rigid_bodies import force_driven_problem
-    from softmark.solvers.statics.force_controlled_rigid_body import pressed
+    from softmark.solvers.statics.force_controlled_rigid_body import solve_force_balance
 
     press = force_driven_problem(case, solid.contacts)
     assert press is not None
-    return pressed(problem, press, find)
+    return solve_force_balance(problem, press, find)
 
 
 def _are_wide(solid: Any) -> bool:

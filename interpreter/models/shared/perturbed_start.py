@@ -60,10 +60,10 @@ def solid_state(known: Disturbance, problem: Statics, points: Floats, cells: Int
     """Return perturbed displacements (dofs,), m, that satisfy the supports; unknowns other than displacements are zero."""
     import numpy as np
 
-    from softmark.solvers.statics.perturbed_states import DisturbedNodes, disturbed
+    from softmark.solvers.statics.perturbed_states import PerturbedNodes, disturbed
 
     x = np.zeros(len(problem.rest))
-    x[: points.size] = (disturbed(known.kind, DisturbedNodes(points, cells, known.amount), known.seed) - points).ravel()
+    x[: points.size] = (disturbed(known.kind, PerturbedNodes(points, cells, known.amount), known.seed) - points).ravel()
     x[problem.fixed] = problem.rest[problem.fixed] + problem.target
     return x
 
@@ -101,11 +101,11 @@ def recover_rod(known: Disturbance, problem: Statics, rest: Floats) -> Equilibri
     import numpy as np
 
     from softmark.solvers.energies.rod_state import chain_elements
-    from softmark.solvers.statics.perturbed_states import DisturbedNodes, disturbed
+    from softmark.solvers.statics.perturbed_states import PerturbedNodes, disturbed
     from softmark.solvers.statics.recovery_from_perturbation import Tangled, recovered
 
     nodes = rest.reshape(-1, 7)
-    body = DisturbedNodes(nodes[:, :3], chain_elements(len(nodes)), known.amount)
+    body = PerturbedNodes(nodes[:, :3], chain_elements(len(nodes)), known.amount)
     x = nodes.copy()
     x[:, :3] = disturbed(known.kind, body, known.seed)
     if known.kind in ("scrambled", "spun"):

@@ -28,7 +28,7 @@ def comment(changes: Changes, limit: int = LIMIT) -> str:
     counts = [f"{len(t.rows)} {t.noun[:-1] if len(t.rows) == 1 else t.noun}" for t in tables if t.rows]
     said = f"Changed: {', '.join(counts)}." if counts else NOTHING
     head = f"**{' → '.join(map(code, changes.files))}.** {said}"
-    return document(head, tables, "\n\n".join(filter(None, (_noise(changes), _explained(changes)))), limit)
+    return document(head, tables, "\n\n".join(filter(None, (_noise(changes), _possible_causes(changes)))), limit)
 
 
 def _verdicts(changes: Changes) -> list[Row]:
@@ -84,7 +84,7 @@ def _noise(changes: Changes) -> str:
     return f"{said[:1].upper()}{said[1:]}." if said else ""
 
 
-def _explained(changes: Changes) -> str:
+def _possible_causes(changes: Changes) -> str:
     """Return possible causes: changed texts, parameters, versions and machines."""
     facts = [*changes.scenes, *changes.environment]
     told = [f"{plain(f.what)} {code(plain_fact(f.old))} → {code(plain_fact(f.new))}" for f in facts[:12]]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from softmark.interpreter.report.comparison import comparison_tables, cost_figure, study_answers
-from softmark.interpreter.report.comparison.comparison_view import SceneView, apart, status_of, views
-from softmark.interpreter.report.comparison.work_precision_diagram import Diagram, by_frames, key
+from softmark.interpreter.report.comparison.comparison_view import SceneView, separate_problems_note, status_of, views
+from softmark.interpreter.report.comparison.work_precision_diagram import Diagram, has_step_times, key
 from softmark.interpreter.report.page.figure_frame import details
 from softmark.interpreter.report.page.html_document import document, moment
 from softmark.interpreter.report.page.html_markup import count, listed, plain, prose, section, tag, text
@@ -74,8 +74,8 @@ def advice(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
         items = [tag("li", _sentence(a), class_=None if a.winner else "none") for a in view.analysis.advice]
         said = tag("ul", *items, class_="advice") if items else tag("p", prose(view.without_advice), class_="quiet")
         rest = [tag("p", prose(d.text), class_="callout warn") for d in view.analysis.disagreements]
-        blocks.append(_under(view, own, said + "".join(rest) + cost_figure.quality(view, allowed)))
-    said = apart(own)
+        blocks.append(_with_scene_title(view, own, said + "".join(rest) + cost_figure.quality(view, allowed)))
+    said = separate_problems_note(own)
     blocks = [tag("p", prose(said), class_="lead"), *blocks] if said else blocks
     return "".join(blocks) or tag("p", "There is nothing to advise about.", class_="quiet")
 
@@ -85,7 +85,7 @@ def _sentence(advice: Advice) -> str:
     return prose(advice.sentence) + "".join(tag("small", prose(caveat)) for caveat in advice.caveats)
 
 
-def _under(view: SceneView, own: Sequence[SceneView], markup: str) -> str:
+def _with_scene_title(view: SceneView, own: Sequence[SceneView], markup: str) -> str:
     """Return the markup under the scene's title if there are several scenes."""
     return (tag("h3", text(view.heading)) if len(own) > 1 else "") + markup if markup else ""
 
@@ -97,14 +97,14 @@ def _diagrams(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
 
 def diagrams(own: Sequence[SceneView]) -> str:
     """Return error-against-effort diagrams, with the failures below; empty if nothing was computed."""
-    return "".join(_under(view, own, _figures(view) + _failures(view)) for view in own if view.points)
+    return "".join(_with_scene_title(view, own, _figures(view) + _failures(view)) for view in own if view.points)
 
 
 def _figures(view: SceneView) -> str:
     if not view.metrics:
         return ""
     figures = [Diagram(view, i, metric).figure() for i, metric in enumerate(view.metrics)]
-    if by_frames(view):
+    if has_step_times(view):
         figures += [Diagram(view, i, metric, frames=True).figure() for i, metric in enumerate(view.metrics)]
     lead = (
         "Down and left is better: less error, less time."
@@ -134,7 +134,7 @@ def _tables(
     """Return a function that makes a section with the same table for every scene."""
 
     def made(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
-        blocks = [_under(view, own, make(view)) for view in own if view.points]
+        blocks = [_with_scene_title(view, own, make(view)) for view in own if view.points]
         return section(name, title, *blocks) if any(blocks) else ""
 
     return made

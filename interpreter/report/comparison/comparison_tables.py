@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from softmark.interpreter.language.number_formatting import format_quantity, group_digits, typeset_number
 from softmark.interpreter.report.comparison.comparison_view import SceneView, spread_range, status_of
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
-from softmark.interpreter.report.page.html_markup import broken, count, prose, tag, text
+from softmark.interpreter.report.page.html_markup import wrappable_name, count, prose, tag, text
 from softmark.interpreter.study.analysis.comparison_analysis import EffortAtLevel
 from softmark.interpreter.study.analysis.comparison_point import ComparedPoint, Spread
 from softmark.interpreter.study.analysis.configuration_pairs import ChangeEffect, ErrorChange
@@ -36,7 +36,7 @@ def heading(words: str, number: bool = False) -> str:
 
 def row_head(name: str, below: str = "") -> str:
     """Return a row header."""
-    return tag("th", tag("code", broken(name)), tag("small", text(below)) if below else "", scope="row")
+    return tag("th", tag("code", wrappable_name(name)), tag("small", text(below)) if below else "", scope="row")
 
 
 def cell(words: str, below: str = "", best: bool = False) -> str:
@@ -82,14 +82,14 @@ def _point(view: SceneView, point: ComparedPoint) -> str:
     if point.status == "converged":  # the usual: the sign is enough for those who see it
         words = tag("span", words, class_="spoken")
     status = tag("span", tag("span", sign, aria_hidden="true"), words, class_=f"status {mood}")
-    cells = [row_head(point.label, point.outline), tag("td", status, _unbalanced(point))]
+    cells = [row_head(point.label, point.outline), tag("td", status, _full_residual(point))]
     cells += [_error(view, point, metric) for metric in view.metrics]
     cells += [cell(view.measured(point, metric)) for metric in view.measurements]
     cells += [cell(group_digits(point.dofs) if point.dofs else DASH), *(_times(view, point) if view.timed else ())]
     return row(*cells, _solver(point), tag("td", _quality(point), class_="quality"))
 
 
-def _unbalanced(point: ComparedPoint) -> str:
+def _full_residual(point: ComparedPoint) -> str:
     """Return the residual of the full model if only reduced equations were solved."""
     left = point.reduced.full_residual if point.reduced else None
     return "" if left is None else tag("small", text(f"full equations: {left:.2g} of the load is not balanced"))
@@ -119,11 +119,11 @@ def _times(view: SceneView, point: ComparedPoint) -> list[str]:
     return [
         time,
         cell(format_quantity(setup.median, "s", 3) if setup else DASH),
-        cell(said_bytes(point.cost.memory_bytes)),
+        cell(format_bytes(point.cost.memory_bytes)),
     ]
 
 
-def said_bytes(number: float | None) -> str:
+def format_bytes(number: float | None) -> str:
     """Return `12.3 MB`."""
     if not number:
         return DASH
@@ -223,14 +223,14 @@ def best_at_rates(view: SceneView) -> str:
 def _rate(view: SceneView, metric: str, rate: BestInFrame) -> str:
     frame = tag("td", text(f"{rate.hz:g} Hz"), tag("small", text(format_quantity(1.0 / rate.hz, "s", 3))))
     unsure = tag("td", prose(", ".join(f"`{label}`" for label in rate.unsure) or DASH))
-    begin = [tag("td", tag("code", broken(metric))), frame]
+    begin = [tag("td", tag("code", wrappable_name(metric))), frame]
     best, other, takes = rate.best, rate.runner_up, rate.takes
     if best is None or takes is None:
         return row(*begin, tag("td", DASH, tag("small", prose(str(rate.reason))), colspan=5), unsure)
     second = f"`{other.label}`" if other else DASH
     below = view.amount(other.measured, metric) if other else ""
     return row(
-        *begin, tag("td", tag("code", broken(best.label))),
+        *begin, tag("td", tag("code", wrappable_name(best.label))),
         cell(view.amount(best.measured, metric) + (" †" if best.within else "")),
         cell(format_quantity(takes.median, "s", 3), spread_range(takes)), cell(f"{100 * (rate.margin or 0.0):.0f}\u00a0%"),
         tag("td", prose(second), tag("small", text(below))), unsure,
@@ -271,7 +271,7 @@ def _order(view: SceneView, entry: LineOrders) -> list[str]:
 
 
 def _name(name: str) -> str:
-    return tag("td", tag("code", broken(name)))
+    return tag("td", tag("code", wrappable_name(name)))
 
 
 def limit_cells(finest: float | None, found: ConvergenceEstimate, unit: str) -> list[str]:
@@ -353,7 +353,7 @@ def levers(view: SceneView) -> str:
 
 
 def _lever(lever: ChangeEffect, errors: Sequence[ErrorChange]) -> str:
-    change = tag("td", tag("code", broken(lever.what)), " ", text(f"{lever.from_} → {lever.to}"))
+    change = tag("td", tag("code", wrappable_name(lever.what)), " ", text(f"{lever.from_} → {lever.to}"))
     others = ", ".join(f"{k} = {v}" for k, v in lever.others.items())
     cells = [_ratio(e.ratio, "within the uncertainty" if e.within_uncertainty else "") for e in errors]
     effort = _ratio(lever.effort_ratio, "within the noise" if lever.noise else "")

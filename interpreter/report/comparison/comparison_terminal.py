@@ -9,8 +9,8 @@ from collections.abc import Sequence
 
 from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language.number_formatting import format_quantity
-from softmark.interpreter.report.comparison.comparison_view import CLOCKS, SceneView, apart, status_of, views
-from softmark.interpreter.report.comparison.study_answers import spoken
+from softmark.interpreter.report.comparison.comparison_view import CLOCKS, SceneView, separate_problems_note, status_of, views
+from softmark.interpreter.report.comparison.study_answers import study_lines
 from softmark.interpreter.report.page.html_markup import plain
 from softmark.interpreter.study.analysis.comparison_point import ComparedPoint
 from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
@@ -23,7 +23,7 @@ CODES = {"bold": "1", "good": "32", "bad": "31", "quiet": "2"}
 
 def table(comparison: ComparisonRecord, colour: bool, path: str | None = None, width: int | None = None) -> str:
     """Return all configurations of every scene, failures and recommendation, followed by the path of the page."""
-    paint, room = _looks(colour, width)
+    paint, room = _terminal_settings(colour, width)
     blocks = [block for own in _scenes(comparison) for block in _scene(own, paint, room)]
     blocks = blocks or ["There are no configurations."]
     return "\n\n".join([*blocks, *([f"comparison: {path}"] if path else [])])
@@ -31,12 +31,12 @@ def table(comparison: ComparisonRecord, colour: bool, path: str | None = None, w
 
 def errors(comparison: ComparisonRecord, colour: bool) -> str:
     """Return the tables before timing, with the meaning of their marks but without a recommendation."""
-    paint, room = _looks(colour, None)
+    paint, room = _terminal_settings(colour, None)
     each = (_errors(own, ": errors; times are being measured", paint, room) for own in _scenes(comparison))
     return "\n\n".join(block for blocks in each for block in blocks)
 
 
-def _looks(colour: bool, width: int | None) -> tuple[bool, int]:
+def _terminal_settings(colour: bool, width: int | None) -> tuple[bool, int]:
     """Return whether to use colours, and the number of characters per line."""
     room = width or max(80, shutil.get_terminal_size((WIDE, 24)).columns if colour else WIDE)
     return colour and not os.environ.get("NO_COLOR"), room
@@ -59,16 +59,16 @@ def _scene(own: Sequence[SceneView], paint: bool, room: int) -> list[str]:
     blocks = _errors(own, "", paint, room)
     told = own[:TOLD]
     answers = [
-        _at(view, _spoken(s)) if isinstance(a, ParetoAnswer) else _spoken(s)
-        for view in told for a in view.analysis.answers for s in _fewer(spoken(a))
+        _at(view, _plain_text(s)) if isinstance(a, ParetoAnswer) else _plain_text(s)
+        for view in told for a in view.analysis.answers for s in _truncate(study_lines(a))
     ]  # fmt: skip
     blocks += ["\n".join(answers)] if answers else []
     said = [
         _at(view, words) for view in told
         for words in (*(a.text for a in view.analysis.advice), *(d.text for d in view.analysis.disagreements))
     ]  # fmt: skip
-    advice = [textwrap.fill(_spoken(words), room, initial_indent="-> ", subsequent_indent="   ") for words in said]
-    advice += [] if advice else [_spoken(own[0].without_advice)]
+    advice = [textwrap.fill(_plain_text(words), room, initial_indent="-> ", subsequent_indent="   ") for words in said]
+    advice += [] if advice else [_plain_text(own[0].without_advice)]
     advice += [f"-> and so on for {len(own) - TOLD} more: see the page"] if len(own) > TOLD else []
     return [*blocks, *(["\n".join(advice)] if advice else [])]
 
@@ -76,7 +76,7 @@ def _scene(own: Sequence[SceneView], paint: bool, room: int) -> list[str]:
 def _errors(own: Sequence[SceneView], beside: str, paint: bool, room: int) -> list[str]:
     """Return the title with the text `beside` it, the table, and its notes."""
     blocks = [_style(all_visible(own[0].title) + beside, "bold", paint), _rows(own, paint)]
-    notes = [_spoken(note) for note in (apart(own), *_notes(own)) if note]
+    notes = [_plain_text(note) for note in (separate_problems_note(own), *_notes(own)) if note]
     return [*blocks, *(["\n".join(textwrap.fill(n, room, subsequent_indent="  ") for n in notes)] if notes else [])]
 
 
@@ -84,13 +84,13 @@ def _at(view: SceneView, words: str) -> str:
     return f"{all_visible(view.at)}: {words}" if view.at else words
 
 
-def _fewer(lines: Sequence[str]) -> list[str]:
+def _truncate(lines: Sequence[str]) -> list[str]:
     """Return the first lines of an answer, and the number of omitted ones."""
     more = len(lines) - TOLD
     return [*lines] if more <= 1 else [*lines[:TOLD], f"and {more} more: see the page"]
 
 
-def _spoken(words: str) -> str:
+def _plain_text(words: str) -> str:
     """Return text without markup of the page and without control characters."""
     return plain(all_visible(words)).replace("\u00a0", " ").replace("\u202f", " ")
 
@@ -121,7 +121,7 @@ def _row(
     view: SceneView, point: ComparedPoint, metrics: Sequence[str], measured: Sequence[str], timed: bool
 ) -> list[str]:
     cells = [point.label, *(_error(view, point, m) for m in metrics)]
-    cells += [_spoken(view.measured(point, m)) if m in view.measurements else "-" for m in measured]
+    cells += [_plain_text(view.measured(point, m)) if m in view.measurements else "-" for m in measured]
     cells += [str(point.dofs or "-"), "-" if point.iterations is None else str(point.iterations)]
     cells += [_time(view, point) if view.timed else "-"] if timed else []
     said = ["" if point.status == "converged" else status_of(point.status), "disturbed" * view.disturbed(point)]
@@ -134,7 +134,7 @@ def _error(view: SceneView, point: ComparedPoint, metric: str) -> str:
     if error is None or own is None:
         return "-  "
     within = "†" if point.within(metric, own.uncertainty) else " "
-    return _spoken(view.amount(error, metric)) + within + ("*" if point.key in own.front else " ")
+    return _plain_text(view.amount(error, metric)) + within + ("*" if point.key in own.front else " ")
 
 
 def _time(view: SceneView, point: ComparedPoint) -> str:
@@ -144,7 +144,7 @@ def _time(view: SceneView, point: ComparedPoint) -> str:
         return "-"
     half = 50 * (spread.q3 - spread.q1) / spread.median
     most = "<= " if point.cost.most and view.timed else ""
-    return most + _spoken(format_quantity(spread.median, "s", 3)) + (f" ±{half:.0f} %" if half >= 0.5 else "")
+    return most + _plain_text(format_quantity(spread.median, "s", 3)) + (f" ±{half:.0f} %" if half >= 0.5 else "")
 
 
 def _notes(own: Sequence[SceneView]) -> list[str]:
@@ -155,7 +155,7 @@ def _notes(own: Sequence[SceneView]) -> list[str]:
         marks.append(f"* on the front: nobody has {what} and less error")
     if any(_within(view, p) for view in own for p in view.points):
         marks.append("† within the uncertainty of the reference")
-    marks += [f"{name} is known to ±{known}" for name, known in _known(own).items()]
+    marks += [f"{name} is known to ±{known}" for name, known in _uncertainties(own).items()]
     if any(view.timed and view.effort(p) is not None for view in own for p in view.points):
         marks.append("±: half the distance of the quartiles")
     lines = ["; ".join(marks)] if marks else []
@@ -164,18 +164,18 @@ def _notes(own: Sequence[SceneView]) -> list[str]:
         reasons.setdefault(failure.message or failure.status, {})[failure.label] = None
     for reason, labels in reasons.items():
         who = ", ".join(labels) if len(labels) <= 5 else f"{len(labels)} configurations"
-        lines.append(f"{who}: {_spoken(reason)}")
+        lines.append(f"{who}: {_plain_text(reason)}")
     return lines
 
 
-def _known(own: Sequence[SceneView]) -> dict[str, str]:
+def _uncertainties(own: Sequence[SceneView]) -> dict[str, str]:
     """Return the largest reference uncertainty of each error."""
     found: dict[str, tuple[float, SceneView]] = {}
     for view in own:
         for name, known in view.metrics.items():
             if known.uncertainty > found.get(name, (0.0, view))[0]:
                 found[name] = (known.uncertainty, view)
-    return {name: _spoken(view.amount(most, name)) for name, (most, view) in found.items()}
+    return {name: _plain_text(view.amount(most, name)) for name, (most, view) in found.items()}
 
 
 def _within(view: SceneView, point: ComparedPoint) -> bool:

@@ -132,12 +132,12 @@ class SceneView:
         return format_quantity(value, self.metrics[metric].unit, digits, percent=True)
 
     def said_effort(self, spread: Spread) -> str:
-        """`84 ms`, or `4 320`."""
+        """Return an effort in words: `84 ms`, or `4 320`."""
         return group_digits(round(spread.median)) if self.clock == UNKNOWNS else format_quantity(spread.median, "s", 3)
 
 
 def spread_range(spread: Spread) -> str:
-    """`[80–90 ms]`, the unit once if it is the same; empty where there is no spread."""
+    """Return `[80–90 ms]`, with the unit once if it is the same; empty without a spread."""
     low, high = format_quantity(spread.q1, "s", 3), format_quantity(spread.q3, "s", 3)
     if spread.q1 == spread.q3:
         return ""
@@ -147,7 +147,7 @@ def spread_range(spread: Spread) -> str:
 
 
 def views(comparison: ComparisonRecord) -> list[SceneView]:
-    """The scenes of a comparison."""
+    """Return the scenes of a comparison."""
     scenes = comparison.analysis.scenes
     titles = scene_titles(comparison.scenes, list(dict.fromkeys(own.scene for own in scenes.values())))
     members: dict[str, list[ComparedPoint]] = {part: [] for part in scenes}
@@ -159,8 +159,8 @@ def views(comparison: ComparisonRecord) -> list[SceneView]:
     ]
 
 
-def apart(own: Sequence[SceneView]) -> str:
-    """That configurations of different problems do not compete; empty where all are of one."""
+def separate_problems_note(own: Sequence[SceneView]) -> str:
+    """Return a note that configurations of different problems are not compared; empty for a single problem."""
     names = list(dict.fromkeys(f"`{name}`" for view in own for name in view.analysis.problem))
     if not names:
         return ""
@@ -168,10 +168,10 @@ def apart(own: Sequence[SceneView]) -> str:
 
 
 def scene_titles(entries: Sequence[Json], names: Sequence[str]) -> dict[str, str]:
-    """Titles by the names that points use, with the file where two are the same; the name where no scene fits."""
+    """Return scene titles by the names that points use, with the file if titles are equal; the name if none matches."""
     found, files = {}, {}
     for i, name in enumerate(names):
-        fitting = [e for e in entries if name in _called(e)]
+        fitting = [e for e in entries if name in _scene_names(e)]
         entry = fitting[0] if fitting else entries[i] if len(entries) == len(names) else {}
         found[name] = str(entry.get("title") or name)
         files[name] = str(entry.get("file") or name)
@@ -179,12 +179,12 @@ def scene_titles(entries: Sequence[Json], names: Sequence[str]) -> dict[str, str
     return {n: f"{t} ({files[n]})" if t in twice else t for n, t in found.items()}
 
 
-def _called(entry: Json) -> set[str]:
-    """What a scene may be called."""
+def _scene_names(entry: Json) -> set[str]:
+    """Return the possible names of a scene."""
     file = str(entry.get("file") or "").replace("\\", "/").rpartition("/")[2]
     return {str(entry.get("name")), str(entry.get("title")), file, file.rpartition(".")[0]}
 
 
 def status_of(status: str) -> str:
-    """In words."""
+    """Return a status in words."""
     return "out of time" if status == "timed_out" else status.replace("_", " ")

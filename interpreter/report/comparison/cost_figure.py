@@ -1,11 +1,11 @@
-"""Where the time goes, as stacked bars, and how good the timings are."""
+"""Breakdown of computing time as stacked bars, and the quality of the timings."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from softmark.interpreter.language.number_formatting import format_quantity, typeset_number
-from softmark.interpreter.report.comparison.comparison_tables import heading, row, row_head, said_bytes, table
+from softmark.interpreter.report.comparison.comparison_tables import heading, row, row_head, format_bytes, table
 from softmark.interpreter.report.comparison.comparison_view import SceneView
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
 from softmark.interpreter.report.page.figure_frame import details
@@ -18,7 +18,7 @@ SHOWN = 24  # bars that are drawn; the CSV has all
 
 
 def costs(view: SceneView) -> str:
-    """A bar for each configuration that matters most; empty where nobody says where time goes."""
+    """Return a bar for each of the most important configurations; empty if no breakdown is known."""
     split = [p for p in view.once if p.cost.phases]
     if not split:
         return ""
@@ -35,12 +35,12 @@ def costs(view: SceneView) -> str:
 
 
 def _names(points: Sequence[ComparedPoint]) -> list[str]:
-    """Parts in their usual order, others behind."""
+    """Return the parts of the time in their usual order, other parts last."""
     return list(dict.fromkeys([*PHASES, *(n for p in points for n in p.cost.phases)]))
 
 
 def _chosen(view: SceneView, split: Sequence[ComparedPoint]) -> list[ComparedPoint]:
-    """All where they are few, else those on a front and the finest of each line."""
+    """Return all configurations if they are few, else those on a front and the finest of each line."""
     if len(split) <= SHOWN:
         return list(split)
     front = {k for own in view.metrics.values() for k in own.front}
@@ -61,7 +61,7 @@ def _bar(point: ComparedPoint, named: Sequence[str]) -> str:
     ]  # fmt: skip
     bar = tag("td", tag("div", *pieces, class_="bar", role="img", aria_label=words), class_="wide-cell")
     seconds = tag("td", text(format_quantity(total, "s", 3)), class_="n")
-    memory = tag("td", text(said_bytes(point.cost.memory_bytes)), class_="n")
+    memory = tag("td", text(format_bytes(point.cost.memory_bytes)), class_="n")
     return row(row_head(point.label), seconds, bar, memory)
 
 
@@ -74,7 +74,7 @@ def _swatch(index: int) -> str:
 
 
 def _numbers(split: Sequence[ComparedPoint], named: Sequence[str]) -> str:
-    """The seconds themselves."""
+    """Return the table of times, s."""
     head = [heading("Configuration"), *(heading(n, True) for n in named)]
     rows = []
     for p in split:
@@ -94,7 +94,7 @@ def _save(view: SceneView, split: Sequence[ComparedPoint], named: Sequence[str])
 
 
 def quality(view: SceneView, allowed: bool = False) -> str:
-    """How far the timings can be trusted, in words."""
+    """Return the reliability of the timings, in words."""
     known = view.analysis.timing
     if not known.timed:
         return _callout("quiet", "No times were measured: configurations are compared by their numbers of unknowns.")
@@ -112,7 +112,7 @@ def quality(view: SceneView, allowed: bool = False) -> str:
 
 
 def _who(labels: Sequence[str], of: int) -> str:
-    """Who, of so many: all of them, or the first eight by name and how many more."""
+    """Return `all`, or the first eight names and the number of others."""
     if len(labels) == of > 1:
         return "all of them"
     more = f" and {len(labels) - 8} more" if len(labels) > 8 else ""
@@ -120,7 +120,7 @@ def _who(labels: Sequence[str], of: int) -> str:
 
 
 def _flagged(flag: str, n: int) -> str:
-    """`few repeats: one run takes long, so there are only a few (2 configurations)`."""
+    """Return `few repeats: one run takes long, so there are only a few (2 configurations)`."""
     meaning = REMARKS.get(flag) or DISTURBANCES.get(flag)
     return (f"{flag}: {meaning}" if meaning else flag) + f" ({count(n, 'configuration')})"
 

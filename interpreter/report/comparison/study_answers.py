@@ -62,15 +62,15 @@ def _cost(answer: ParetoAnswer, member: FrontMember) -> str:
     return group_digits(round(median)) if answer.cost_name == UNKNOWNS else amount(median, answer.cost_unit or "1", 3)
 
 
-def spoken(answer: Answer) -> list[str]:
+def study_lines(answer: Answer) -> list[str]:
     """Return lines for the terminal: `settling: drop over refine: tet10: order 2.01, limit 12.3 mm ± 0.1 mm`."""
     if isinstance(answer, ParetoAnswer):
         names = ", ".join(f"{c.label} ({_cost(answer, c)})" for c in answer.front) or "nobody"
         return [f"{answer.study}: on the front of {answer.error} and {answer.cost_name}: {names}"]
-    return [f"{answer.study}: {answer.metric} of {entry.line}: {_said(entry)}" for entry in answer.lines]
+    return [f"{answer.study}: {answer.metric} of {entry.line}: {_line_in_words(entry)}" for entry in answer.lines]
 
 
-def _said(entry: LineConvergence) -> str:
+def _line_in_words(entry: LineConvergence) -> str:
     found, unit = entry.limit, entry.unit or "1"
     if found.order is None:
         return f"no order: {found.reason}"

@@ -362,13 +362,13 @@ def key(view: SceneView) -> str:
     items = [_sample(d, name) + tag("span", text(words)) for d, name, words, when in KEY if there[when]]
     if not view.timed:
         items = [item.replace("nothing is quicker", "nothing is smaller") for item in items]
-    if any(_told(view, metric) for metric in view.metrics):
+    if any(_is_uncertainty_visible(view, metric) for metric in view.metrics):
         band = tag("rect", x=1, y=2, width=36, height=12, class_="uncertain")
         items.append(_drawing(band) + tag("span", "within the uncertainty of the reference"))
     return tag("ul", *(tag("li", item) for item in items), class_="key") if items else ""
 
 
-def _told(view: SceneView, metric: str) -> bool:
+def _is_uncertainty_visible(view: SceneView, metric: str) -> bool:
     """Return whether the uncertainty is large enough to be visible next to the errors."""
     errors = [e for p in view.points if (e := p.error(metric))]
     uncertainty = view.metrics[metric].uncertainty
@@ -384,6 +384,6 @@ def _drawing(content: str) -> str:
     return tag("svg", content, viewBox="0 0 38 16", width=38, height=16, aria_hidden="true")
 
 
-def by_frames(view: SceneView) -> bool:
+def has_step_times(view: SceneView) -> bool:
     """Return whether steps were timed separately."""
     return view.timed and any(p.cost.step_s for p in view.points)

@@ -60,15 +60,15 @@ def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: Ru
     Raises SceneError for what cannot be built, and if one of `only`, or no model at all, can be expressed in the
     format; OSError if the folder cannot be written.
     """
-    ready, refused = _ready(scene, to, list(only) or list(scene.of_kind("model")), options)
+    ready, refused = _exportable_models(scene, to, list(only) or list(scene.of_kind("model")), options)
     if (refused and only) or not ready:
         each = [_error(scene.declared[name], to, why) for name, why in refused.items()]
         raise SceneError(each or [_nothing(scene, to)])
     found = exam_sheet.sheet(scene, options)
     folder.mkdir(parents=True, exist_ok=True)
     written: list[str] = []
-    found["models"] = {name: _kept(name, each, to, folder, written) for name, each in ready.items()}
-    followed = {name: list(_followed(scene, name)) for name in ready} if FORMATS[to].mesh else {}
+    found["models"] = {name: _write_model(name, each, to, folder, written) for name, each in ready.items()}
+    followed = {name: list(_unexported_loads(scene, name)) for name in ready} if FORMATS[to].mesh else {}
     left = [(f"model `{name}`, {what}", why) for name, own in (refused | followed).items()
             for what, why in dict.fromkeys(own)]  # fmt: skip
     left += [(f"region `{name}`", NAMELESS) for name in _plain_regions(scene, ready)]
@@ -79,7 +79,7 @@ def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: Ru
     return Exported(folder, (*written, exam_sheet.FILE, exam_readme.FILE), whole)
 
 
-def _ready(
+def _exportable_models(
     scene: Scene, to: str, names: Sequence[str], options: RunOptions
 ) -> tuple[dict[str, Told], dict[str, list[Reason]]]:
     """Return the exportable problems of models, and the reasons for all others. Raises SceneError."""
@@ -88,7 +88,7 @@ def _ready(
     for name in names:
         options.say("export", name)
         try:
-            ready[name] = _told(scene, name, to, workshop)
+            ready[name] = _problems_of_model(scene, name, to, workshop)
         except Untold as untold:
             refused[name] = untold.reasons
         except Fault as fault:
@@ -98,14 +98,14 @@ def _ready(
     return ready, refused
 
 
-def _told(scene: Scene, name: str, to: str, workshop: BuildContext) -> Told:
+def _problems_of_model(scene: Scene, name: str, to: str, workshop: BuildContext) -> Told:
     """Return the problems of a model: one, or one for each state. Raises Untold, Fault."""
     each, alone = [], FORMATS[to].mesh
     for own in [in_state(scene, i) for i in range(len(states_of(scene)))] or [scene]:
-        declared = _ours(own.declared[name])
+        declared = _as_own_model(own.declared[name])
         case = case_for(own, declared)
         if FORMATS[to].moves:
-            each.append(_moving(own.declared[name], case, workshop))
+            each.append(_dynamic_problem(own.declared[name], case, workshop))
             continue
         if found := (reasons_of_mesh if alone else reasons)(declared.thing, case):  # before anything is built
             raise Untold(found)
@@ -122,11 +122,11 @@ def _told(scene: Scene, name: str, to: str, workshop: BuildContext) -> Told:
     return [(replace(each[-1][0], shares=shares, values_of_states=states_of(scene)), each[-1][1])]
 
 
-def _moving(declared: Declared, case: Case, workshop: BuildContext) -> tuple[Problem, Named]:
+def _dynamic_problem(declared: Declared, case: Case, workshop: BuildContext) -> tuple[Problem, Named]:
     """Return a dynamic problem for a program without static analyses; its steps are the model's. Raises Untold, Fault."""
     from softmark.interpreter.models.external import external_builder
 
-    model = _ours(declared).thing
+    model = _as_own_model(declared).thing
     if found := reasons(model, case, moves=True):
         raise Untold(found)
     if model.mass != "lumped" and not isinstance(declared.thing, Outside):  # which has no such field
@@ -140,9 +140,9 @@ def _moving(declared: Declared, case: Case, workshop: BuildContext) -> tuple[Pro
     return prepared.asked(), named_of(prepared.solid, case)
 
 
-def _followed(scene: Scene, name: str) -> Iterator[Reason]:
+def _unexported_loads(scene: Scene, name: str) -> Iterator[Reason]:
     """Yield loads whose forces are exported only at rest, for a model that is exported as a mesh."""
-    declared = _ours(scene.declared[name])
+    declared = _as_own_model(scene.declared[name])
     yield from reasons_of_loads(declared.thing, case_for(scene, declared))
 
 
@@ -156,7 +156,7 @@ def _plain_regions(scene: Scene, ready: Iterable[str]) -> Iterator[str]:
             yield name
 
 
-def _ours(declared: Declared) -> Declared:
+def _as_own_model(declared: Declared) -> Declared:
     """Return a model of an external program as our own model with the same arguments, for export."""
     return replace(declared, thing=declared.thing.solid) if isinstance(declared.thing, Outside) else declared
 
@@ -172,7 +172,7 @@ def _shares(problems: Sequence[Problem]) -> tuple[float, ...] | None:
     return (*found, 1.0) if all(parts) else None
 
 
-def _kept(name: str, each: Told, to: str, folder: Path, written: list[str]) -> dict[str, Any]:
+def _write_model(name: str, each: Told, to: str, folder: Path, written: list[str]) -> dict[str, Any]:
     """Write a model and return its entry of the sheet."""
     own: list[str] = []
     for number, (problem, named) in enumerate(each, start=1):

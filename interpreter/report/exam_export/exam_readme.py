@@ -24,7 +24,7 @@ def text(sheet: Mapping[str, Any], to: str) -> str:
         "the scene asks and expects of it, in SI: m, s, N and Pa.",
         f"The other files here are in {FORMATS[to].units}.",
         "",
-        *_asked(sheet["metrics"], FORMATS[to]),
+        *_requested_numbers(sheet["metrics"], FORMATS[to]),
         *(_model(name, own) for name, own in sheet["models"].items()),
         "",
         "Forces are those on nodes of the undeformed body, and keep their size and direction but where it is said",
@@ -40,7 +40,7 @@ def text(sheet: Mapping[str, Any], to: str) -> str:
     return "\n".join([*lines, ""])
 
 
-def _asked(metrics: Mapping[str, Any], to: Format) -> Iterator[str]:
+def _requested_numbers(metrics: Mapping[str, Any], to: Format) -> Iterator[str]:
     """Yield every requested number, with its unit in the sheet and in the files."""
     same: dict[str, list[str]] = {}
     for name, own in metrics.items():

@@ -52,7 +52,7 @@ def sheet(scene: Scene, options: RunOptions) -> dict[str, Any]:
         "scene": describe_scene(scene),
         "states": list(states_of(scene)),
         "probes": {name: _place(works[-1], own, left) for name, own in scene.of_kind("probe").items()},
-        "metrics": {name: _asked(own) for name, own in scene.of_kind("metric").items()},
+        "metrics": {name: _requested_metric(own) for name, own in scene.of_kind("metric").items()},
         "references": report["references"],
         "expectations": [{"text": e.text, "line": e.location.span.line} for e in scene.expectations],
         "left": left,
@@ -74,7 +74,7 @@ def _place(work: Any, probe: Declared, left: list[dict[str, str]]) -> dict[str, 
     return own if place.triangles is None else own | {"triangles": place.triangles.tolist()}
 
 
-def _asked(metric: Declared) -> dict[str, Any]:
+def _requested_metric(metric: Declared) -> dict[str, Any]:
     return {"text": _text(metric), "unit": metric.thing.unit}
 
 

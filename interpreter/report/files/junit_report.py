@@ -23,16 +23,16 @@ from softmark.interpreter.results.run_report import (
 def render(report: Report) -> str:
     """Return XML: failures are expectations not met, errors are unconverged solutions, skipped are omitted ones."""
     suite = ElementTree.Element("testsuite", name=str(report.scene["title"]))
-    _properties(suite, _of_all(report))
+    _properties(suite, _suite_properties(report))
     failures = report.failures
     for outcome in report.outcomes:
         case = _case(suite, f"{outcome.name} converges", "softmark.models")
-        _properties(case, _of_outcome(report, outcome))
+        _properties(case, _result_properties(report, outcome))
         if outcome in failures:
             ElementTree.SubElement(case, "error", message=outcome.message or outcome.status)
     for e in report.expectations:
         case = _case(suite, e.text, "softmark.expectations")
-        _properties(case, _of_expectation(report, e))
+        _properties(case, _expectation_properties(report, e))
         if e.left_out:
             ElementTree.SubElement(case, "skipped", message=e.reason or "")
         elif not e.passed:
@@ -60,22 +60,22 @@ def _properties(element: ElementTree.Element, known: Mapping[str, object]) -> No
             ElementTree.SubElement(box, "property", name=name, value=str(value))
 
 
-def _of_all(report: Report) -> dict[str, object]:
+def _suite_properties(report: Report) -> dict[str, object]:
     scene, machine = report.scene, report.environment
     own = {"scene": scene.get("file"), "scene.sha256": scene.get("sha256")}
     own |= {f"parameter.{name}": p["text"] for name, p in (scene.get("parameters") or {}).items()}
     return own | {name: machine.get(name) for name in ("softmark", "python", "platform", "cpu")}
 
 
-def _of_outcome(report: Report, outcome: ModelResult | ReferenceResult) -> dict[str, object]:
+def _result_properties(report: Report, outcome: ModelResult | ReferenceResult) -> dict[str, object]:
     own: dict[str, object] = {"status": outcome.status}
     for name, metric in outcome.metrics.items():
-        told = _of_metric(report, outcome, name, metric)
+        told = _metric_properties(report, outcome, name, metric)
         own |= {name: told.pop("value"), **{f"{name}.{key}": value for key, value in told.items()}}
     return own
 
 
-def _of_metric(
+def _metric_properties(
     report: Report, outcome: ModelResult | ReferenceResult, name: str, metric: MetricResult
 ) -> dict[str, object]:
     stated = outcome.stated.get(name) if isinstance(outcome, ModelResult) else None
@@ -89,11 +89,11 @@ def _of_metric(
     }
 
 
-def _of_expectation(report: Report, e: ExpectationResult) -> dict[str, object]:
+def _expectation_properties(report: Report, e: ExpectationResult) -> dict[str, object]:
     owner, _, name = e.metric.partition(".")
     outcome = report.models.get(owner) or report.references.get(owner)
     metric = outcome.metrics.get(name) if outcome else None
-    about = _of_metric(report, outcome, name, metric) if outcome and metric else {}
+    about = _metric_properties(report, outcome, name, metric) if outcome and metric else {}
     own = {"line": e.line, "metric": e.metric, "value": e.value, "unit": e.unit}
     compared = {"relation": " ".join(e.relations), "limit": " ".join(map(str, e.limits))}
     return {**own, **compared, **{key: about[key] for key in about if key not in own}}

@@ -33,12 +33,12 @@ def _row(key: Key, old: Cell | None, new: Cell | None, timed: bool) -> Row | Non
     case, model, name = key
     who = f"{plain(model)} ({code(name)})" if name else plain(model)
     if old is None or new is None:
-        return plain(case), who, _said(old), _said(new), "new" if old is None else "gone"
+        return plain(case), who, _cell_in_words(old), _cell_in_words(new), "new" if old is None else "gone"
     change = describe_change(old, new, timed)
-    return (plain(case), who, _said(old), _said(new), change) if change else None
+    return (plain(case), who, _cell_in_words(old), _cell_in_words(new), change) if change else None
 
 
-def _said(cell: Cell | None) -> str:
+def _cell_in_words(cell: Cell | None) -> str:
     if cell is None:
         return "–"
     if cell.error is None:

@@ -25,7 +25,7 @@ def matrix(board: Board, order: Sequence[str]) -> str:
              for name, card in board.cases.items()]  # fmt: skip
     head = tag("thead", tag("tr", tag("th", "Model", scope="col"), *heads))
     rows = [_row(board, model) for model in order]
-    lost = [_lost(board)] if any(card.reason for card in board.cases.values()) else []
+    lost = [_unsolved_row(board)] if any(card.reason for card in board.cases.values()) else []
     table = tag("table", head, tag("tbody", *rows, *lost), class_="board")
     wide = tag("div", table, class_="scroll", tabindex=0, role="region", aria_label="Models and cases")
     return section("matrix", "Models and cases", tag("p", text(LEAD), class_="lead"), wide)
@@ -58,7 +58,7 @@ def _cell(cells: Sequence[Cell]) -> str:
     return tag("td", *parts, more, class_=mood, title=f"{first.name}: {first.outline}")
 
 
-def _lost(board: Board) -> str:
+def _unsolved_row(board: Board) -> str:
     """Return a row of cases that no model could solve."""
     cells = [
         tag("td", "failed", class_="none", title=card.reason) if card.reason else tag("td")

@@ -23,13 +23,13 @@ def verdict(mood: str, words: str) -> str:
     return tag("p", tag("span", SIGNS[mood], aria_hidden="true"), " ", prose(words), class_=f"verdict {mood}")
 
 
-def framed(label: str, markup: str, styles: Sequence[str], scripts: Sequence[str], curves: int = 0) -> str:
+def isolated_frame(label: str, markup: str, styles: Sequence[str], scripts: Sequence[str], curves: int = 0) -> str:
     """Return markup with its scripts as a document in a frame that is as high as its content."""
     own = excerpt(label, curves, markup, [*styles, "frame.css"], [*scripts, "frame.js"])
     return tag("iframe", srcdoc=own, title=label, loading="lazy", width="100%", height="640")
 
 
-def bounded(drawn: str, rest: str, where: str) -> str:
+def if_it_fits(drawn: str, rest: str, where: str) -> str:
     """Return the drawing if it fits with the rest; else a sentence about where to find it."""
     if len(drawn) + len(rest) <= LARGEST:
         return drawn

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from softmark.interpreter.report.comparison.comparison_page import advice, conclusion, diagrams, title
 from softmark.interpreter.report.comparison.comparison_tables import configurations
 from softmark.interpreter.report.comparison.comparison_view import SceneView, views
-from softmark.interpreter.report.notebook.box_frame import ROWS, bounded, framed, shell
+from softmark.interpreter.report.notebook.box_frame import ROWS, if_it_fits, isolated_frame, shell
 from softmark.interpreter.report.page.html_markup import prose, tag, text
 from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
 
@@ -22,8 +22,8 @@ def inline(comparison: ComparisonRecord) -> str:
     drawn = diagrams(own)
     if drawn:
         curves = max((len(view.lines) for view in own), default=0)
-        drawn = framed("Work and precision", drawn, ["report.css", "compare.css"], ["report.js"], curves)
-        drawn = bounded(drawn, "".join((*said, *tables)), WHERE)
+        drawn = isolated_frame("Work and precision", drawn, ["report.css", "compare.css"], ["report.js"], curves)
+        drawn = if_it_fits(drawn, "".join((*said, *tables)), WHERE)
     rest = f"All points, and what they tell, are in `comparison.points` and `comparison.analysis`; the page: {WHERE}."
     return shell(title(own), *said, *tables, drawn, tag("p", prose(rest), class_="quiet"))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from softmark.interpreter.report.notebook.box_frame import ROWS, bounded, framed, shell, verdict
+from softmark.interpreter.report.notebook.box_frame import ROWS, if_it_fits, isolated_frame, shell, verdict
 from softmark.interpreter.report.page.figure_frame import details
 from softmark.interpreter.report.page.html_markup import count, prose, tag
 from softmark.interpreter.report.run.figures.comparison_section import messages, vouched
@@ -31,13 +31,13 @@ def inline(report: Report) -> str:
     findings = Findings(replace(report, scene={**report.scene, "text": ""}))
     mood, ended = findings.status
     above = [verdict(mood, f"{ended}."), tag("p", prose(findings.conclusion))]
-    above += [_expectations(findings), messages(findings), _warned(findings), *_results(findings)]
+    above += [_expectations(findings), messages(findings), _warning_summary(findings), *_results(findings)]
     drawn = _shapes(findings)
-    drawn = bounded(drawn, "".join(above), WHERE) if drawn else ""
+    drawn = if_it_fits(drawn, "".join(above), WHERE) if drawn else ""
     return shell(title(findings), *above, drawn, _rest(findings))
 
 
-def _warned(findings: Findings) -> str:
+def _warning_summary(findings: Findings) -> str:
     """Return the number of warnings, with the first ones on demand."""
     warnings = findings.report.warnings
     if not warnings:
@@ -93,7 +93,7 @@ def _shapes(findings: Findings) -> str:
     markup = shapes_section.section_of(some, max(300, min(POINTS, ROOM // (EACH * len(few)))), ROOM, stills=False)
     left = f"{len(shaped) - len(few)} more shapes are in the page that {WHERE} makes."
     more = tag("p", prose(left), class_="quiet") if len(shaped) > len(few) else ""
-    return (framed("Shapes after deformation", markup, *files_of(markup)) if markup else "") + more
+    return (isolated_frame("Shapes after deformation", markup, *files_of(markup)) if markup else "") + more
 
 
 def _rest(findings: Findings) -> str:

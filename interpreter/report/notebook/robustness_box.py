@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from softmark.interpreter.report.notebook.box_frame import ROWS, bounded, framed, shell, verdict
+from softmark.interpreter.report.notebook.box_frame import ROWS, if_it_fits, isolated_frame, shell, verdict
 from softmark.interpreter.report.page.html_markup import prose, tag
 from softmark.interpreter.report.robustness.robustness_page import conclusion, edges, silent, strips
 from softmark.interpreter.study.robustness.robustness_record import RobustnessRecord
@@ -16,10 +16,10 @@ def inline(stress: RobustnessRecord) -> str:
     said += [silent(stress, ROWS)] if stress.silent else []
     left = len(stress.silent) - ROWS
     said += [tag("p", prose(f"{left} more are in `stress.silent`."), class_="quiet")] if left > 0 else []
-    tables = bounded(edges(stress), "", WHERE)
+    tables = if_it_fits(edges(stress), "", WHERE)
     drawn = strips(stress)
     if drawn:
-        drawn = framed("Along each quantity", drawn, ["report.css", "stress.css"], ["report.js"])
-        drawn = bounded(drawn, "".join((*said, tables)), WHERE)
+        drawn = isolated_frame("Along each quantity", drawn, ["report.css", "stress.css"], ["report.js"])
+        drawn = if_it_fits(drawn, "".join((*said, tables)), WHERE)
     rest = f"Every point is in `stress.points`; the page, with what would move the edges: {WHERE}."
     return shell(str(stress.scene["title"]), *said, tables, drawn, tag("p", prose(rest), class_="quiet"))

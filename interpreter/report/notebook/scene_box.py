@@ -21,7 +21,7 @@ LINES = 200  # of its text
 
 def inline(scene: Scene, warnings: Sequence[Diagnostic]) -> str:
     """Return a scene as a piece of HTML of bounded size."""
-    parts = [tag("p", prose(_expected(scene))), _doubts(warnings), _parameters(scene), _declared(scene), _text(scene)]
+    parts = [tag("p", prose(_expected(scene))), _warning_summary(warnings), _parameters(scene), _declared(scene), _text(scene)]
     return shell(scene.title or scene.source.name, *parts)
 
 
@@ -32,7 +32,7 @@ def _expected(scene: Scene) -> str:
     )
 
 
-def _doubts(warnings: Sequence[Diagnostic]) -> str:
+def _warning_summary(warnings: Sequence[Diagnostic]) -> str:
     """Return the number of warnings, and the first of them."""
     if not warnings:
         return ""

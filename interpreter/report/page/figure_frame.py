@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from softmark.interpreter.report.charts.line_chart import Chart, sample
-from softmark.interpreter.report.page.html_markup import broken, count, prose, tag, text
+from softmark.interpreter.report.page.html_markup import wrappable_name, count, prose, tag, text
 from softmark.records import dataclass
 
 SHOWN = 12  # curves of models that are drawn at first; the legend has the others
@@ -45,7 +45,7 @@ def _legend(chart: Chart, open_: Sequence[str] | None) -> str:
     for index, curve in enumerate(chart.curves):
         checked = open_ is None or curve.name in open_ or curve.look.role != "model"
         box = tag("input", type="checkbox", value=f"k{index}", checked=checked)
-        rows.append(tag("label", box, sample(curve.look), tag("span", broken(curve.name)), class_=curve.look.role))
+        rows.append(tag("label", box, sample(curve.look), tag("span", wrappable_name(curve.name)), class_=curve.look.role))
     return tag("fieldset", tag("legend", "Curves"), *rows, class_="legend")
 
 
@@ -76,6 +76,6 @@ def _row(index: int, columns: Sequence[PlateColumn]) -> str:
     return tag("tr", tag("th", text(cells[0]), scope="row"), *(tag("td", text(cell)) for cell in cells[1:]))
 
 
-def crowded(total: int, shown: int, where: str = "legend") -> str:
+def hidden_models_note(total: int, shown: int, where: str = "legend") -> str:
     """Return a sentence for the caption if not every model is drawn initially."""
     return f" {count(shown, 'model')} of {total} drawn at first: tick others in the {where}." if shown < total else ""

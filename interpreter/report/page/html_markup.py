@@ -43,7 +43,7 @@ def _attribute(key: str, value: object) -> str:
     return f" {name}" if value is True else f' {name}="{text(value)}"'
 
 
-def broken(name: str) -> str:
+def wrappable_name(name: str) -> str:
     """Return a name that may be wrapped after its underscores."""
     return text(name).replace("_", "_<wbr>")
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
 from softmark.interpreter.report.page.html_markup import plain, tag, text
-from softmark.interpreter.report.robustness.robustness_view import Ruler, class_of, percent, ruler, shown, told, walked
+from softmark.interpreter.report.robustness.robustness_view import Ruler, class_of, percent, ruler, format_value, point_tooltip, points_along
 from softmark.interpreter.study.robustness.robustness_record import PairMap, RobustnessPoint, RobustnessStudyRecord
 
 WIDTH, LEFT, RIGHT, ROW, TOP = 900.0, 190.0, 24.0, 26.0, 10.0
@@ -40,7 +40,7 @@ def _mark(x: float, y: float, name: str, size: float, alone: bool = False, title
 
 def strip(study: RobustnessStudyRecord, asked: WalkedQuantity) -> str:
     """Return all models along one quantity, with bands between points of the same class. Empty without points."""
-    rows = {m: walked(study, m, asked) for m in study.models}
+    rows = {m: points_along(study, m, asked) for m in study.models}
     rows = {m: points for m, points in rows.items() if len(points) > 1}
     if not rows:
         return ""
@@ -76,7 +76,7 @@ def _row(model: str, points: Sequence[tuple[Value, RobustnessPoint]], scale: Rul
             class_=f"band {p.found.word}")
         for (a, p), (b, q) in pairwise(ordered) if p.found.word == q.found.word
     ]  # fmt: skip
-    marks = [_mark(_x(scale, v), y, p.found.word, 3.5, title=f"{model}, {told(p)}") for v, p in ordered]
+    marks = [_mark(_x(scale, v), y, p.found.word, 3.5, title=f"{model}, {point_tooltip(p)}") for v, p in ordered]
     name = tag("text", text(model), x=LEFT - 16, y=f"{y + 4:.1f}", text_anchor="end", class_="model-name")
     return tag("g", name, *bands, *marks)
 
@@ -140,12 +140,12 @@ def _cell(own: PairMap, i: int, j: int, x: float, y: float) -> str:
 
 def _sides(own: PairMap, units: Mapping[str, str], bottom: float) -> list[str]:
     below = [
-        tag("text", text(shown(v, units[own.x])), x=f"{EDGE + CELL * (i + 0.5) - 1:.1f}",
+        tag("text", text(format_value(v, units[own.x])), x=f"{EDGE + CELL * (i + 0.5) - 1:.1f}",
             y=f"{bottom + 14 + 13 * (i % 2):.1f}", text_anchor="middle", class_="tick")
         for i, v in enumerate(own.xs)
     ]  # fmt: skip
     beside = [
-        tag("text", text(shown(v, units[own.y])), x=EDGE - 8, text_anchor="end", class_="tick",
+        tag("text", text(format_value(v, units[own.y])), x=EDGE - 8, text_anchor="end", class_="tick",
             y=f"{6 + CELL * (len(own.ys) - 1 - j) + CELL / 2 + 3:.1f}")
         for j, v in enumerate(own.ys)
     ]  # fmt: skip

@@ -15,8 +15,8 @@ from softmark.interpreter.report.robustness.robustness_view import (
     class_of,
     percent,
     reach,
-    shown,
-    told,
+    format_value,
+    point_tooltip,
 )
 from softmark.interpreter.report.robustness.validity_range_text import gaps, nowhere
 from softmark.interpreter.report.run.tables.provenance_table import listing, scene_name, table_of
@@ -73,7 +73,7 @@ def silent(stress: RobustnessRecord, most: int | None = None) -> str:
     """Return the silently wrong points, at most `most`, with the command that repeats each."""
     file, plugins = scene_name(stress.scene, "-"), [p["file"] for p in stress.scene.get("plugins", ())]
     items = [
-        tag("li", tag("code", text(p.model)), ", ", prose(told(p)), _command(again(file, p, plugins)))
+        tag("li", tag("code", text(p.model)), ", ", prose(point_tooltip(p)), _command(again(file, p, plugins)))
         for p in stress.silent[:most]
     ]
     return tag("div", tag("ul", *items), class_="callout bad")
@@ -96,10 +96,10 @@ def _edges(stress: RobustnessRecord) -> str:
 
 def edges(stress: RobustnessRecord) -> str:
     """Return for each study the range in which each model is right, and its status beyond."""
-    return "".join(_under(stress, study, _table(study)) for study in stress.studies)
+    return "".join(_with_study_name(stress, study, _table(study)) for study in stress.studies)
 
 
-def _under(stress: RobustnessRecord, study: RobustnessStudyRecord, markup: str) -> str:
+def _with_study_name(stress: RobustnessRecord, study: RobustnessStudyRecord, markup: str) -> str:
     """Return the markup under the study's name if there are several studies."""
     if not markup or len(stress.studies) < 2:
         return markup
@@ -147,7 +147,7 @@ def _beyond(edge: ValidityEdge, unit: str) -> str:
     if isinstance(edge, ChoiceEdge):  # which has no sides
         return text(met or "right with all")
     side = "above" if edge.direction == "up" else "below"
-    return text(f"{side}: {met or 'right as far as it was walked, to ' + shown(edge.reached, unit)}")
+    return text(f"{side}: {met or 'right as far as it was walked, to ' + format_value(edge.reached, unit)}")
 
 
 def _strips(stress: RobustnessRecord) -> str:
@@ -160,13 +160,13 @@ def strips(stress: RobustnessRecord) -> str:
     blocks = []
     for study in stress.studies:
         figures = "".join(stress_figures.strip(study, asked) for asked in study.quantities)
-        blocks.append(_under(stress, study, stress_figures.key(study) + figures if figures else ""))
+        blocks.append(_with_study_name(stress, study, stress_figures.key(study) + figures if figures else ""))
     return "".join(blocks)
 
 
 def _maps(stress: RobustnessRecord) -> str:
     """Return heat maps of pairs."""
-    blocks = [_under(stress, study, stress_figures.maps(study)) for study in stress.studies]
+    blocks = [_with_study_name(stress, study, stress_figures.maps(study)) for study in stress.studies]
     return section("maps", "Two at a time", *blocks) if any(blocks) else ""
 
 

@@ -65,7 +65,7 @@ class Ruler:
 
     def said(self, value: Any) -> str:
         """Return a value in a suitable unit."""
-        return shown(value, self.unit)
+        return format_value(value, self.unit)
 
 
 DIGITS = 4  # edges are bisected to no more than two
@@ -96,7 +96,7 @@ def ruler(asked: WalkedQuantity, values: Sequence[Any]) -> Ruler:
     return Ruler(asked.name, asked.unit, kind, marks, (min(places), max(places)))
 
 
-def shown(value: Any, unit: str) -> str:
+def format_value(value: Any, unit: str) -> str:
     """Return a value with four digits; Poisson's ratios keep all nines."""
     if not isinstance(value, int | float) or isinstance(value, bool):
         return str(value)
@@ -108,7 +108,7 @@ def shown(value: Any, unit: str) -> str:
 def reach(own: Collection[ValidityEdge], unit: str) -> list[str]:
     """Return both ends of the range in which a model is right, or the options with which it is."""
     choice = next((e for e in own if isinstance(e, ChoiceEdge)), None)
-    return ends(own, lambda value: shown(value, unit)) if choice is None else list(choice.right)
+    return ends(own, lambda value: format_value(value, unit)) if choice is None else list(choice.right)
 
 
 def beyond(edge: ValidityEdge, unit: str) -> str | None:
@@ -120,10 +120,10 @@ def beyond(edge: ValidityEdge, unit: str) -> str | None:
         others = [(word, own) for word, own in chosen(edge) if word != "right"]
         return "; ".join(f"{class_of(word).words} with {', '.join(own)}" for word, own in others)
     at_once = edge.word == "unjudged" and edge.last_right is None
-    return words if edge.met is None or at_once else f"{words} from {shown(edge.met, unit)}"
+    return words if edge.met is None or at_once else f"{words} from {format_value(edge.met, unit)}"
 
 
-def walked(study: RobustnessStudyRecord, model: str, quantity: WalkedQuantity) -> list[tuple[Value, RobustnessPoint]]:
+def points_along(study: RobustnessStudyRecord, model: str, quantity: WalkedQuantity) -> list[tuple[Value, RobustnessPoint]]:
     """Return the points of a model along one quantity, all others nominal, in no particular order."""
     nominal = {q.name: q.nominal for q in study.quantities}
     own = []
@@ -134,7 +134,7 @@ def walked(study: RobustnessStudyRecord, model: str, quantity: WalkedQuantity) -
     return own
 
 
-def told(point: RobustnessPoint) -> str:
+def point_tooltip(point: RobustnessPoint) -> str:
     """Return the tooltip of a point: `rubber.poisson = 0.4999: right, error 0.3 %, states 2 %`."""
     found = point.found
     where = ", ".join(f"{n} = {t}" for n, t in (point.texts or point.values).items()) or "as the scene has it"

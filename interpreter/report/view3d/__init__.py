@@ -1,1 +1,1 @@
-"""Bodies in three dimensions: made small enough for a page, drawn without a script and with one."""
+"""Bodies in three dimensions: surfaces reduced for a page, drawn as still pictures and interactively."""

@@ -1,4 +1,4 @@
-"""Surfaces made small enough to travel inside the page: thinned, with few frames, and in 16-bit numbers."""
+"""Reduction of surfaces for embedding in a page: thinned points, few frames, and 16-bit numbers."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ FINEST = 65535
 
 @dataclass(frozen=True)
 class Small:
-    """Surfaces as the page has them, and what was left out to make room."""
+    """Reduced surfaces, and notes on what was left out."""
 
     shapes: Mapping[str, DrawnSurface]
     notes: tuple[str, ...]
 
 
 def fit(shapes: Mapping[str, DrawnSurface], points: int = POINTS, room: int = ROOM) -> Small:
-    """Thin surfaces to so many points, then keep as many frames as there is room for, then thin further."""
+    """Thin surfaces to at most `points` points, keep as many frames as fit into `room` bytes, then thin further."""
     limit = points
     while True:
         thin = {name: thinned(shape, limit) for name, shape in shapes.items()}
@@ -46,7 +46,7 @@ def fit(shapes: Mapping[str, DrawnSurface], points: int = POINTS, room: int = RO
 
 
 def _affordable(shapes: Mapping[str, DrawnSurface], room: int) -> int:
-    """How many frames of every surface that has some fit into so many bytes."""
+    """Return how many frames of every surface fit into `room` bytes."""
     fixed = sum(
         8 * s.position.size / 3 + 3 * len(s.position) * (1 + len(s.carried)) + 8 * s.triangles.size / 3
         for s in shapes.values()
@@ -56,7 +56,7 @@ def _affordable(shapes: Mapping[str, DrawnSurface], room: int) -> int:
 
 
 def _sampled(shape: DrawnSurface, most: int) -> DrawnSurface:
-    """The first and the last frame, and others evenly between them."""
+    """Return the surface with its first and last frame, and others evenly between them."""
     if shape.frames is None or shape.times is None or len(shape.times) <= most:
         return shape
     chosen = pick_evenly(len(shape.times), most)
@@ -67,7 +67,7 @@ def _sampled(shape: DrawnSurface, most: int) -> DrawnSurface:
 
 
 def notes_of(given: Mapping[str, DrawnSurface], kept: Mapping[str, DrawnSurface]) -> list[str]:
-    """Sentences about what is coarser in the page than in the results."""
+    """Return sentences on what is coarser on the page than in the results."""
     coarse: dict[tuple[str, int, str], dict[str, int]] = {}  # (with or at, how many there are, of what) -> who has left
     for name, shape in given.items():
         own = kept[name]
@@ -80,7 +80,7 @@ def notes_of(given: Mapping[str, DrawnSurface], kept: Mapping[str, DrawnSurface]
 
 
 def _coarser(how: str, total: int, things: str, left: Mapping[str, int]) -> str:
-    """`a` and `b` are drawn with 1143 to 1198 of 1570 points."""
+    """Return `a` and `b` are drawn with 1143 to 1198 of 1570 points."""
     low, high = min(left.values()), max(left.values())
     counts = f"{low}" if low == high else f"{low} to {high}"
     verb = "is" if len(left) == 1 else "are"
@@ -88,9 +88,9 @@ def _coarser(how: str, total: int, things: str, left: Mapping[str, int]) -> str:
 
 
 def thinned(shape: DrawnSurface, limit: int, triangles: bool = False) -> DrawnSurface:
-    """A surface with at most so many points (or triangles): those in one cell of a grid become their mean.
+    """Return a surface with at most `limit` points (or triangles); the points in each grid cell are averaged.
 
-    Rossignac and Borrel (1993), vertex clustering. All frames, errors and what else is carried are averaged alike.
+    Vertex clustering by Rossignac and Borrel (1993). Frames, errors and other fields are averaged alike.
     """
     size = len(shape.triangles) if triangles else len(shape.position)
     if size <= limit:
@@ -108,7 +108,7 @@ def thinned(shape: DrawnSurface, limit: int, triangles: bool = False) -> DrawnSu
 
 
 def _clustered(shape: DrawnSurface, cell: float) -> DrawnSurface:
-    """The surface with the points of each cubic cell (edge in m) put together."""
+    """Return the surface with the points of each cubic cell (edge in m) merged."""
     rest = shape.position if shape.frames is None else shape.frames[0]
     keys = np.floor((rest - rest.min(axis=0)) / cell).astype(np.int64)
     _, group = np.unique(_numbered(keys), return_inverse=True)
@@ -132,7 +132,9 @@ def _clustered(shape: DrawnSurface, cell: float) -> DrawnSurface:
 
 
 def _numbered(keys: Ints) -> Ints:
-    """One number (n,) for each row of whole numbers (n, 3) from 0, in the same order: rows take ten times as long."""
+    """Return one number (n,) for each row of non-negative integers (n, 3), in the same order, 10 times faster than
+    rows.
+    """
     size = keys.max(axis=0, initial=0) + 1
     if float(np.prod(size.astype(float))) < 2.0**62:
         numbered: Ints = np.ravel_multi_index(tuple(keys.T), tuple(size))
@@ -142,7 +144,7 @@ def _numbered(keys: Ints) -> Ints:
 
 
 def bounds(shape: DrawnSurface) -> tuple[Floats, Floats]:
-    """The corners of the box that holds a surface at all times, m."""
+    """Return the corners of the bounding box of a surface over all times, m."""
     every = [shape.position] if shape.frames is None else [shape.position, shape.frames.reshape(-1, 3)]
     low = np.min([X.min(axis=0) for X in every], axis=0)
     high = np.max([X.max(axis=0) for X in every], axis=0)
@@ -150,7 +152,7 @@ def bounds(shape: DrawnSurface) -> tuple[Floats, Floats]:
 
 
 def packed(name: str, shape: DrawnSurface, mesh: int) -> dict[str, Any]:
-    """A surface as `shapes.js` reads it: positions in 1/65535 of the box, errors in 1/65535 of the largest."""
+    """Return a surface as `shapes.js` reads it: positions in 1/65535 of the box, errors in 1/65535 of the largest."""
     low, high = bounds(shape)
     span = np.where(high > low, high - low, 1.0)
     found: dict[str, Any] = {
@@ -176,13 +178,13 @@ def packed(name: str, shape: DrawnSurface, mesh: int) -> dict[str, Any]:
 
 
 def packed_triangles(triangles: Ints) -> dict[str, Any]:
-    """Indices of points, in 16 bits where they fit."""
+    """Return indices of points, in 16 bits if they fit."""
     wide = int(triangles.max(initial=0)) > FINEST
     return {"wide": wide, "triangles": _base64(triangles.astype("<u4" if wide else "<u2"))}
 
 
 def shorts(shares: Floats) -> str:
-    """Numbers between 0 and 1 in 16 bits each."""
+    """Return numbers between 0 and 1 in 16 bits each."""
     return _base64(np.clip((shares * FINEST).round(), 0, FINEST).astype("<u2"))
 
 
@@ -191,5 +193,5 @@ def _base64(array: NDArray[Any]) -> str:
 
 
 def step_of(shapes: Mapping[str, DrawnSurface]) -> float:
-    """The largest step between two positions that the page can tell apart, m."""
+    """Return the largest rounding step of positions on the page, m."""
     return max((float(np.ptp(bounds(s), axis=0).max()) / FINEST for s in shapes.values()), default=0.0)

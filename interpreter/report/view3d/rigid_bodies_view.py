@@ -1,7 +1,7 @@
-"""Rigid bodies beside the shapes of a figure: what the page has of them, how much room they take, and what is said.
+"""Rigid bodies in the figure of shapes: their data on the page, their space, and the caption.
 
-A picture is as large as the bodies that deform and some room around them: of a rigid body that reaches farther, such as
-the floor of a scene, the rest runs out of the picture.
+The picture covers the deformable bodies with some margin; a rigid body that extends farther, such as a floor, is cut
+off at its edge.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ AROUND = 0.35  # of the diagonal of all bodies: the room for rigid ones on each 
 
 @dataclass(frozen=True)
 class Room:
-    """A box (3,), m, in which pictures are."""
+    """Box (3,), m, that the pictures cover."""
 
     low: Floats
     high: Floats
 
     def positions(self, shape: DrawnSurface) -> list[Floats]:
-        """Points (n, 3) of the rigid bodies beside a shape at all times, m: what is outside at its edge."""
+        """Return points (n, 3) of the rigid bodies of a shape at all times, m, moved to the edge if outside."""
         each = ((own, i) for own in shape.instruments for i in range(len(own.turns)))
         return [self.within(own.at(i)) for own, i in each]
 
     def within(self, X: Floats) -> Floats:
-        """Points (n, 3), m, those outside at its edge."""
+        """Return points (n, 3), m, moved to the edge if outside."""
         return np.clip(X, self.low, self.high)
 
 
 def room_of(shapes: Iterable[DrawnSurface]) -> Room:
-    """The room of bodies that deform at all times, and some around it."""
+    """Return the box of the deformable bodies at all times, with a margin."""
     ends = [bounds(shape) for shape in shapes]
     low, high = np.min([a for a, _ in ends], axis=0), np.max([b for _, b in ends], axis=0)
     more = AROUND * float(np.linalg.norm(high - low))
@@ -45,7 +45,7 @@ def room_of(shapes: Iterable[DrawnSurface]) -> Room:
 
 
 def packed_instruments(shapes: Mapping[str, DrawnSurface]) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
-    """What `instruments.js` draws from: for the figure the surfaces, each once, and for each shape where they are."""
+    """Return data of `instruments.js`: each rigid surface once, and its position for each shape."""
     known: dict[bytes, int] = {}
     surfaces: list[dict[str, Any]] = []
     each: dict[str, dict[str, Any]] = {}
@@ -70,7 +70,7 @@ def _surface(own: DrawnRigidBody) -> dict[str, Any]:
 
 
 def caption(shapes: Iterable[DrawnSurface], moment: str) -> str:
-    """That rigid bodies are seen through."""
+    """Return a sentence that rigid bodies are transparent."""
     names = [f"`{name}`" for name in dict.fromkeys(own.name for shape in shapes for own in shape.instruments)]
     if not names:
         return ""

@@ -12,7 +12,7 @@ import numpy as np
 from softmark.interpreter.language.number_formatting import choose_scale, format_quantity, group_digits, typeset_number
 from softmark.interpreter.report.charts.line_chart import sample
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
-from softmark.interpreter.report.page.figure_frame import SHOWN, PlateColumn, crowded, data_table, details
+from softmark.interpreter.report.page.figure_frame import SHOWN, PlateColumn, hidden_models_note, data_table, details
 from softmark.interpreter.report.page.html_markup import count, plain, prose, section, several, tag, text
 from softmark.interpreter.report.run.report_bodies import bodies
 from softmark.interpreter.report.run.report_summary import Findings, Result
@@ -46,7 +46,7 @@ STATISTICS = ("mean", "median", "95 %", "largest")
 
 
 def section_of(findings: Findings, points: int = POINTS, room: int = ROOM, stills: bool = True) -> str:
-    """The figure, surfaces of at most so many points, all in about so many bytes; empty where nothing has a shape.
+    """Return the figure, with surfaces of at most `points` points, in about `room` bytes; empty without shapes.
 
     With `stills` there are pictures for readers without scripts.
     """
@@ -63,20 +63,20 @@ def section_of(findings: Findings, points: int = POINTS, room: int = ROOM, still
 
 
 def _ordered(findings: Findings) -> Iterator[tuple[str, Result]]:
-    """References first, as in the paper, then models."""
+    """Yield references first, as in the paper, then models."""
     yield from findings.report.references.items()
     yield from findings.report.models.items()
 
 
 def _drawable(shape: DrawnSurface) -> bool:
-    """Whether a surface has triangles and only finite positions."""
+    """Return whether a surface has triangles and only finite positions."""
     known = bool(np.isfinite(shape.position).all())
     return known and len(shape.triangles) > 0 and (shape.frames is None or bool(np.isfinite(shape.frames).all()))
 
 
 @dataclass(frozen=True)
 class _Shapes:
-    """The figure of all surfaces."""
+    """Figure of all surfaces."""
 
     findings: Findings
     small: Small
@@ -86,39 +86,39 @@ class _Shapes:
 
     @property
     def shapes(self) -> Mapping[str, DrawnSurface]:
-        """Who has a surface, as it is drawn."""
+        """Surfaces as drawn, by model or reference."""
         return self.small.shapes
 
     @cached_property
     def errors(self) -> dict[str, Floats]:
-        """Errors (n,) in m at all points, before thinning."""
+        """Errors (n,), m, at all points, before thinning."""
         shapes = ((n, self.findings.everyone[n].shape) for n in self.shapes)
         return {n: s.error for n, s in shapes if s is not None and s.error is not None and len(s.error)}
 
     @cached_property
     def most(self) -> float:
-        """The largest error, m."""
+        """Largest error, m."""
         return max((float(e.max()) for e in self.errors.values()), default=0.0)
 
     @cached_property
     def high(self) -> dict[str, float]:
-        """The error that CLIP per cent of the points do not exceed, m, by shape."""
+        """Error not exceeded by CLIP per cent of the points, m, by shape."""
         return {n: float(np.percentile(e, CLIP)) for n, e in self.errors.items()}
 
     @cached_property
     def clipped(self) -> float:
-        """Where the scale of the usual errors ends, m: shapes that are FAR off do not count."""
+        """Upper end of the scale of usual errors, m; shapes with FAR larger errors do not count."""
         usual = FAR * float(np.median(list(self.high.values()))) if self.high else 0.0
         return max((h for h in self.high.values() if h <= usual), default=self.most)
 
     @cached_property
     def beyond(self) -> list[str]:
-        """The shapes that go far beyond the usual errors."""
+        """Shapes whose errors go far beyond the usual ones."""
         return [n for n, h in self.high.items() if h > FAR / 2 * self.clipped]
 
     @cached_property
     def first(self) -> dict[str, DrawnSurface]:
-        """What is shown at first: of many shapes references, and the models whose lines are drawn at first, too."""
+        """Shapes shown initially: if there are many, references and the models whose lines are drawn initially."""
         if len(self.shapes) <= PANELS:
             return dict(self.shapes)
         models, chosen = self.findings.report.models, drawn_first(self.findings)
@@ -127,23 +127,23 @@ class _Shapes:
 
     @cached_property
     def view(self) -> CameraView:
-        """From where it is seen at first."""
+        """Initial camera view."""
         return view_of(self.findings, self.shapes.values())
 
     @cached_property
     def against(self) -> str:
-        """What errors are measured from, in words."""
+        """Reference of the errors, in words."""
         names = list(dict.fromkeys(s.measured_from for s in self.shapes.values() if s.measured_from))
         return f"`{names[0]}`" if len(names) == 1 else "what each is compared with"
 
     @cached_property
     def dynamic(self) -> bool:
-        """Whether something moves."""
+        """True if there are several frames."""
         return any(s.frames is not None for s in self.shapes.values())
 
     @cached_property
     def carried(self) -> CarriedColours | None:
-        """Stress and contacts as colour; None of a scene that asks for none, and where nobody has any."""
+        """Stress and contacts as colour; None if the scene does not request them or no result has them."""
         given = {n: s for n in self.shapes if (s := self.findings.everyone[n].shape) is not None}
         if not any(c.values is not None for s in given.values() for c in s.carried):
             return None
@@ -153,11 +153,11 @@ class _Shapes:
 
     @property
     def in_states(self) -> bool:
-        """Whether its frames are states, and no moments."""
+        """True if frames are states rather than times."""
         return any(s.labels for s in self.shapes.values())
 
     def figure(self) -> str:
-        """Controls, pictures, colour bar, caption, numbers."""
+        """Return controls, pictures, colour bar, caption and numbers."""
         bar = colour_bar(self.most, self.clipped, f"distance from {plain(self.against)}") if self.errors else ""
         unknown = tag(
             "p",
@@ -185,12 +185,12 @@ class _Shapes:
         )  # fmt: skip
 
     def _names(self) -> list[tuple[str, str, str, bool]]:
-        """(name, sample of its colour, classes, whether it is shown) of each shape."""
+        """Return (name, colour sample, classes, shown) of each shape."""
         known = looks(self.findings.report)
         return [(n, sample(known[n]), known[n].classes, n in self.first) for n in self.shapes]
 
     def _ghosts(self) -> list[tuple[int, str, bool]]:
-        """(place, name, whether it is behind the others at first) of the references."""
+        """Return (index, name, initially behind the others) of the references."""
         references = self.findings.report.references
         found = [(i, n) for i, n in enumerate(self.shapes) if n in references]
         usual = next((n for _, n in found if f"`{n}`" == self.against), found[0][1] if found else "")
@@ -222,7 +222,7 @@ class _Shapes:
         return tag("div", canvas, label, class_=f"panel {classes}", data_shown="yes" if shown else "no")
 
     def _said(self, name: str) -> str:
-        """Mean and largest error in words."""
+        """Return mean and largest error in words."""
         error = self.errors.get(name)
         if error is None:
             reference = self.findings.report.references.get(name)
@@ -237,7 +237,7 @@ class _Shapes:
         return tag("noscript", still(self.first, self.view, top, words, f"shapes{self.key}"))
 
     def _data(self) -> str:
-        """What `shapes.js` draws from."""
+        """Return the data of `shapes.js`."""
         meshes: dict[bytes, int] = {}
         packs, triangles = [], []
         for name, shape in self.shapes.items():
@@ -271,7 +271,7 @@ class _Shapes:
         return "; ".join(f"{n}: {said}" for n in self.shapes if (said := self._said(n))) + "."
 
     def _ranking(self) -> str:
-        """Who stays closest, and who departs most."""
+        """Return the shapes with the smallest and the largest error."""
         means = {n: float(e.mean()) for n, e in self.errors.items() if n in self.findings.report.models}
         if not means:
             return f"{count(len(self.shapes), 'shape')}, without errors."
@@ -298,11 +298,11 @@ class _Shapes:
         plainly += rigid_bodies_view.caption(self.shapes.values(), moment)
         notes = " ".join(["", *self.small.notes])
         total, first = (len([n for n in known if n in models]) for known in (self.shapes, self.first))
-        shown = crowded(total, first, "boxes")
+        shown = hidden_models_note(total, first, "boxes")
         return f"{self._ranking()} {seen}{colour}{plainly} In this page positions are rounded to {step}.{notes}{shown}"
 
     def _cut(self) -> str:
-        """Who goes beyond the scale of usual errors."""
+        """Return the shapes beyond the scale of usual errors."""
         if not self.beyond:
             return ""
         names, clip = several([f"`{n}`" for n in self.beyond]), format_quantity(self.clipped, "m", 3)
@@ -346,15 +346,15 @@ class _Shapes:
 
 
 def _last(dynamic: bool, in_states: bool) -> str:
-    """When stress is known of shapes that move, in words."""
+    """Return when stress is available for moving shapes, in words."""
     return ("in the last state" if in_states else "at the last moment") if dynamic else ""
 
 
 def _columns_of(panels: int) -> int:
-    """Columns that leave few gaps in the last row."""
+    """Return the number of columns that leaves few gaps in the last row."""
     return panels if panels <= 4 else 3 if panels in (5, 6, 9) else 5 if panels > 16 else 4
 
 
 def _statistics(error: Floats) -> tuple[float, ...]:
-    """Mean, median, 95th percentile and largest, m."""
+    """Return mean, median, 95th percentile and largest error, m."""
     return float(error.mean()), float(np.median(error)), float(np.percentile(error, 95.0)), float(error.max())

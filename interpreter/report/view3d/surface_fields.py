@@ -1,4 +1,4 @@
-"""Stress, strain and contacts as the colour of shapes, where a scene asks for them: one scale for all models."""
+"""Stress, strain and contact fields as colours of shapes, if a scene requests them: one scale for all models."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ STATISTICS = ("least", "mean", "largest")
 
 @dataclass(frozen=True)
 class CarriedScale:
-    """One number of all models: what it is, and the ends of its colours, of all points and of the usual ones."""
+    """Colour scale of one field of all models: its description, and its ends for all points and for usual ones."""
 
     kind: SurfaceField
     whole: tuple[float, float]
     usual: tuple[float, float]
 
     def amount(self, value: float) -> str:
-        """In words, with digits enough to tell the ends apart."""
+        """Return a value in words, with enough digits to distinguish the ends."""
         low, high = self.whole
         digits = 3 if high - low > 0.02 * max(abs(low), abs(high)) else 6
         return format_quantity(value, self.kind.unit, digits, percent=True)
 
 
 def scale_over(numbers: list[SurfaceField]) -> CarriedScale | None:
-    """The scale of what several models carry; None where none of them has it."""
+    """Return the scale of a field over several models; None if no model has it."""
     known = [n.values for n in numbers if n.values is not None and len(n.values)]
     if not known:
         return None
@@ -59,13 +59,13 @@ def scale_over(numbers: list[SurfaceField]) -> CarriedScale | None:
 
 
 def _told(values: Floats) -> Floats:
-    """Values (n,) where there is something, and of nothing as much as makes it an end of what is usual."""
+    """Return nonzero values (n,), with only as many zeros as are needed for zero to be an end of the usual range."""
     some = values[values != 0.0]
     return np.concatenate([np.zeros(2 + len(some) // 10), some]) if len(some) else values
 
 
 def _apart(low: float, high: float, floor: float) -> tuple[float, float]:
-    """Ends of a scale that are no closer than rounding."""
+    """Return ends of a scale that differ by more than rounding errors."""
     if high - low > floor:
         return low, high
     middle, half = 0.5 * (low + high), max(0.05 * abs(low + high), floor)
@@ -74,7 +74,7 @@ def _apart(low: float, high: float, floor: float) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class CarriedColours:
-    """What is in a figure beside the errors. `given` are shapes with all points, `shapes` those that are drawn."""
+    """Fields of a figure besides the errors. `given` are shapes with all points, `shapes` those that are drawn."""
 
     given: Mapping[str, DrawnSurface]
     shapes: Mapping[str, DrawnSurface]
@@ -82,33 +82,33 @@ class CarriedColours:
 
     @cached_property
     def models(self) -> dict[str, DrawnSurface]:
-        """Who is asked."""
+        """Models whose fields are shown."""
         return {n: s for n, s in self.given.items() if s.carried}
 
     @cached_property
     def known(self) -> dict[int, CarriedScale]:
-        """The scales of the numbers that somebody has, by which of those that are asked for they are."""
+        """Scales of the available fields, by the index of the requested field."""
         asked = range(max((len(s.carried) for s in self.models.values()), default=0))
         found = ((i, scale_over([s.carried[i] for s in self.models.values()])) for i in asked)
         return {i: scale for i, scale in found if scale is not None}
 
     @property
     def places(self) -> list[int]:
-        """Which of the numbers somebody has."""
+        """Indices of the available fields."""
         return list(self.known)
 
     @property
     def scales(self) -> list[CarriedScale]:
-        """Of each number that somebody has."""
+        """Scales of the available fields."""
         return list(self.known.values())
 
     @property
     def words(self) -> list[str]:
-        """Of each number."""
+        """Descriptions of the available fields."""
         return [scale.kind.words for scale in self.scales]
 
     def bars(self) -> str:
-        """A colour bar for each number, with both ranges; a script shows the one that is chosen."""
+        """Return a colour bar for each field, with both ranges; a script shows the chosen one."""
         found = []
         for i, scale in enumerate(self.scales):
             ranges = _below(scale, scale.whole, "whole", "") + _below(scale, scale.usual, "usual", ENDS)
@@ -117,7 +117,7 @@ class CarriedColours:
         return "".join(found)
 
     def still(self, first: Mapping[str, DrawnSurface], view: CameraView, key: str) -> str:
-        """The first number as one picture with its colours, for readers without a script."""
+        """Return the first field as one picture with its colour bar, for readers without scripts."""
         scale = self.scales[0]
         low, high = scale.usual
         shown = {n: _tinted(s, self.places[0], low) for n, s in first.items() if s.carried}
@@ -130,7 +130,7 @@ class CarriedColours:
         return f"{name}: {self._range(name, 0)}."
 
     def _range(self, name: str, place: int) -> str:
-        """From the least to the most of a shape."""
+        """Return the smallest and largest value of a shape."""
         values, scale = self.given[name].carried[self.places[place]].values, self.scales[place]
         if values is None:
             return f"no {scale.kind.words}"
@@ -138,7 +138,7 @@ class CarriedColours:
         return " to ".join(dict.fromkeys(ends))
 
     def data(self) -> list[dict[str, Any]]:
-        """The scales as `carried.js` reads them."""
+        """Return the scales as `carried.js` reads them."""
         found = []
         for scale in self.scales:
             ratio = scale.kind.unit == "1"
@@ -148,7 +148,7 @@ class CarriedColours:
         return found
 
     def packed(self, name: str) -> dict[str, Any]:
-        """Values of a shape in 1/65535 of their range, beside what else a page has of it."""
+        """Return the values of a shape in 1/65535 of their range, added to its other data on the page."""
         if name not in self.models:
             return {}
         found: list[dict[str, Any] | None] = []
@@ -163,7 +163,8 @@ class CarriedColours:
         return {"carried": found}
 
     def caption(self, errors: bool) -> str:
-        """What colours stand for, beside `errors` where there are any, who has none, and what to trust of them."""
+        """Return the meaning of the colours, besides `errors` if there are any, models without data, and limitations.
+        """
         asked = []
         for scale in self.scales:
             by = several([f"`{m}`" for m in scale.kind.metrics])
@@ -194,7 +195,7 @@ class CarriedColours:
                 yield f"Cells of `{name}` do not agree at {max(1, round(100 * share))}\u00a0% of the points (W387)."
 
     def columns(self) -> list[PlateColumn]:
-        """Least, mean and largest of each number, for the table."""
+        """Return smallest, mean and largest value of each field, for the table."""
         found = []
         for i, scale in self.known.items():
             unit = choose_scale(scale.whole, scale.kind.unit, percent=scale.kind.unit == "1")
@@ -204,11 +205,11 @@ class CarriedColours:
         return found
 
     def header(self) -> list[str]:
-        """Of the columns of the file."""
+        """Return the column names of the file."""
         return [f"{s} {scale.kind.words} [{scale.kind.unit}]" for scale in self.scales for s in STATISTICS]
 
     def row(self, name: str) -> list[Cell]:
-        """Of a shape, in SI."""
+        """Return the values of a shape, in SI, for the file."""
         found = (v for i in self.places for v in self._statistics(name, i))
         return [None if v is None else short(v) for v in found]
 
@@ -225,6 +226,6 @@ def _below(scale: CarriedScale, ends: tuple[float, float], kind: str, words: str
 
 
 def _tinted(shape: DrawnSurface, i: int, low: float) -> DrawnSurface:
-    """A shape whose error is how far the number is above the low end of the colours: what a still picture draws."""
+    """Return a shape whose error is the field's excess over the low end of the scale, for the still picture."""
     values = shape.carried[i].values
     return replace(shape, error=None if values is None else values - low)

@@ -1,4 +1,4 @@
-"""From where shapes are seen at first: gravity points down on the screen, and the bend lies in the picture."""
+"""Initial camera: gravity points down on the screen, and the bending plane lies in the picture."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ PLANE = frozenset(word for word, body in BODIES.items() if body.planar)  # of bo
 
 
 def view_of(findings: Findings, shapes: Iterable[DrawnSurface]) -> CameraView:
-    """The first view: the longer level direction runs from left to right; plane bodies lie in the picture."""
+    """Return the initial view: the longer horizontal direction from left to right; plane bodies in the picture plane.
+    """
     names = findings.report.names
     if (own := names.of_kind("body")) and all(names.declared[name].word in PLANE for name in own):
         return CameraView(0.0, 90.0, np.eye(3))
@@ -29,10 +30,10 @@ def view_of(findings: Findings, shapes: Iterable[DrawnSurface]) -> CameraView:
 
 
 def letters(view: CameraView) -> str:
-    """The names of the level directions and of the upward one: `xyz`, `zxy`."""
+    """Return the names of the horizontal directions and of the upward one: `xyz`, `zxy`."""
     return "".join(LETTERS[int(np.abs(row).argmax())] for row in view.frame)
 
 
 def upward(findings: Findings) -> Floats:
-    """The direction (3,) against gravity; z where there is no gravity."""
+    """Return the direction (3,) against gravity; z without gravity."""
     return 0.0 - np.array(findings.report.names.down)  # without the sign of a zero

@@ -1,8 +1,8 @@
-"""What vouches for each kind of model: forces found again by other formulas, and the error that it states.
+"""Verification of each kind of model: forces by independent formulas, and the stated error.
 
-To add one: a module with a class derived from Voucher, or from Sized of models on meshes that aim at a size, and its
-VOUCHER; a line in VOUCHERS. It is imported when such a model has an answer. A model without one is computed and
-reported all the same: its forces are not found again, and it states no error.
+To add one: a module with a class derived from Voucher, or from Sized for models on meshes with a cell size, and its
+VOUCHER; a line in VOUCHERS. It is imported when such a model has an answer. A model without one is still solved and
+reported: its forces are not verified, and it states no error.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.models.material_point.material_point_declaration import Homogeneous
 from softmark.interpreter.models.reduced.reduced_declaration import Reduced
 from softmark.interpreter.models.spring_network.spring_declaration import MassSpring
-from softmark.interpreter.verification.by_model.verifier import Voucher
+from softmark.interpreter.verification.by_model.verifier import Verifier
 
 VOUCHERS: dict[type[Any], str] = {
     Fem: "softmark.interpreter.verification.by_model.solid_verifier",
@@ -30,10 +30,10 @@ VOUCHERS: dict[type[Any], str] = {
 }
 
 
-def voucher_of(model: Any) -> Voucher:
-    """What vouches for a model: that of its class, or of one that it derives from."""
+def verifier_of(model: Any) -> Verifier:
+    """Return the verifier of a model: that of its class or of a base class."""
     known = next((VOUCHERS[cls] for cls in type(model).__mro__ if cls in VOUCHERS), None)
     if known is None:
-        return Voucher()
-    found: Voucher = import_module(known).VOUCHER
+        return Verifier()
+    found: Verifier = import_module(known).VOUCHER
     return found

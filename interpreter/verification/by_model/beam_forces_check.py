@@ -1,4 +1,4 @@
-"""Forces of a beam found again from where its points are, without its solver."""
+"""Forces of a beam, computed from the positions of its points independently of its solver."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
 from softmark.interpreter.problem.axial_selection import coverage, selects_whole_sections
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.by_model.solid_forces_check import LEFT
-from softmark.interpreter.verification.by_model.verifier import Found
+from softmark.interpreter.verification.by_model.verifier import VerifiedSolution
 from softmark.interpreter.verification.reaction_balance import summed
-from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.interpreter.vocabulary.load_words import (
     BodyForce,
     LineForce,
@@ -37,7 +37,7 @@ from softmark.solvers.mesh.shape import Prism, Section, Swept
 
 @dataclass(frozen=True)
 class BeamLine:
-    """What of a beam model is known without its solver."""
+    """Axis, sections and nodes of a beam model, independent of its solver."""
 
     model: Beam6Dof
     case: Case
@@ -45,25 +45,25 @@ class BeamLine:
 
     @property
     def axes(self) -> Floats:
-        """e1, e2, e3 at rest where the axis starts (3, 3), as rows."""
+        """Axes e1, e2, e3 at rest at the start of the beam (3, 3), as rows."""
         return np.array(self.case.prism.frame(0.0))
 
     @cached_property
     def at_rest(self) -> tuple[Floats, Floats]:
-        """The nodes at rest (n, 3), m, and there e1, e2 and e3 as rows (n, 3, 3)."""
+        """Return the nodes at rest (n, 3), m, and their axes e1, e2 and e3 as rows (n, 3, 3)."""
         shape, s = self.case.prism, self.s.tolist()
         return np.array([shape.centre(at) for at in s]), np.array([shape.frame(at) for at in s])
 
     @property
     def stiffness(self) -> Floats:
-        """EA, GA2, GA3, GJ, EI2, EI3 (6,), or of one that tapers those of each element (e, 6)."""
-        return along(self.case.prism, self.s, self.case.material)
+        """EA, GA2, GA3, GJ, EI2, EI3 (6,), or for a tapered beam those of each element (e, 6)."""
+        return stiffness_along(self.case.prism, self.s, self.case.material)
 
     def rod(self, displacement: Any) -> tuple[CheckedRod, float]:
-        """The deformed rod, from displacements of points on and beside its axis, and how far beside."""
+        """Return the deformed rod, from points on and beside its axis, and their distance from the axis."""
         shape = self.case.prism
         arm, (X, axes) = arm_of(shape.section), self.at_rest
-        x, R = deformed(X, axes[:, 1:], arm, displacement)
+        x, R = deformed_axes(X, axes[:, 1:], arm, displacement)
         rigid = (() if self.model.axial else (0,)) + (() if self.model.shear else (1, 2))
         l, natural = np.diff(self.s), None
         if not isinstance(shape, Prism):
@@ -71,7 +71,7 @@ class BeamLine:
         return CheckedRod(x, R, l, self.stiffness, rigid, natural), arm
 
     def loads(self, rod: CheckedRod) -> Floats:
-        """Forces and moments at the nodes of the deformed rod (n, 6), N and N m in space. Raises Unchecked."""
+        """Return forces and moments at the nodes of the deformed rod (n, 6), N and N m in space. Raises Unchecked."""
         shape, both, l = self.case.prism, np.zeros((len(self.s), 6)), np.diff(self.s)
         f, m = both[:, :3], both[:, 3:]
         for load in self.case.loads:
@@ -79,7 +79,7 @@ class BeamLine:
                 case BodyForce(acceleration=g):
                     w = self.case.material.density * np.array(g)
                     if shape.tapered:
-                        f += np.outer(hats(self.s, 0.0, shape.length, lambda at: shape.section_at(at).area), w)
+                        f += np.outer(integrate_hats(self.s, 0.0, shape.length, lambda at: shape.section_at(at).area), w)
                         continue
                     w *= shape.section.area
                     f[:-1] += 0.5 * l[:, None] * w
@@ -109,16 +109,16 @@ class BeamLine:
                     for node in range(len(self.s)):
                         f[node] += np.interp(s, self.s, np.eye(len(self.s))[node]) * np.array(force)
                 case _:
-                    raise Unchecked(f"there is no other formula for `{load.name}`")
+                    raise NoIndependentFormula(f"there is no other formula for `{load.name}`")
         return both
 
     def _line(self, begin: Floats, end: Floats) -> Floats:
-        """What each node takes of a line on the axis (n,), m."""
+        """Return the length of an axial interval that belongs to each node (n,), m."""
         low, high = sorted(float((p - np.array(self.case.prism.root)) @ self.axes[0]) for p in (begin, end))
-        return hats(self.s, low, high)
+        return integrate_hats(self.s, low, high)
 
     def _route(self, tendon: TendonLoad, s: Floats) -> tuple[Floats, Floats]:
-        """Arms and slopes of a tendon (k, 3) in the axes of sections at stations s (k,), m, by complex numbers."""
+        """Return arms and slopes of a tendon (k, 3) in section axes at stations s (k,), m, by complex steps."""
         shape = self.case.prism
         (low, *first), (high, *last) = sorted(shape.own(p) for p in (tendon.begin, tendon.end))
         z = (s - low) / (high - low)
@@ -130,7 +130,7 @@ class BeamLine:
         return arms, slopes
 
     def _guided(self, tendon: TendonLoad, count: int, rod: CheckedRod) -> Floats:
-        """What a tendon does at its guides (n, 6), N and N m in space: pulls along the chords, guide by guide."""
+        """Return the forces of a tendon at its guides (n, 6), N and N m in space, along the chords between guides."""
         low, high = sorted(self.case.prism.own(p)[0] for p in (tendon.begin, tendon.end))
         found, places = np.zeros((len(self.s), 6)), np.linspace(low, high, count)
         nodes = [int(np.abs(self.s - place).argmin()) for place in places]
@@ -144,27 +144,27 @@ class BeamLine:
         return found
 
     def held(self) -> NDArray[np.bool_]:
-        """Forces and moments that supports carry (n, 6); of a partly held section, all moments."""
+        """Return which forces and moments supports carry (n, 6); a partly held section carries all moments."""
         found = np.zeros((len(self.s), 6), dtype=np.bool_)
         for support in self.case.supports:
             found |= self._at(support, [*support.thing.components, 3, 4, 5])
         return found
 
     def carries(self, support: Declared) -> NDArray[np.bool_]:
-        """Forces and moments that one support carries (n, 6): those of turns omega x r along what it holds."""
+        """Return which forces and moments one support carries (n, 6): moments of rotations that it prevents."""
         held = [*support.thing.components]
         way = np.abs(np.cross(self.axes[1:, None], np.eye(3)[held])).max(axis=(0, 1))  # omega . (r x e_c), r across
         turns = np.flatnonzero((way > 0.5) | (len(held) == 3))
         return self._at(support, [*held, *(3 + turns)])
 
     def _at(self, support: Declared, which: Sequence[int]) -> NDArray[np.bool_]:
-        """These of its six forces and moments (n, 6), where a support takes whole sections."""
+        """Return these of the six forces and moments (n, 6) where a support selects whole sections."""
         where = selects_whole_sections(support.thing.where, self.case.prism, tuple(self.s.tolist()))
         return np.outer(where, np.isin(np.arange(6), which))
 
 
 def stiffness(section: Section, material: Any) -> Floats:
-    """EA, GA2, GA3, GJ, EI2, EI3 (6,)."""
+    """Return EA, GA2, GA3, GJ, EI2, EI3 (6,)."""
     E, G = material.young, material.young / (2.0 * (1.0 + material.poisson))
     shear = section.shear_factor(material.poisson) * G * section.area
     return np.array([E * section.area, shear, shear, G * section.torsion, *(E * I for I in section.moments)])
@@ -173,8 +173,8 @@ def stiffness(section: Section, material: Any) -> Floats:
 FINE, COARSE_RULE, MANY = 64, 16, 8  # places of the other rule in an element: of few elements, and of more than MANY
 
 
-def along(shape: Swept, s: Floats, material: Any) -> Floats:
-    """EA, GA2, GA3, GJ, EI2, EI3 (6,), or of a tapered body those of each element (e, 6): means of 1 / C."""
+def stiffness_along(shape: Swept, s: Floats, material: Any) -> Floats:
+    """Return EA, GA2, GA3, GJ, EI2, EI3 (6,), or for a tapered body those of each element (e, 6): means of 1 / C."""
     if not shape.tapered:
         return stiffness(shape.section, material)
     at, weights = clenshaw_curtis(FINE if len(s) < MANY else COARSE_RULE)
@@ -185,7 +185,7 @@ def along(shape: Swept, s: Floats, material: Any) -> Floats:
 
 
 def clenshaw_curtis(n: int) -> tuple[Floats, Floats]:
-    """Places and weights (n + 1,) of the rule of Clenshaw and Curtis (1960) from 0 to 1, n even."""
+    """Return places and weights (n + 1,) of the rule of Clenshaw and Curtis (1960) from 0 to 1, n even."""
     turn, k = np.pi * np.arange(n + 1) / n, np.arange(1, n // 2 + 1)
     b = np.where(k == n // 2, 1.0, 2.0)
     weights = 1.0 - np.cos(2.0 * np.outer(turn, k)) @ (b / (4.0 * k**2 - 1.0))
@@ -194,14 +194,14 @@ def clenshaw_curtis(n: int) -> tuple[Floats, Floats]:
 
 
 def arm_of(section: Section) -> float:
-    """How far beside the axis, m, points are looked at."""
+    """Return the distance from the axis, m, at which displacements are sampled."""
     return max(max(abs(u), abs(v)) for u, v in section.samples())
 
 
-def deformed(X: Floats, across: Floats, arm: float, displacement: Any) -> tuple[Floats, Floats]:
-    """Where nodes X (n, 3), m, are, and their axes (n, 3, 3), from arms along two that were `across` (n, 2, 3).
+def deformed_axes(X: Floats, across: Floats, arm: float, displacement: Any) -> tuple[Floats, Floats]:
+    """Return deformed nodes of X (n, 3), m, and their axes (n, 3, 3), from arms along the two axes `across` (n, 2, 3).
 
-    `displacement` says it of points.
+    `displacement` gives the displacements of points.
     """
     beside = X[:, None] + arm * across
     x = X + displacement(X)
@@ -209,10 +209,10 @@ def deformed(X: Floats, across: Floats, arm: float, displacement: Any) -> tuple[
     return x, frames_from_arms(tips, np.full(2, arm))
 
 
-def hats(s: Floats, low: float, high: float, size: Callable[[float], float] = lambda s: 1.0) -> Floats:
-    """What each node at stations s (n,), m, takes of a line between two, times its `size` there (n,), m.
+def integrate_hats(s: Floats, low: float, high: float, size: Callable[[float], float] = lambda s: 1.0) -> Floats:
+    """Return integrals of the hat functions of nodes s (n,), m, from `low` to `high`, times a `size` (n,), m.
 
-    Hat functions by Simpson's rule between kinks: it is exact of the third degree, of hats times areas that taper.
+    Simpson's rule between kinks is exact to the third degree, so also for hats times tapered areas.
     """
     kinks = np.unique(np.clip(np.concatenate([[low, high], s]), low, high))
     a, b = kinks[:-1], kinks[1:]
@@ -222,13 +222,13 @@ def hats(s: Floats, low: float, high: float, size: Callable[[float], float] = la
     return found
 
 
-def line_of(found: Found) -> BeamLine:
-    """The beam of a solution."""
+def line_of(found: VerifiedSolution) -> BeamLine:
+    """Return the beam of a solution."""
     return BeamLine(found.declared.thing, found.case, np.array(found.declared.thing.stations(found.case)))
 
 
-def rod_of(found: Found) -> tuple[CheckedRod, float]:
-    """Its rod, deformed as the solution says, and how far beside the axis it was looked at; found once."""
+def rod_of(found: VerifiedSolution) -> tuple[CheckedRod, float]:
+    """Return the deformed rod of a solution and the sampling distance from the axis; computed once."""
     if rod_of not in found.known:
         line, displacement = line_of(found), found.solution.displacement
         rod, arm = line.rod(displacement)
@@ -243,58 +243,59 @@ def rod_of(found: Found) -> tuple[CheckedRod, float]:
     return known
 
 
-def balance_of(found: Found) -> ForceBalance:
-    """The forces of a beam found again. Raises Unchecked."""
-    return worse(*_forces(found))
+def balance_of(found: VerifiedSolution) -> ForceBalance:
+    """Compute the force balance of a beam. Raises Unchecked."""
+    return worse_balance(*_forces(found))
 
 
-def worse(inside: Floats, outside: Floats, fixed: NDArray[np.bool_], noise: float) -> ForceBalance:
-    """The balance of forces, or that of forces and moments (n, 6)."""
+def worse_balance(inside: Floats, outside: Floats, fixed: NDArray[np.bool_], noise: float) -> ForceBalance:
+    """Return the worse of the balances of forces only, and of forces and moments (n, 6)."""
     result = solid_forces.force_balance(inside[:, :3], outside[:, :3], fixed[:, :3], noise, None)
     whole = solid_forces.force_balance(inside, outside, fixed, noise, None)
     return whole if whole.residual >= result.residual else result
 
 
-def reactions_of(found: Found) -> tuple[dict[str, Wrench], float]:
-    """What every support does, and what rounding leaves of it, N. Raises Unchecked."""
+def reactions_of(found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
+    """Return the reaction of every support, and its rounding error, N. Raises Unchecked."""
     inside, outside, _, noise = _forces(found)
     beam, left = line_of(found), (inside - outside) / _per_length(found)
     masks = {support.name: beam.carries(support) for support in beam.case.supports}
     return summed(masks, left, rod_of(found)[0].x), LEFT * noise
 
 
-def _per_length(found: Found) -> Floats:
-    """What makes forces of forces and moments (6,)."""
+def _per_length(found: VerifiedSolution) -> Floats:
+    """Return factors that convert forces and moments to forces (6,)."""
     return np.array([1.0, 1.0, 1.0, *[1.0 / found.case.prism.length] * 3])
 
 
-def _forces(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
-    """What is inside, what loads do, moments over the length (n, 6), N; what is held; rounding, N; found once.
+def _forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
+    """Return internal and external forces, moments over the length (n, 6), N; what is held; rounding, N; computed once.
 
     Raises Unchecked.
     """
     if _forces not in found.known:
-        found.known[_forces] = _looked_at(found)
+        found.known[_forces] = _compute_forces(found)
     known: tuple[Floats, Floats, NDArray[np.bool_], float] = found.known[_forces]
     return known
 
 
-def _looked_at(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
+def _compute_forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
+    """Compute the forces of `_forces`. Raises Unchecked."""
     beam, model = line_of(found), found.declared.thing
     if found.solution.displacement is None or (len(beam.s) > 200 and not (model.shear and model.axial)):
-        raise Unchecked("constraints of so many elements are not looked at again")
+        raise NoIndependentFormula("constraints of so many elements are not looked at again")
     rod, arm = rod_of(found)
     inside, by = rod.forces()
     scale, fixed = _per_length(found), beam.held()
     outside = beam.loads(rod) * scale
     inside, by = inside * scale, by * scale[:, None, None]
     if rod.rigid:
-        inside = inside + _carried(inside - outside, by, fixed)
+        inside = inside + _constraint_forces(inside - outside, by, fixed)
     return inside, outside, fixed, rod.rounding(arm)
 
 
-def _carried(left: Floats, by: Floats, fixed: NDArray[np.bool_]) -> Floats:
-    """What constraints carry (n, 6): what of it balances the free nodes best."""
+def _constraint_forces(left: Floats, by: Floats, fixed: NDArray[np.bool_]) -> Floats:
+    """Return the constraint forces (n, 6) that balance the free nodes best."""
     B = by.reshape(left.size, -1)
     free = ~fixed.ravel()
     best, *_ = np.linalg.lstsq(B[free], -left.ravel()[free], rcond=None)

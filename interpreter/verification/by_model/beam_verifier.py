@@ -1,4 +1,4 @@
-"""What vouches for beams."""
+"""Verifier of beam models."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from softmark.interpreter.models.shared.prepared_model import Solution
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.results.run_report import ModelResult
 from softmark.interpreter.verification.by_model.beam_forces_check import balance_of, reactions_of, rod_of
-from softmark.interpreter.verification.by_model.verifier import Found, Voucher
+from softmark.interpreter.verification.by_model.verifier import VerifiedSolution, Verifier
 from softmark.interpreter.verification.grid_convergence import COARSE
-from softmark.interpreter.verification.probe_errors import NO_ERROR, ProbeAnswer, Unknown
-from softmark.interpreter.verification.solution_under_test import Answer
+from softmark.interpreter.verification.probe_errors import NO_ERROR, ProbeResultUnderTest, NoErrorEstimate
+from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.solvers.independent_forces.solid_forces import ForceBalance
 from softmark.solvers.mesh.shape import Swept
 
@@ -31,13 +31,13 @@ LEANING, BORED = (
 BENT, STRETCHED = 0.5, 1.2  # times the square of its strain of bending, and times that of stretch
 
 
-class Beams(Voucher):
-    """Of beams: forces from the places of their points, fewer segments, and what their theory leaves out."""
+class BeamVerifier(Verifier):
+    """Verifier of beams: forces from positions of points, coarser segments, and the error of beam theory."""
 
     theory = "beams"  # what theory it is, for messages
 
-    def facts(self, found: Found) -> dict[str, Any]:
-        """The largest strain: of the outermost fibre, with shear."""
+    def facts(self, found: VerifiedSolution) -> dict[str, Any]:
+        """Return the largest strain: of the outermost fibre, with shear."""
         if found.solution.displacement is None:
             return {}
         rod, arm = rod_of(found)
@@ -52,16 +52,16 @@ class Beams(Voucher):
             "flat_curvature_per_m": float(np.abs(flat).max()),
         }  # fmt: skip
 
-    def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
-        """By the formulas of solvers/independent_forces/rod_forces.py. Raises Unchecked."""
+    def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
+        """Compute the force balance by solvers/independent_forces/rod_forces.py. Raises Unchecked."""
         return balance_of(found), found.solution.facts.get("residual")
 
-    def reactions(self, found: Found) -> tuple[dict[str, Wrench], float]:
-        """By the same formulas. Raises Unchecked."""
+    def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
+        """Compute the reactions by the same formulas. Raises Unchecked."""
         return reactions_of(found)
 
-    def coarser(self, answer: Answer) -> list[tuple[Solution, float]]:
-        """Of half and a quarter as many segments. Raises Unknown."""
+    def coarser(self, answer: SolutionUnderTest) -> list[tuple[Solution, float]]:
+        """Return solutions with half and a quarter of the segments. Raises Unknown."""
         thing = answer.declared.thing
         found: list[tuple[Solution, float]] = []
         segments = thing.segments
@@ -72,43 +72,46 @@ class Beams(Voucher):
                 solution, _ = answer.solved(
                     f"segments {fewer}", declared, answer.case, fewer / thing.segments, slight=True
                 )
-            except Unknown:  # of one segment, supports may hold all
+            except NoErrorEstimate:  # of one segment, supports may hold all
                 if not found:
                     raise
                 break
             found.append((solution, segments / fewer))
             segments = fewer
         if not found:
-            raise Unknown("a beam of one segment has no coarser one")
+            raise NoErrorEstimate("a beam of one segment has no coarser one")
         return found
 
-    def model(self, answer: Answer, seen: ProbeAnswer) -> float:
-        """What the theory leaves out. Raises Unknown."""
+    def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
+        """Return the error of the theory. Raises Unknown."""
         tensors = isinstance(seen.metric, TensorMetric)
         if not (seen.in_forces or seen.in_displacements or tensors):
-            raise Unknown(f"{NO_ERROR}: what the theory of {self.theory} leaves out is known of displacements alone")
+            raise NoErrorEstimate(
+                f"{NO_ERROR}: what the theory of {self.theory} leaves out is known of displacements alone"
+            )
         missing = self.left_out(answer)
         if tensors:
-            leans = max(map(leaning, self.pieces(answer.case)))
-            return (2.0 * missing + leans) * of_sections(answer, seen)
+            leans = max(map(taper_error, self.pieces(answer.case)))
+            return (2.0 * missing + leans) * section_stress_scale(answer, seen)
         return (2.0 if seen.in_forces else 1.0) * missing * seen.size  # an energy goes with the square of what bends
 
-    def left_out(self, answer: Answer) -> float:
-        """The same of displacements, relative. Raises Unknown."""
-        return left_out(answer.declared.thing, answer.case, answer.result)
+    def left_out(self, answer: SolutionUnderTest) -> float:
+        """Return the relative displacement error of the theory. Raises Unknown."""
+        return theory_error(answer.declared.thing, answer.case, answer.result)
 
     def pieces(self, case: Case) -> Sequence[Swept]:
-        """What goes along an axis."""
+        """Return the bodies along an axis."""
         return [case.prism]
 
 
-def left_out(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
-    """What the theory of beams leaves out, relative: clamps and thickness, curling across flat sections, tubes that
-    flatten, and strain.
+def theory_error(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
+    """Return the relative error of beam theory due to clamps, thickness, curling, ovalization and strain.
 
-    Estimates for solid sections, on the safe side of what solids of the same shape show. Bending stretches one side as
-    much as it shortens the other, so that a law that is not linear shows in second order; in stretch it does at once.
-    What is pulled or pressed along its axis is neither sheared nor curled.
+    Estimates for solid sections, conservative compared with solids of the same shape. Bending stretches one side as
+    much as
+    it compresses the other, so that a nonlinear law shows only in second order; in axial stretch it shows at once.
+    Axially
+    loaded bodies neither shear nor curl.
     """
     section, poisson = case.prism.section, case.material.poisson
     spans, checks = max(1, len(case.supports)), result.solve.get("checks") or {}
@@ -122,22 +125,22 @@ def left_out(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
     missing += flat_strips.ovalling(section, poisson, of_tube)
     strained: float = BENT * bent**2 + STRETCHED * stretched
     if missing + strained > COARSE:
-        raise Unknown(f"the beam is too {'thick' if missing > strained else 'strained'} for its theory")
+        raise NoErrorEstimate(f"the beam is too {'thick' if missing > strained else 'strained'} for its theory")
     return missing + strained
 
 
-def leaning(shape: Swept) -> float:
-    """What the stress of sections leaves out where sides lean, relative: it knows how those lean that are outside."""
+def taper_error(shape: Swept) -> float:
+    """Return the relative error of section stress due to tapered sides; the outer slope is accounted for."""
     return (LEANING if shape.section.hollow is None else BORED) * shape.slope
 
 
-def of_sections(answer: Answer, seen: ProbeAnswer) -> float:
-    """What an error of the stress of sections is relative to. Raises Unknown where the theory knows nothing."""
+def section_stress_scale(answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
+    """Return the size that an error of section stress is relative to. Raises Unknown if the theory gives none."""
     from softmark.interpreter.models.beam.end_effect_zones import disturbed
 
     if place := disturbed(answer.case, answer.declared.thing, seen.X):
-        raise Unknown(f"it looks within a width of {place}, where the theory of sections is crude")
+        raise NoErrorEstimate(f"it looks within a width of {place}, where the theory of sections is crude")
     return seen.size
 
 
-VOUCHER = Beams()
+VOUCHER = BeamVerifier()

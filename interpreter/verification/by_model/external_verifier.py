@@ -1,4 +1,4 @@
-"""What vouches for models that other programs solve: their displacements in our formulas, and no error of theirs."""
+"""Verifier of external solvers: forces of their displacements by our formulas; no error estimate."""
 
 from __future__ import annotations
 
@@ -7,41 +7,41 @@ from typing import Any
 
 from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
 from softmark.interpreter.verification.by_model import solid_verifier
-from softmark.interpreter.verification.by_model.verifier import Found, Voucher
-from softmark.interpreter.verification.probe_errors import ProbeAnswer, Unknown
-from softmark.interpreter.verification.solution_under_test import Answer
+from softmark.interpreter.verification.by_model.verifier import VerifiedSolution, Verifier
+from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest, NoErrorEstimate
+from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.solvers.independent_forces.solid_forces import ForceBalance
 
 UNCHECKED = "another program solved it: state the error of `fem(...)` of the same element and size"
 
 
-def ours(found: Found) -> Found:
-    """The same as if it were finite elements of ours."""
+def as_own_solution(found: VerifiedSolution) -> VerifiedSolution:
+    """Return the solution as if our finite elements had found it."""
     return replace(found, declared=replace(found.declared, thing=found.declared.thing.solid))
 
 
-class Outsiders(Voucher):
-    """Of finite elements that another program solved."""
+class ExternalVerifier(Verifier):
+    """Verifier of finite elements that another program solved."""
 
-    def facts(self, found: Found) -> dict[str, Any]:
-        """As of ours."""
-        return solid_verifier.VOUCHER.facts(ours(found))
+    def facts(self, found: VerifiedSolution) -> dict[str, Any]:
+        """Return the same facts as for our elements."""
+        return solid_verifier.VOUCHER.facts(as_own_solution(found))
 
-    def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
-        """By the same formulas. Raises Unchecked."""
-        return solid_verifier.VOUCHER.balance(ours(found))
+    def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
+        """Compute the force balance by the same formulas. Raises Unchecked."""
+        return solid_verifier.VOUCHER.balance(as_own_solution(found))
 
-    def reactions(self, found: Found) -> tuple[dict[str, Wrench], float]:
-        """By the same formulas. Raises Unchecked."""
-        return solid_verifier.VOUCHER.reactions(ours(found))
+    def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
+        """Compute the reactions by the same formulas. Raises Unchecked."""
+        return solid_verifier.VOUCHER.reactions(as_own_solution(found))
 
-    def discretisation(self, answer: Answer, seen: ProbeAnswer) -> float:
-        """Raises Unknown."""
-        raise Unknown(UNCHECKED)
+    def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
+        """Raise Unknown: there is no error estimate."""
+        raise NoErrorEstimate(UNCHECKED)
 
-    def model(self, answer: Answer, seen: ProbeAnswer) -> float:
-        """Raises Unknown."""
-        raise Unknown(UNCHECKED)
+    def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
+        """Raise Unknown: there is no error estimate."""
+        raise NoErrorEstimate(UNCHECKED)
 
 
-VOUCHER = Outsiders()
+VOUCHER = ExternalVerifier()

@@ -1,4 +1,4 @@
-"""What vouches for networks: the forces of each member found again, and added up where members meet."""
+"""Verifier of beam networks: the forces of each member, summed at the joints."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from softmark.interpreter.models.beam import flat_strips
 from softmark.interpreter.models.beam_frame import frame_selection
 from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.verification.by_model.beam_forces_check import along, arm_of, deformed, hats, worse
-from softmark.interpreter.verification.by_model.beam_verifier import BENT, STRETCHED, TAPERED, Beams
+from softmark.interpreter.verification.by_model.beam_forces_check import stiffness_along, arm_of, deformed_axes, integrate_hats, worse_balance
+from softmark.interpreter.verification.by_model.beam_verifier import BENT, STRETCHED, TAPERED, BeamVerifier
 from softmark.interpreter.verification.by_model.solid_forces_check import LEFT
-from softmark.interpreter.verification.by_model.verifier import Found
+from softmark.interpreter.verification.by_model.verifier import VerifiedSolution
 from softmark.interpreter.verification.grid_convergence import COARSE
-from softmark.interpreter.verification.probe_errors import Unknown
+from softmark.interpreter.verification.probe_errors import NoErrorEstimate
 from softmark.interpreter.verification.reaction_balance import summed
-from softmark.interpreter.verification.solution_under_test import Answer
-from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
+from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce, MomentLoad, PointLoad
 from softmark.interpreter.vocabulary.support_words import Hinged
 from softmark.records import dataclass
@@ -36,14 +36,14 @@ JOINED = 3.0  # times half the depth of what a member ends in, over its length: 
 
 
 @dataclass(frozen=True)
-class Frame:
-    """A network where it was found to be, without its solver: nodes (members, k, 3), points by their places at rest."""
+class DeformedNetwork:
+    """Deformed network, independent of its solver: nodes (members, k, 3), points by their positions at rest."""
 
-    found: Found
+    found: VerifiedSolution
 
     @property
     def network(self) -> Network:
-        """Its geometry."""
+        """Geometry of the network."""
         return _network(self.found.case)
 
     @cached_property
@@ -54,8 +54,10 @@ class Frame:
 
     @cached_property
     def at(self) -> tuple[Floats, NDArray[np.int64]]:
-        """Different places among the nodes (p, 3), m, and that of every node (n,): those that are nearer than a
-        thousandth of a segment are one."""
+        """Distinct places among the nodes (p, 3), m, and the place of every node (n,).
+
+        Nodes closer than a thousandth of a segment share a place.
+        """
         every = np.concatenate(self.X)
         least = min(m.length for m in self.network.members) / self.found.declared.thing.segments
         known: dict[tuple[int, ...], int] = {}
@@ -68,39 +70,39 @@ class Frame:
 
     @cached_property
     def rods(self) -> list[CheckedRod]:
-        """The members, deformed as the solution says of points on and beside their axes."""
+        """Deformed members, from displacements of points on and beside their axes."""
         return [self._rod(i, member) for i, member in enumerate(self.network.members)]
 
     def _rod(self, number: int, member: Member) -> CheckedRod:
         X, across = self.X[number], np.array(member.frame(0.0))[None, 1:]
         shifts: Any = self.found.solution.displacement  # of a network, which knows its members
-        x, R = deformed(X, across, arm_of(member.section), partial(shifts.of, number))
-        C = along(member, np.linspace(0.0, member.length, len(X)), self.found.case.material)
+        x, R = deformed_axes(X, across, arm_of(member.section), partial(shifts.of, number))
+        C = stiffness_along(member, np.linspace(0.0, member.length, len(X)), self.found.case.material)
         return CheckedRod(x, R, np.linalg.norm(np.diff(X, axis=0), axis=1), C)
 
     @cached_property
     def x(self) -> Floats:
-        """The places, deformed (p, 3), m."""
+        """Deformed places (p, 3), m."""
         found = np.zeros_like(self.at[0])
         found[self.at[1]] = np.concatenate([rod.x for rod in self.rods])
         return found
 
     def joined(self, parts: list[Floats]) -> Floats:
-        """What members have at their nodes (k, 6), at the places (p, 6)."""
+        """Sum the values of members at their nodes (k, 6) over the places (p, 6)."""
         found = np.zeros((len(self.at[0]), 6))
         np.add.at(found, self.at[1], np.concatenate(parts))
         return found
 
     def inside(self) -> Floats:
-        """Inner forces and moments (p, 6), in space."""
+        """Return internal forces and moments (p, 6), in space."""
         return self.joined([rod.forces()[0] for rod in self.rods])
 
     def outside(self) -> Floats:
-        """Those of loads (p, 6). Raises Unchecked."""
+        """Return forces and moments of loads (p, 6). Raises Unchecked."""
         return self.joined([np.sum([*self._loads(i, m)], axis=0) for i, m in enumerate(self.network.members)])
 
     def _loads(self, number: int, member: Member) -> Iterator[Floats]:
-        """Of every load what it does at the nodes of a member (k, 6)."""
+        """Yield the forces of every load at the nodes of a member (k, 6)."""
         X = self.X[number]
         s = np.linspace(0.0, member.length, len(X))
         yield np.zeros((len(X), 6))
@@ -109,13 +111,13 @@ class Frame:
             match load.thing.action:
                 case BodyForce(acceleration=g):
                     w = self.found.case.material.density * np.array(g)
-                    found[:, :3] = np.outer(hats(s, 0.0, member.length, lambda at: member.section_at(at).area), w)
+                    found[:, :3] = np.outer(integrate_hats(s, 0.0, member.length, lambda at: member.section_at(at).area), w)
                 case LineForce(begin=begin, end=end, force=q):
                     if frame_selection.line(self.network, begin, end)[0] == number:  # type: ignore[index]
                         low, high = sorted(
                             float(np.dot(np.subtract(p, member.begin), member.axis)) for p in (begin, end)
                         )
-                        found[:, :3] = np.outer(hats(s, low, high), q)
+                        found[:, :3] = np.outer(integrate_hats(s, low, high), q)
                 case PointLoad(at=at, force=force):
                     if frame_selection.at(self.network, at)[0] == number:  # type: ignore[index]
                         here = float(np.dot(np.subtract(at, member.begin), member.axis))
@@ -126,7 +128,7 @@ class Frame:
                     if ends and number == self._first_at(at):
                         found[ends[0], 3:] = moment
                 case _:
-                    raise Unchecked(f"there is no other formula for `{load.name}`")
+                    raise NoIndependentFormula(f"there is no other formula for `{load.name}`")
             yield found
 
     def _first_at(self, point: tuple[float, float, float]) -> int:
@@ -134,7 +136,7 @@ class Frame:
         return next(near)
 
     def carries(self, support: Declared) -> NDArray[np.bool_]:
-        """Forces and moments in space that one support carries (p, 6); of a hinge those its axis leaves to it."""
+        """Return which forces and moments in space one support carries (p, 6); at a hinge as its axis allows."""
         points, whole, _ = frame_selection.selected(support.thing.where, self.network)
         near = [np.array([self.network.points[i] for i in points]).reshape(-1, 3), *(self.X[m] for m in whole)]
         held = np.concatenate(near)
@@ -144,12 +146,12 @@ class Frame:
 
     @staticmethod
     def _grips(support: Declared) -> bool:
-        """Whether it takes moments; that about the axis of a hinge is none in equilibrium, as `held` has it."""
+        """Return whether a support carries moments; the moment about a hinge's axis is zero, see `held`."""
         return not isinstance(support.thing, Hinged) or support.thing.axis is not None
 
     @cached_property
     def hinged(self) -> dict[int, Floats]:
-        """Of places on hinges with an axis: that axis, and two across (3, 3), as rows; of several the first's."""
+        """Axes at hinges: the hinge axis and two normal to it (3, 3), as rows, by place; the first hinge counts."""
         found: dict[int, Floats] = {}
         for support in self.found.case.supports:
             if not isinstance(support.thing, Hinged) or (axis := support.thing.axis) is None:
@@ -159,14 +161,14 @@ class Frame:
         return found
 
     def turned(self, forces: Floats) -> Floats:
-        """Forces and moments (p, 6), the moments at hinges about their axis and across it."""
+        """Return forces and moments (p, 6), with the moments at hinges about and across their axis."""
         found = forces.copy()
         for i, rows in self.hinged.items():
             found[i, 3:] = rows @ forces[i, 3:]
         return found
 
     def held(self) -> NDArray[np.bool_]:
-        """What all supports carry (p, 6), at hinges about their axis and across it: about the axis there is nothing."""
+        """Return which components all supports carry (p, 6), at hinges about and across their axis: none about it."""
         found = np.zeros((len(self.at[0]), 6), dtype=np.bool_)
         for support in self.found.case.supports:
             own = self.carries(support)
@@ -178,18 +180,18 @@ class Frame:
         return found
 
 
-def frame_of(found: Found) -> Frame:
-    """The network of a solution; found once."""
+def frame_of(found: VerifiedSolution) -> DeformedNetwork:
+    """Return the deformed network of a solution; computed once."""
     if frame_of not in found.known:
-        found.known[frame_of] = Frame(found)
-    known: Frame = found.known[frame_of]
+        found.known[frame_of] = DeformedNetwork(found)
+    known: DeformedNetwork = found.known[frame_of]
     return known
 
 
-def _forces(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
-    """What is inside, what loads do, moments over the extent (p, 6), N; what is held; rounding, N."""
+def _forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
+    """Return internal and external forces, moments over the extent (p, 6), N; what is held; rounding, N."""
     if found.solution.displacement is None:
-        raise Unchecked("there is no solution")
+        raise NoIndependentFormula("there is no solution")
     if _forces not in found.known:
         frame, scale = frame_of(found), _per_length(found)
         noise = max(rod.rounding(arm_of(m.section)) for rod, m in zip(frame.rods, frame.network.members, strict=True))
@@ -199,18 +201,18 @@ def _forces(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
     return known
 
 
-def _per_length(found: Found) -> Floats:
-    """What makes forces of forces and moments (6,)."""
+def _per_length(found: VerifiedSolution) -> Floats:
+    """Return factors that convert forces and moments to forces (6,)."""
     return np.array([1.0, 1.0, 1.0, *[1.0 / found.case.shape.diagonal] * 3])
 
 
-class Networks(Beams):
-    """Of networks: as of beams, member by member."""
+class FrameVerifier(BeamVerifier):
+    """Verifier of beam networks, member by member."""
 
     theory = "frames"
 
-    def facts(self, found: Found) -> dict[str, Any]:
-        """The largest strains, and the largest curvature of a member."""
+    def facts(self, found: VerifiedSolution) -> dict[str, Any]:
+        """Return the largest strains, and the largest curvature of a member."""
         if found.solution.displacement is None:
             return {}
         bent, stretched, curvature = 0.0, 0.0, 0.0
@@ -225,33 +227,33 @@ class Networks(Beams):
             "curvature_per_m": curvature,
         }  # fmt: skip
 
-    def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
-        """By the formulas of solvers/independent_forces/rod_forces.py, added up at points. Raises Unchecked."""
+    def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
+        """Compute the balance by solvers/independent_forces/rod_forces.py, summed at joints. Raises Unchecked."""
         inside, outside, fixed, noise = _forces(found)
         inside, outside = (frame_of(found).turned(forces) for forces in (inside, outside))
-        return worse(inside, outside, fixed, noise), found.solution.facts.get("residual")
+        return worse_balance(inside, outside, fixed, noise), found.solution.facts.get("residual")
 
-    def reactions(self, found: Found) -> tuple[dict[str, Wrench], float]:
-        """By the same formulas. Raises Unchecked."""
+    def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
+        """Compute the reactions by the same formulas. Raises Unchecked."""
         inside, outside, _, noise = _forces(found)
         frame = frame_of(found)
         masks = {support.name: frame.carries(support) for support in found.case.supports}
         return summed(masks, (inside - outside) / _per_length(found), frame.x), LEFT * noise
 
-    def left_out(self, answer: Answer) -> float:
-        """Of the member of which it is most, with what all are strained. Raises Unknown."""
+    def left_out(self, answer: SolutionUnderTest) -> float:
+        """Return the largest theory error of a member, with the strain of all. Raises Unknown."""
         checks = answer.result.solve.get("checks") or {}
         names = "bending_strain", "axial_strain", "curvature_per_m"
         bent, stretched, curvature = (float(checks.get(n) or 0.0) for n in names)
         network, poisson = _network(answer.case), answer.case.material.poisson
-        missing = max(_missing(network, i, poisson, curvature) for i in range(len(network.members)))
+        missing = max(_member_theory_error(network, i, poisson, curvature) for i in range(len(network.members)))
         strained = BENT * bent**2 + STRETCHED * stretched
         if missing + strained > COARSE:
-            raise Unknown(f"the network is too {'thick' if missing > strained else 'strained'} for its theory")
+            raise NoErrorEstimate(f"the network is too {'thick' if missing > strained else 'strained'} for its theory")
         return missing + strained
 
     def pieces(self, case: Case) -> Sequence[Swept]:
-        """Its members."""
+        """Return the members."""
         return _network(case).members
 
 
@@ -260,8 +262,8 @@ def _network(case: Case) -> Network:
     return case.shape
 
 
-def _missing(network: Network, number: int, poisson: float, curvature: float) -> float:
-    """What the theory leaves out of one member, relative: its section, and the extent of joints at its ends."""
+def _member_theory_error(network: Network, number: int, poisson: float, curvature: float) -> float:
+    """Return the relative theory error of one member: of its section, and of the size of joints at its ends."""
     member, (run, ends) = network.members[number], network.run(number)
     section = member.section
     length = sum(network.members[i].length for i in run)
@@ -272,4 +274,4 @@ def _missing(network: Network, number: int, poisson: float, curvature: float) ->
     return found + JOINED * 0.5 * deep / length + TAPERED * member.slope**2
 
 
-VOUCHER = Networks()
+VOUCHER = FrameVerifier()

@@ -1,4 +1,4 @@
-"""What vouches for one material point: stress by finite differences of its energy, and nothing of its solver."""
+"""Verifier of one material point: stress by finite differences of its energy, independent of its solver."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from softmark.interpreter.models.material_point.material_point_declaration impor
 from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
 from softmark.interpreter.problem.body_case import case_for
 from softmark.interpreter.verification.by_model.solid_forces_check import LEFT
-from softmark.interpreter.verification.by_model.verifier import Found, Voucher
+from softmark.interpreter.verification.by_model.verifier import VerifiedSolution, Verifier
 from softmark.interpreter.verification.grid_convergence import HOPELESS
-from softmark.interpreter.verification.probe_errors import ProbeAnswer, Unknown
+from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest, NoErrorEstimate
 from softmark.interpreter.verification.reaction_balance import summed
-from softmark.interpreter.verification.solution_under_test import Answer
-from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
+from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.solid_forces import Floats, ForceBalance
 from softmark.solvers.independent_forces.stress_by_differences import EnergyStress
@@ -26,47 +26,49 @@ from softmark.solvers.materials import law_for, mixed_for
 from softmark.solvers.mesh.shape import Prism
 
 
-class Points(Voucher):
-    """Of one material point: forces of corners from differences of the energy; it has no mesh to refine."""
+class MaterialPointVerifier(Verifier):
+    """Verifier of one material point: corner forces from differences of the energy; there is no mesh to refine."""
 
-    def facts(self, found: Found) -> dict[str, Any]:
-        """The largest strain."""
+    def facts(self, found: VerifiedSolution) -> dict[str, Any]:
+        """Return the largest strain."""
         if found.solution.displacement is None:
             return {}
         return {"largest_strain": float(np.linalg.norm(_gradient(found) - np.eye(3), 2))}
 
-    def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
-        """Forces at the corners by differences of the energy. Raises Unchecked."""
+    def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
+        """Compute the balance of corner forces from differences of the energy. Raises Unchecked."""
         inside, outside, held, noise, lacking = self._forces(found)
         return solid_forces.force_balance(inside, outside, held, noise, None, lacking), found.solution.facts.get(
             "residual"
         )
 
-    def reactions(self, found: Found) -> tuple[dict[str, Wrench], float]:
-        """By the same. Raises Unchecked."""
+    def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
+        """Compute the reactions in the same way. Raises Unchecked."""
         inside, outside, _, noise, _ = self._forces(found)
         X = _corners(found)
         x = X if found.declared.thing.strain == "small" else X + found.solution.displacement(X)  # type: ignore[misc]
         left = np.hstack([inside - outside, np.zeros_like(inside)])
-        return summed({s.name: _holds(found, s.thing) for s in found.case.supports}, left, x), LEFT * noise
+        return summed({s.name: _held_corners(found, s.thing) for s in found.case.supports}, left, x), LEFT * noise
 
-    def _forces(self, found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float, float]:
-        if Points not in found.known:
-            found.known[Points] = _looked_at(found)
-        known: tuple[Floats, Floats, NDArray[np.bool_], float, float] = found.known[Points]
+    def _forces(self, found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float, float]:
+        if MaterialPointVerifier not in found.known:
+            found.known[MaterialPointVerifier] = _corner_forces(found)
+        known: tuple[Floats, Floats, NDArray[np.bool_], float, float] = found.known[MaterialPointVerifier]
         return known
 
-    def discretisation(self, answer: Answer, seen: ProbeAnswer) -> float:
-        """Nothing is discretised."""
+    def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
+        """Return zero: nothing is discretised."""
         return 0.0
 
-    def model(self, answer: Answer, seen: ProbeAnswer) -> float:
-        """How far it is from the same with the law of its material. Raises Unknown."""
+    def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
+        """Return the difference to the same point with the law of its material. Raises Unknown."""
         thing: Homogeneous = answer.declared.thing
         if driven(answer.case, thing.state, answer.declared).let_go:
-            raise Unknown("its supports hold a width that one material point lets go, and what that does is not known")
+            raise NoErrorEstimate(
+                "its supports hold a width that one material point lets go, and what that does is not known"
+            )
         if thing.state == "simple_shear":
-            raise Unknown(
+            raise NoErrorEstimate(
                 "its sides are taken to be held as simple shear needs, and what they do otherwise is not known"
             )
         best = "corotational" if answer.own.material.finite_law() is None else "finite"
@@ -75,12 +77,12 @@ class Points(Voucher):
         other = replace(answer.declared, thing=thing.plain(strain=best))
         right = seen.of(answer.solved("best", other, case_for(answer.scene, other), slight=True)[0])
         if not (apart := right.apart(seen)) <= HOPELESS * right.size:
-            raise Unknown("the best strain of its material leads to quite another state")
+            raise NoErrorEstimate("the best strain of its material leads to quite another state")
         return apart
 
 
-def _looked_at(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float, float]:
-    """What stress and what loads do at the corners (8, 3), N; what is held; rounding, N; what a constraint lacks, N."""
+def _corner_forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float, float]:
+    """Return corner forces of stress and of loads (8, 3), N; what is held; rounding, N; constraint error, N."""
     case = found.case
     F, X = _gradient(found), _corners(found)
     out = np.sign(X - X.mean(axis=0))
@@ -89,53 +91,52 @@ def _looked_at(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float, 
     inside = 0.25 * (out * areas) @ P.T
     outside = np.zeros_like(inside)
     for load in case.loads:
-        on, t = _on(found, load.thing.action.where), np.array(load.thing.action.traction)
+        on, t = _selected_corners(found, load.thing.action.where), np.array(load.thing.action.traction)
         for axis in range(3):
             for side in (-1.0, 1.0):
                 face = out[:, axis] == side
                 if on[face].all():
                     outside[face] += 0.25 * areas[axis] * t
-    held = np.any([_holds(found, s.thing)[:, :3] for s in case.supports], axis=0)
+    held = np.any([_held_corners(found, s.thing)[:, :3] for s in case.supports], axis=0)
     return inside, outside, held, noise * float(areas.max()), off * float(areas.max())
 
 
-def _stress(found: Found, F: Floats) -> tuple[Floats, float, float]:
-    """P (3, 3), Pa, by differences of the energy at F, its rounding, Pa, and what a constraint lacks, Pa.
+def _stress(found: VerifiedSolution, F: Floats) -> tuple[Floats, float, float]:
+    """Return P (3, 3), Pa, by differences of the energy at F, its rounding, Pa, and the constraint error, Pa.
 
-    Of a solid that keeps its volume, the pressure is what leaves no stress on the sides that nothing holds. Raises
-    Unchecked.
+    For an incompressible solid, the pressure is the one that leaves no stress on the free sides. Raises Unchecked.
     """
     material, thing = found.case.material, found.declared.thing
     strain = thing.strain
     if not material.incompressible:
-        P, noise = differences(law_for(material, strain).psi, F)
+        P, noise = differentiate_energy(law_for(material, strain).psi, F)
         return P, noise, 0.0
     split = mixed_for(material, strain)
     assert split is not None
-    P, noise = differences(split.shape.psi, F)
-    g, more = differences(split.constraint.value, F)
+    P, noise = differentiate_energy(split.shape.psi, F)
+    g, more = differentiate_energy(split.constraint.value, F)
     made = driven(found.case, thing.state, found.declared)
     free = [a for a in range(3) if made.stretches[a] is None]
     if made.shear is not None:  # the side beside its plane is free
         free = [3 - made.shear[0] - made.shear[1]]
-    pull = np.array([_pull(found, a) for a in free])
+    pull = np.array([_applied_stress(found, a) for a in free])
     n, t = g.diagonal()[free], P.diagonal()[free] - pull
     p = -float(n @ t) / float(n @ n)
     off = abs(float(split.constraint.value(F[None])[0]))
     return P + p * g, noise + abs(p) * more, float(np.abs(P).max()) * off
 
 
-def differences(psi: Any, F: Floats) -> tuple[Floats, float]:
-    """dpsi/dF (3, 3), Pa, by central differences, and their error, Pa. Raises Unchecked."""
+def differentiate_energy(psi: Any, F: Floats) -> tuple[Floats, float]:
+    """Return dpsi/dF (3, 3), Pa, by central differences, and their error, Pa. Raises Unchecked."""
     try:
         P, error = EnergyStress(psi).with_error(F[None])
     except ValueError as reason:
-        raise Unchecked(str(reason)) from reason
+        raise NoIndependentFormula(str(reason)) from reason
     return P[0], float(error[0])
 
 
-def _gradient(found: Found) -> Floats:
-    """F (3, 3), from where the corners go."""
+def _gradient(found: VerifiedSolution) -> Floats:
+    """Return F (3, 3), from the displacements of the corners."""
     assert found.solution.displacement is not None
     X = _corners(found)
     u = found.solution.displacement(X)
@@ -144,16 +145,16 @@ def _gradient(found: Found) -> Floats:
     return slope + np.eye(3)
 
 
-def _corners(found: Found) -> Floats:
-    """Of what the body spans (8, 3), m."""
+def _corners(found: VerifiedSolution) -> Floats:
+    """Return the corners of the body's bounding box (8, 3), m."""
     assert found.case.shape.bounds is not None
     low, high = found.case.shape.bounds
     return np.array([[(low, high)[i][0], (low, high)[j][1], (low, high)[k][2]] for i in (0, 1) for j in (0, 1)
                      for k in (0, 1)])  # fmt: skip
 
 
-def _areas(found: Found) -> Floats:
-    """Of the faces (3,), m^2: the section of a straight body, and of its sides what its volume needs."""
+def _areas(found: VerifiedSolution) -> Floats:
+    """Return face areas (3,), m^2: the section of a straight body, and sides that match its volume."""
     shape, lengths = found.case.shape, np.ptp(_corners(found), axis=0)
     assert isinstance(shape, Prism)
     volume = shape.section.area * shape.length
@@ -161,29 +162,29 @@ def _areas(found: Found) -> Floats:
     return areas
 
 
-def _on(found: Found, where: Any) -> NDArray[np.bool_]:
-    """Which of the corners a condition selects (8,)."""
+def _selected_corners(found: VerifiedSolution, where: Any) -> NDArray[np.bool_]:
+    """Return which of the corners a condition selects (8,)."""
     X = _corners(found)
     extent = float(np.linalg.norm(np.ptp(X, axis=0)))
     return np.array([where.holds(*x, extent) for x in X.tolist()], dtype=np.bool_)
 
 
-def _holds(found: Found, thing: Any) -> NDArray[np.bool_]:
-    """What a support holds of the corners (8, 6): of whole faces that it selects."""
+def _held_corners(found: VerifiedSolution, thing: Any) -> NDArray[np.bool_]:
+    """Return what a support holds at the corners (8, 6): on whole faces that it selects."""
     mask = np.zeros((8, 6), dtype=np.bool_)
-    mask[np.ix_(np.flatnonzero(_on(found, thing.where)), list(thing.components))] = True
+    mask[np.ix_(np.flatnonzero(_selected_corners(found, thing.where)), list(thing.components))] = True
     return mask
 
 
-def _pull(found: Found, axis: int) -> float:
-    """The nominal stress that loads leave on a free axis, Pa."""
+def _applied_stress(found: VerifiedSolution, axis: int) -> float:
+    """Return the nominal stress of loads on a free axis, Pa."""
     X, total = _corners(found), 0.0
     for load in found.case.loads:
-        on, traction = _on(found, load.thing.action.where), load.thing.action.traction
+        on, traction = _selected_corners(found, load.thing.action.where), load.thing.action.traction
         for side, level in ((-1.0, X[:, axis].min()), (1.0, X[:, axis].max())):
             if on[X[:, axis] == level].all():
                 total += side * float(traction[axis])
     return total
 
 
-VOUCHER = Points()
+VOUCHER = MaterialPointVerifier()

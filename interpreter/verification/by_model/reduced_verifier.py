@@ -14,9 +14,9 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.shared.prepared_model import Solution
 from softmark.interpreter.problem.body_case import case_for
 from softmark.interpreter.results.json_records import to_plain_json
-from softmark.interpreter.verification.by_model.solid_forces_check import balance_of, solved
-from softmark.interpreter.verification.by_model.solid_verifier import Solids
-from softmark.interpreter.verification.by_model.verifier import Found
+from softmark.interpreter.verification.by_model.solid_forces_check import balance_of, solid_state
+from softmark.interpreter.verification.by_model.solid_verifier import SolidVerifier
+from softmark.interpreter.verification.by_model.verifier import VerifiedSolution
 from softmark.solvers.independent_forces.solid_forces import ForceBalance
 from softmark.solvers.model_reduction.reduction_error import ReductionError
 
@@ -27,24 +27,24 @@ LARGEST_RESIDUAL = 0.5  # residual up to which a state is an answer where no err
 MEASURES = "add modes or derivatives, train on states like this one, or use `{of}` itself"
 
 
-class Reductions(Solids):
-    """The forces of all elements in the state that a few fields make, and the error of the elements beside it."""
+class ReducedVerifier(SolidVerifier):
+    """Verifier of reduced models: forces of the full model in the reduced state, and its discretisation error."""
 
     holds = False
 
-    def facts(self, found: Found) -> dict[str, Any]:
-        """None of its own."""
+    def facts(self, found: VerifiedSolution) -> dict[str, Any]:
+        """Return no facts of its own."""
         return {}
 
-    def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
-        """That of all the elements in its state, beside what it says of their residual. Raises Unchecked."""
+    def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
+        """Compute the full model's balance in the reduced state, and the reported residual. Raises Unchecked."""
         full, solution = found.scene.declared[found.declared.thing.reduces], found.solution
         reduced = solution.facts.get("reduced") or {}
-        state = solved(full.thing, case_for(found.scene, full), solution.mesh)
+        state = solid_state(full.thing, case_for(found.scene, full), solution.mesh)
         return balance_of(state), reduced.get("full_residual")
 
 
-def judged(declared: Declared, solution: Solution) -> Solution:
+def check_reduced_solution(declared: Declared, solution: Solution) -> Solution:
     """Return the solution of a reduced model with its error in the full equations; not converged if that is large.
 
     The facts get `full_residual`, `estimated_error` (relative) and `estimated_error_m`, as in ReductionError.
@@ -94,4 +94,4 @@ def _share(part: float) -> str:
     return f"{100 * part:.2g} % of" if part < 1.0 else f"{part:.2g} times"
 
 
-VOUCHER = Reductions()
+VOUCHER = ReducedVerifier()

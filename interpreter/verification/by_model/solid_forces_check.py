@@ -1,4 +1,4 @@
-"""Forces of finite elements found again: from energy densities, by an assembly that shares nothing with the solver."""
+"""Forces of finite elements from energy densities, by an assembly independent of the solver."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from softmark.interpreter.verification.cell_materials_check import alone
 from softmark.interpreter.verification.load_forces_check import loads_on
 from softmark.interpreter.verification.reaction_balance import summed
 from softmark.interpreter.verification.support_reactions_check import held
-from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.records import dataclass
 from softmark.solvers.elements import CELLS
 from softmark.solvers.independent_forces import solid_forces
@@ -30,8 +30,8 @@ LEFT = 50.0  # times the estimate of what rounding leaves
 
 
 @dataclass(frozen=True)
-class Solved:
-    """A state of finite elements that is looked at again: what is found of it is found once."""
+class SolidState:
+    """State of finite elements under verification; results are computed once."""
 
     model: Fem
     case: Case
@@ -44,12 +44,12 @@ class Solved:
 
     @cached_property
     def held(self) -> NDArray[np.bool_]:
-        """Which degrees of freedom supports hold (n, 3)."""
+        """Mask of degrees of freedom that supports hold (n, 3)."""
         return held(self.case, self.mesh)
 
     @cached_property
     def loads(self) -> tuple[Floats, float]:
-        """Forces of all loads and beds at the nodes (n, 3), and what of them is not sure, N. Raises Unchecked."""
+        """Nodal forces of all loads and foundations (n, 3), and their uncertainty, N. Raises Unchecked."""
         found, unsure = loads_on(self.case, self.mesh, self.u, self.model.strain == "small", self.model.mass)
         if any(getattr(material, "pulls", False) for material in self.case.materials):
             from softmark.interpreter.verification import fiber_directions_check
@@ -60,7 +60,7 @@ class Solved:
 
     @cached_property
     def beds(self) -> tuple[dict[str, Floats], float]:
-        """What every bed and contact does to the nodes (n, 3), N, and what of it is not sure, N. Raises Unchecked."""
+        """Nodal forces of every foundation and contact (n, 3), N, and their uncertainty, N. Raises Unchecked."""
         found, unsure = dict[str, Floats](), 0.0
         if self.case.beds:
             from softmark.interpreter.verification.foundation_forces import of_beds
@@ -92,21 +92,21 @@ class Solved:
         return self.inside(self.looked_at)
 
     def inside(self, chosen: Any) -> tuple[Floats, float, float]:
-        """Forces of the cells around `chosen` nodes, at all nodes (n, 3), N; of cells with pressures those of all.
+        """Return nodal forces (n, 3), N, of the cells around `chosen` nodes; with mixed pressures those of all cells.
 
-        With what is left of the equations of pressures, and the rounding. Raises Unchecked.
+        Also the residual of the pressure equations, and the rounding. Raises Unchecked.
         """
         try:
             return self._inside(chosen)
         except ValueError as reason:  # the energy has no differences there
-            raise Unchecked(str(reason)) from reason
+            raise NoIndependentFormula(str(reason)) from reason
 
     def _inside(self, chosen: Any) -> tuple[Floats, float, float]:
         if self.case.porous:
             return self._soaked
         if self.model.formulation != "displacement":
             return self._pressed
-        near = _near(chosen, self.mesh)
+        near = _cells_around(chosen, self.mesh)
         found, noise = np.zeros_like(self.mesh.points), 0.0
         for own, which in alone(self.case, self.mesh):
             cells = self.mesh.cells[which][near[which]]
@@ -119,7 +119,7 @@ class Solved:
         return found, 0.0, noise
 
     def _remembering(self, own: Case, body: Any) -> Any:
-        """The same with the past of its material, if that has one. Raises Unchecked."""
+        """Return the body with the history of its material, if it has one. Raises Unchecked."""
         if not own.material.branches:
             return body
         from softmark.interpreter.verification import viscoelastic_forces_check
@@ -131,7 +131,7 @@ class Solved:
 
     @cached_property
     def _soaked(self) -> tuple[Floats, float, float]:
-        """Of a porous body, its skeleton's and its fluid's."""
+        """Return forces of skeleton and fluid of a porous body."""
         from softmark.interpreter.verification import poroelastic_forces_check
 
         body = checked_body(
@@ -152,38 +152,38 @@ class Solved:
     def _pressed(self) -> tuple[Floats, float, float]:
         found, lacking, noise = np.zeros_like(self.mesh.points), 0.0, 0.0
         for own, which in alone(self.case, self.mesh):
-            f, less, left = self._remembering(own, pressed(self.model, own, self.mesh, which)).forces()
+            f, less, left = self._remembering(own, mixed_solid(self.model, own, self.mesh, which)).forces()
             found, lacking, noise = found + f, float(np.hypot(lacking, less)), noise + left
         return found, lacking, noise
 
 
-def solved(model: Fem, case: Case, mesh: DeformedMesh | None) -> Solved:
-    """The state that a mesh is in. Raises Unchecked."""
+def solid_state(model: Fem, case: Case, mesh: DeformedMesh | None) -> SolidState:
+    """Return the state of a mesh. Raises Unchecked."""
     if mesh is None or mesh.kind not in CELLS:
-        raise Unchecked(f"there is no other formula for {model.element}")
-    return Solved(model, case, mesh)
+        raise NoIndependentFormula(f"there is no other formula for {model.element}")
+    return SolidState(model, case, mesh)
 
 
-def balance_of(state: Solved) -> ForceBalance:
-    """The forces of finite elements found again. Raises Unchecked."""
+def balance_of(state: SolidState) -> ForceBalance:
+    """Compute the force balance of finite elements. Raises Unchecked."""
     inside, lacking, noise = state.balanced
     outside, unsure = state.loads
     return solid_forces.force_balance(inside, outside, state.held, noise + unsure / LEFT, state.looked_at, lacking)
 
 
-def reactions_of(state: Solved) -> tuple[dict[str, Wrench], float]:
-    """What every support does, from the cells around what it holds, and what rounding leaves, N. Raises Unchecked."""
+def reactions_of(state: SolidState) -> tuple[dict[str, Wrench], float]:
+    """Return the reaction of every support, from the cells around it, and its rounding error, N. Raises Unchecked."""
     every = state.looked_at is None
     inside, _, noise = state.balanced if every else state.inside(np.flatnonzero(state.held.any(axis=1)))
     outside, unsure = state.loads
     x = state.mesh.points if state.model.strain == "small" else state.mesh.points + state.u
     held = by_support(state.case, state.mesh, inside - outside, x)
-    beds = {name: _alone(state.case, _told(state, name, f), x) for name, f in state.beds[0].items()}
+    beds = {name: _resultant(state.case, _forces_on_others(state, name, f), x) for name, f in state.beds[0].items()}
     return held | beds, LEFT * noise + unsure
 
 
-def _told(state: Solved, name: str, f: Floats) -> Floats:
-    """Of forces between pieces of a body (n, 3), those on all but the first."""
+def _forces_on_others(state: SolidState, name: str, f: Floats) -> Floats:
+    """Return forces between parts of a body (n, 3), on all parts but the first."""
     if all(pair.name != name for pair in state.case.pairs):
         return f
     from softmark.solvers.contact.contact_surface import mask_nodes_after_first_piece
@@ -192,14 +192,14 @@ def _told(state: Solved, name: str, f: Floats) -> Floats:
     return f if told is None else np.where(told[:, None], f, 0.0)
 
 
-def _alone(case: Case, f: Floats, x: Floats) -> Wrench:
-    """Of forces f (n, 3), N, at nodes x (n, 3), m, all of one bed."""
+def _resultant(case: Case, f: Floats, x: Floats) -> Wrench:
+    """Return the resultant of forces f (n, 3), N, at nodes x (n, 3), m, of one foundation."""
     whole = np.hstack([f, np.zeros_like(f)])
     return summed({"bed": np.ones(whole.shape, dtype=np.bool_)}, whole, x, case.depth > 0.0)["bed"]
 
 
 def by_support(case: Case, mesh: DeformedMesh, left: Floats, x: Floats) -> dict[str, Wrench]:
-    """Of what is left (n, 3) at nodes x (n, 3): what each support of a mesh has."""
+    """Return the part of the residual forces (n, 3) at nodes x (n, 3) that each support carries."""
     masks = {}
     for support in case.supports:
         own = held(replace(case, supports=(support,)), mesh)
@@ -207,23 +207,23 @@ def by_support(case: Case, mesh: DeformedMesh, left: Floats, x: Floats) -> dict[
     return summed(masks, np.hstack([left, np.zeros_like(left)]), x, case.depth > 0.0)
 
 
-def _near(chosen: Any, mesh: DeformedMesh) -> Any:
-    """Which cells touch chosen nodes (m,)."""
+def _cells_around(chosen: Any, mesh: DeformedMesh) -> Any:
+    """Return which cells contain chosen nodes (m,)."""
     mask = np.zeros(len(mesh.points), dtype=np.bool_)
     mask[chosen] = True
     return mask[mesh.cells].any(axis=1)
 
 
-def pressed(model: Fem, case: Case, mesh: DeformedMesh, which: Any = slice(None)) -> MixedBody:
-    """The solid of a formulation with pressures, deformed: of `which` cells, of one material. Raises Unchecked."""
+def mixed_solid(model: Fem, case: Case, mesh: DeformedMesh, which: Any = slice(None)) -> MixedBody:
+    """Return the deformed solid of a mixed formulation: of `which` cells, of one material. Raises Unchecked."""
     u, own = np.asarray(mesh.displacement, dtype=np.float64), None
     if model.formulation == "mixed":
         if mesh.pressures is None:
-            raise Unchecked("its pressures are not known")
+            raise NoIndependentFormula("its pressures are not known")
         own = mesh.pressures[which]
     elif model.formulation != "mean_dilatation":
-        raise Unchecked(f"there is no other formula for formulation = {model.formulation}")
-    case = _at_ease(case)
+        raise NoIndependentFormula(f"there is no other formula for formulation = {model.formulation}")
+    case = _passive_case(case)
     material, body = case.plain.material, (mesh.points, mesh.cells[which], mesh.kind, u)
     rules = own_points(case, mesh.mesh, which, True)
     if getattr(material, "directed", False):
@@ -234,7 +234,7 @@ def pressed(model: Fem, case: Case, mesh: DeformedMesh, which: Any = slice(None)
     E, nu = material.young, material.poisson
     split, mu = split_law(material, model.strain, E, nu), E / (2.0 * (1.0 + nu))
     if split is None:
-        raise Unchecked(f"a {type(case.material).__name__} does not come apart into shape and volume")
+        raise NoIndependentFormula(f"a {type(case.material).__name__} does not come apart into shape and volume")
     if case.uniform:
         return MixedBody(*body, split, mu, own, case.depth)
     from softmark.interpreter.verification.heterogeneous_constants_check import constants_of
@@ -257,7 +257,7 @@ def checked_body(
     constants are integrated there, and `verification/heterogeneous_constants_check.py` checks that with another
     quadrature.
     """
-    turned, case = model.rotation == "element", _at_ease(case)
+    turned, case = model.rotation == "element", _passive_case(case)
     if getattr(case.material, "directed", False):
         from softmark.interpreter.verification import fiber_directions_check
 
@@ -271,7 +271,9 @@ def checked_body(
     strain = "small" if turned else model.strain
     own = heterogeneous_forces.stress_terms(case.plain.material, strain, model.integration == "selective")
     if model.integration not in ("full", "selective") or own is None:
-        raise Unchecked(f"there is no other formula for a {type(case.material).__name__} whose constants vary")
+        raise NoIndependentFormula(
+            f"there is no other formula for a {type(case.material).__name__} whose constants vary"
+        )
     if case.material.thin:
         own = tuple(heterogeneous_forces.plane_stress_term(term) for term in own)
     constants = constants_of(case)
@@ -282,8 +284,8 @@ def checked_body(
     )
 
 
-def _at_ease(case: Case) -> Case:
-    """The case of one material as it is when it does not pull: what muscle adds is counted with the loads."""
+def _passive_case(case: Case) -> Case:
+    """Return the case of one material without active tension: muscle forces are counted with the loads."""
     if not getattr(case.material, "pulls", False):
         return case
     from softmark.interpreter.verification import fiber_directions_check
@@ -292,7 +294,7 @@ def _at_ease(case: Case) -> Case:
 
 
 def terms_of(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
-    """The parts of the stress of a model, and its stiffest modulus, Pa. Raises Unchecked."""
+    """Return the stress terms of a model, and its stiffest modulus, Pa. Raises Unchecked."""
     terms, stiff = _of_solid(model, case)
     if case.material.thin:
         return tuple(replace(term, stress=PlaneStressLaw(term.stress)) for term in terms), stiff
@@ -304,7 +306,7 @@ def _of_solid(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
     mu, lam = E / (2.0 * (1.0 + nu)), E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
     stiff = 6.0 * mu + 9.0 * abs(lam)
     if model.integration not in ("full", "selective"):
-        raise Unchecked(f"there is no other formula for {model.integration} integration")
+        raise NoIndependentFormula(f"there is no other formula for {model.integration} integration")
     selective, strain = model.integration == "selective", "small" if model.rotation == "element" else model.strain
     if strain == "finite":
         return _finite_terms(case.material, selective), stiff
@@ -315,14 +317,14 @@ def _of_solid(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
 
 
 def _finite_terms(material: Any, selective: bool) -> tuple[StressTerm, ...]:
-    """Stress at finite strain by differences of the energy density: one term, or two terms, of shear and the rest.
+    """Return stress at finite strain by differences of the energy density: one term, or two, of shear and the rest.
 
     Raises Unchecked.
     """
     of = material.of if material.thin else material  # of a plate: the solid that it is made of
     law, parts = of.finite_law(), of.finite_parts() if selective else None
     if law is None or (selective and parts is None):
-        raise Unchecked(f"a {type(of).__name__} has no energy of finite strain that comes apart")
+        raise NoIndependentFormula(f"a {type(of).__name__} has no energy of finite strain that comes apart")
     if parts is None:
         return (StressTerm(EnergyStress(law.psi)),)
     shear = parts[0]

@@ -1,4 +1,4 @@
-"""What vouches for finite elements."""
+"""Verifier of finite elements."""
 
 from __future__ import annotations
 
@@ -15,20 +15,26 @@ from softmark.interpreter.models.shared.prepared_model import Solution
 from softmark.interpreter.problem.body_case import case_for
 from softmark.interpreter.verification import finer_space_error, material_stability
 from softmark.interpreter.verification.by_model.solid_forces_check import (
-    Solved,
+    SolidState,
     balance_of,
-    pressed,
+    mixed_solid,
     reactions_of,
-    solved,
+    solid_state,
 )
-from softmark.interpreter.verification.by_model.verifier import FINER, Found, Sized, from_coarser
+from softmark.interpreter.verification.by_model.verifier import FINER, VerifiedSolution, SizedMeshVerifier, from_coarser
 from softmark.interpreter.verification.cell_materials_check import alone
 from softmark.interpreter.verification.estimation_budget import NOT_ASKED
 from softmark.interpreter.verification.frequency_errors import ToneAnswer
 from softmark.interpreter.verification.grid_convergence import HOPELESS
-from softmark.interpreter.verification.probe_errors import TRIFLE, Floats, ProbeAnswer, Remembered, Unknown
-from softmark.interpreter.verification.solution_under_test import Answer
-from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.verification.probe_errors import (
+    TRIFLE,
+    Floats,
+    ProbeResultUnderTest,
+    CachedField,
+    NoErrorEstimate,
+)
+from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
+from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.solvers.elements import find_element
 from softmark.solvers.independent_forces.solid_forces import ForceBalance
@@ -44,83 +50,85 @@ CHANCE = 0.5  # of the distance in the cells around it: as near may be the one p
 LOST = 1.7  # how much more they then leave: 1 / (1 - 2^-1/2) over 1 / (1 - 1/2), of order a half
 
 
-def _largest_poisson(answer: Answer) -> float:
-    """Of what the cells are made of: files are read by now."""
+def _largest_poisson(answer: SolutionUnderTest) -> float:
+    """Return the largest Poisson's ratio of the cells; files have been read by now."""
     mesh = None if answer.mesh is None else answer.mesh.mesh
     return float(max(material.poisson for material in representative_materials(answer.own, mesh)))
 
 
-class Solids(Sized):
-    """Of finite elements: forces by formulas of their own, a finer space over the same cells, the best strain."""
+class SolidVerifier(SizedMeshVerifier):
+    """Verifier of finite elements: independent forces, a finer space over the cells, the best strain measure."""
 
     holds = True
 
-    def facts(self, found: Found) -> dict[str, Any]:
-        """Where its law gives way; of a solid that keeps its volume, by how much a cell does not, and the whole."""
+    def facts(self, found: VerifiedSolution) -> dict[str, Any]:
+        """Return where the law loses stability; for an incompressible solid also the volume errors."""
         return material_stability.facts(found) | self._volumes(found)
 
-    def _volumes(self, found: Found) -> dict[str, Any]:
+    def _volumes(self, found: VerifiedSolution) -> dict[str, Any]:
+        """Return the volume errors of an incompressible solid."""
         mesh = found.solution.mesh
         if mesh is None or found.case.largest_poisson < 0.5 or not found.case.uniform:
             return {}
         each = [(own, which) for own, which in alone(found.case, mesh) if own.material.poisson >= 0.5]
         try:
-            grown = [pressed(found.declared.thing, own, mesh, which).grown() for own, which in each]
-        except Unchecked:  # the balance of forces says why
+            grown = [mixed_solid(found.declared.thing, own, mesh, which).grown() for own, which in each]
+        except NoIndependentFormula:  # the balance of forces says why
             return {}
         whole = {"body_volume": grown[0][1]} if not found.case.parts else {}
         return {"volume": max((most for most, _ in grown), default=0.0), **whole}
 
-    def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
-        """By the formulas of solvers/independent_forces/solid_forces.py. Raises Unchecked."""
+    def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
+        """Compute the force balance by solvers/independent_forces/solid_forces.py. Raises Unchecked."""
         return balance_of(self._solved(found)), found.solution.facts.get("residual")
 
-    def reactions(self, found: Found) -> tuple[dict[str, Wrench], float]:
-        """By the same formulas, from the cells around what is held. Raises Unchecked."""
+    def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
+        """Compute the reactions by the same formulas, from the cells around supported nodes. Raises Unchecked."""
         return reactions_of(self._solved(found))
 
-    def rounding(self, found: Found) -> float:
+    def rounding(self, found: VerifiedSolution) -> float:
         """Rounding of the cells around supported nodes, N: eps times the force at a strain of one."""
         state = self._solved(found)
         return state.inside(np.flatnonzero(state.held.any(axis=1)))[2]
 
-    def _solved(self, found: Found) -> Solved:
-        """The state, with what is found of it; once. Raises Unchecked."""
-        if Solids not in found.known:
-            found.known[Solids] = solved(found.declared.thing, found.case, found.solution.mesh)
-        known: Solved = found.known[Solids]
+    def _solved(self, found: VerifiedSolution) -> SolidState:
+        """Return the state under verification, built once. Raises Unchecked."""
+        if SolidVerifier not in found.known:
+            found.known[SolidVerifier] = solid_state(found.declared.thing, found.case, found.solution.mesh)
+        known: SolidState = found.known[SolidVerifier]
         return known
 
-    def cells(self, answer: Answer) -> int:
-        """Of the mesh, whether they are evaluated or not."""
+    def cells(self, answer: SolutionUnderTest) -> int:
+        """Return the number of cells of the mesh, evaluated or not."""
         return super().cells(answer) if answer.mesh is None else len(answer.mesh.cells)
 
     # ------------------------------------------------------------------ discretisation
 
-    def discretisation(self, answer: Answer, seen: ProbeAnswer) -> float:
-        """From a finer space over the same cells, or else from coarser meshes. Raises Unknown.
+    def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
+        """Return the discretisation error from a finer space over the cells, or coarser meshes. Raises Unknown.
 
-        A finer space knows nothing of how far loads press a rigid body in it.
+        A finer space does not include the motion of a force-driven rigid body.
         """
         why = ""
         if not (isinstance(answer.case.analysis, Dynamic) or answer.case.remembers or answer.case.pressed):
             try:
                 return self._from_finer(answer, seen)
-            except Unknown as unknown:
+            except NoErrorEstimate as unknown:
                 why = str(unknown)
         if why == NOT_ASKED:
-            raise Unknown(why)
+            raise NoErrorEstimate(why)
         try:
             return self._from_coarser(answer, seen)
-        except Unknown as unknown:
-            raise Unknown(f"{why}; {unknown}" if why and why != str(unknown) else str(unknown)) from unknown
+        except NoErrorEstimate as unknown:
+            raise NoErrorEstimate(f"{why}; {unknown}" if why and why != str(unknown) else str(unknown)) from unknown
 
-    def _from_finer(self, answer: Answer, seen: ProbeAnswer) -> float:
-        fine: ProbeAnswer
+    def _from_finer(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
+        """Return the discretisation error from a finer space. Raises Unknown."""
+        fine: ProbeResultUnderTest
         if isinstance(seen, ToneAnswer):
             fine = replace(seen, vibrations=lambda count: self._tones(answer, count))
         elif seen.in_forces and (answer.case.contacts or answer.case.pairs):
-            raise Unknown("how bodies touch on a finer space over the same cells is not known")
+            raise NoErrorEstimate("how bodies touch on a finer space over the same cells is not known")
         else:
             fine = seen.of(self._above(answer).solution)
         apart = fine.change(seen)
@@ -129,14 +137,17 @@ class Solids(Sized):
         size = fine.beside(apart)
         left = self._leaves(answer) * apart
         if not left <= HOPELESS * size:
-            raise Unknown(f"the mesh is too coarse to say: a finer space is {100 * apart / (size or apart):.3g} % away")
+            raise NoErrorEstimate(
+                f"the mesh is too coarse to say: a finer space is {100 * apart / (size or apart):.3g} % away"
+            )
         return left
 
-    def _around(self, answer: Answer, seen: ProbeAnswer) -> float:
-        """How far the finer space is at the nodes of the cells around a single point, in the unit of its metric.
+    def _around(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
+        """Return the distance to the finer space at the nodes of the cells around a single point, in the metric's unit.
 
-        At one point two meshes that both err may agree by chance, where their distance changes its sign; not at all
-        nodes around it. Nothing of what is not about a single point.
+        At one point two inaccurate meshes may agree by chance where their difference changes sign, but not at all nodes
+        around
+        it. Zero for metrics that are not about a single point.
         """
         mesh, tensors = answer.mesh, seen.tensors_at_one
         if mesh is None or not (seen.single or tensors):
@@ -151,7 +162,7 @@ class Solids(Sized):
         assert fine is not None
         return seen.of_single(np.asarray(fine(X[nodes])) - mesh.displacement[nodes])
 
-    def is_singular(self, answer: Answer, seen: ProbeAnswer) -> bool:
+    def is_singular(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> bool:
         """Return whether the finer space barely reduces the stress difference of cells at the place; False for a mean.
 
         Where a stress grows like r^-a, halving the cells multiplies that difference by 2^a; where it is smooth, by 1/2
@@ -162,7 +173,7 @@ class Solids(Sized):
             return False
         try:
             fine = seen.of(self._above(answer).solution)
-        except Unknown:
+        except NoErrorEstimate:
             return True
         if seen.stress is None or fine.stress is None:
             return True
@@ -171,11 +182,12 @@ class Solids(Sized):
         X = seen.X[place : place + 1]
         return bool(finer.unresolved(X)[0] > AGREEING * own.unresolved(X)[0])
 
-    def _leaves(self, answer: Answer) -> float:
-        """The error over the distance to the finer space; more of quadratic cells that must keep the volume.
+    def _leaves(self, answer: SolutionUnderTest) -> float:
+        """Return the error divided by the distance to the finer space; larger for incompressible quadratic cells.
 
-        Their displacements are then too few, and an order is lost (Babuska and Suri 1992, "Locking effects in the
-        finite element approximation of elasticity problems").
+        Such cells have too few displacements, and lose an order (Babuska and Suri 1992, "Locking effects in the finite
+        element
+        approximation of elasticity problems").
         """
         thing: Fem = answer.solid.thing
         element = find_element(thing.element)
@@ -183,7 +195,8 @@ class Solids(Sized):
         tight = full and element.order > 1 and not answer.own.material.thin and _largest_poisson(answer) >= TIGHT
         return element.leaves * (LOST if tight else 1.0)
 
-    def _above(self, answer: Answer) -> finer_space_error.Above:
+    def _above(self, answer: SolutionUnderTest) -> finer_space_error.Above:
+        """Return the state of the finer space, computed once. Raises Unknown."""
         own = (answer.scene, answer.solid, answer.own)
 
         def find() -> finer_space_error.Above:
@@ -194,11 +207,11 @@ class Solids(Sized):
         above: finer_space_error.Above = answer.once("above", find)
         return above
 
-    def _finer(self, answer: Answer) -> Remembered:
-        found: Remembered = self._above(answer).solution.displacement  # type: ignore[assignment]
+    def _finer(self, answer: SolutionUnderTest) -> CachedField:
+        found: CachedField = self._above(answer).solution.displacement  # type: ignore[assignment]
         return found
 
-    def _tones(self, answer: Answer, count: int) -> Floats:
+    def _tones(self, answer: SolutionUnderTest, count: int) -> Floats:
         def find() -> Floats:
             coarse, known = answer.tangent()
             return self._above(answer).frequencies(coarse, answer.state, known, count)
@@ -206,15 +219,15 @@ class Solids(Sized):
         found: Floats = answer.once(f"tones {count}", find)
         return found
 
-    def _from_coarser(self, answer: Answer, seen: ProbeAnswer) -> float:
-        """From one or two coarser meshes. Raises Unknown."""
+    def _from_coarser(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
+        """Return the discretisation error from one or two coarser meshes. Raises Unknown."""
         thing: Fem = answer.solid.thing
         if not answer.own.material.thin and thing.locks_at(_largest_poisson(answer)):
-            raise Unknown("its element locks at this Poisson's ratio, and coarse meshes agree on what is wrong")
+            raise NoErrorEstimate("its element locks at this Poisson's ratio, and coarse meshes agree on what is wrong")
         order = SEEPING if answer.case.porous else float(thing.order)
         return from_coarser(self.coarser(answer), seen, order, answer)
 
-    def loads_left(self, answer: Answer, seen: ProbeAnswer, missing: float) -> float:
+    def loads_left(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, missing: float) -> float:
         """Return the relative load error that the finer space has too; the distance to it contains the rest."""
         if isinstance(answer.case.analysis, Dynamic) or (
             seen.in_forces and (answer.case.contacts or answer.case.pairs)
@@ -222,15 +235,15 @@ class Solids(Sized):
             return missing
         try:
             finer = self._above(answer).missing
-        except Unknown:
+        except NoErrorEstimate:
             return missing
         own = {name: load.missing for name, load in answer.result.loads.items()}
         return max((max(0.0, 2.0 * left - own[name]) for name, left in finer.items() if name in own), default=missing)
 
     # ------------------------------------------------------------------ the measure of strain
 
-    def model(self, answer: Answer, seen: ProbeAnswer) -> float:
-        """How far the model is from the same with the best strain measure that its material has. Raises Unknown."""
+    def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
+        """Return the difference to the model with the best strain measure that its material has. Raises Unknown."""
         thing: Fem = answer.solid.thing
         best = self._best(answer, thing)
         if best == {}:
@@ -240,45 +253,51 @@ class Solids(Sized):
         apart = self._best_apart(answer, seen, thing, best)  # before a finer space takes what is left to spend
         return ALIKE * self._grown(answer, seen) * apart if apart > 0.0 else 0.0
 
-    def _best(self, answer: Answer, thing: Fem) -> dict[str, Any]:
-        """What the model would be with the best strain measure that there is, where it is another."""
+    def _best(self, answer: SolutionUnderTest, thing: Fem) -> dict[str, Any]:
+        """Return changes to the model that give it the best available strain measure; empty if it has it."""
         whole = answer.own  # with the material that the model takes: another law is another question
         materials = whole.materials
         finite = [material.finite_law() is not None for material in materials]
         if whole.porous and thing.strain != "finite" and not all(finite):
-            raise Unknown("fluid seeps through it, and what another measure of strain makes of that is not tried")
+            raise NoErrorEstimate(
+                "fluid seeps through it, and what another measure of strain makes of that is not tried"
+            )
         if any(finite) and not all(finite):
-            raise Unknown("its materials have no measure of strain in common that is the best of each")
+            raise NoErrorEstimate("its materials have no measure of strain in common that is the best of each")
         strain = "finite" if all(finite) else "corotational"
         if whole.remembers and not whole.porous and thing.strain != strain:
-            raise Unknown("its stress relaxes, and what another measure of strain makes of that is not tried")
+            raise NoErrorEstimate("its stress relaxes, and what another measure of strain makes of that is not tried")
         best: dict[str, Any] = {"strain": strain, "rotation": "point"}
         best |= {"mass": "consistent"} if thing.mass == "uniform" else {}
         if thing.integration == "selective" and strain == "finite" and any(m.finite_parts() is None for m in materials):
             best["integration"] = "full"
         return best if any(getattr(thing, n) != v for n, v in best.items()) else {}
 
-    def _best_apart(self, answer: Answer, seen: ProbeAnswer, thing: Fem, best: Mapping[str, Any]) -> float:
-        """The distance between the model and the best, both on its own mesh and of one discretisation."""
+    def _best_apart(
+        self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, thing: Fem, best: Mapping[str, Any]
+    ) -> float:
+        """Return the distance between the model and the best one, both on its own mesh and with one discretisation."""
         own, alike = seen, self._likened(answer, thing, best)
         right = self._another(answer, seen, "best", thing, **best, **alike)
         if alike:
             own = self._another(answer, seen, "alike", thing, **alike)
         apart = right.change(own)
         if not apart <= HOPELESS * right.beside(apart):
-            raise Unknown("the best strain of its material leads to quite another state")
+            raise NoErrorEstimate("the best strain of its material leads to quite another state")
         return apart
 
-    def _likened(self, answer: Answer, thing: Fem, best: Mapping[str, Any]) -> dict[str, Any]:
-        """How both keep the volume where means of it leave unlike parts of the laws at every point of a cell."""
+    def _likened(self, answer: SolutionUnderTest, thing: Fem, best: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the volume treatment for both, if volume averaging would affect the two laws differently."""
         materials = answer.own.materials
         split = all(material.finite_parts() is not None for material in materials)
         if thing.formulation == "mean_dilatation" and best["strain"] == "finite" != thing.strain and split:
             return {"formulation": "displacement", "integration": "selective"}
         return {}
 
-    def _another(self, answer: Answer, seen: ProbeAnswer, key: str, thing: Fem, **changes: Any) -> ProbeAnswer:
-        """What is seen of another model on the same mesh. Raises Unknown."""
+    def _another(
+        self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, key: str, thing: Fem, **changes: Any
+    ) -> ProbeResultUnderTest:
+        """Return the probe results of another model on the same mesh. Raises Unknown."""
         other = replace(answer.solid, thing=thing.plain(**changes))
         touching = answer.case.contacts or answer.case.pairs or isinstance(seen, ToneAnswer)  # which needs its modes
         if answer.case.porous or answer.case.pressed or (seen.in_forces and touching):  # the past counts, or the place
@@ -289,23 +308,23 @@ class Solids(Sized):
         )
         return seen.of(found)
 
-    def _grown(self, answer: Answer, seen: ProbeAnswer) -> float:
-        """What a mesh that is too stiff hides of the error of its strain, which grows with the square of the motion."""
+    def _grown(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
+        """Return the strain error that a too stiff mesh hides, as it grows with the square of the motion."""
         if seen.in_forces or answer.case.porous or answer.case.pressed:
             return 1.0
         try:
             fine = seen.at(self._finer(answer))
-        except Unknown:
+        except NoErrorEstimate:
             return 1.0
         own = float(np.linalg.norm(seen.u))
         return max(1.0, (float(np.linalg.norm(fine.u)) / own) ** 2) if own > 0.0 else 1.0
 
-    def _measures_apart(self, answer: Answer, seen: ProbeAnswer, best: Mapping[str, Any]) -> float:
-        """The distance between the model and the best, both on a coarser mesh."""
+    def _measures_apart(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, best: Mapping[str, Any]) -> float:
+        """Return the distance between the model and the best one, both on a coarser mesh."""
         (own, _), *_ = self.coarser(answer)
         better = answer.sized(FINER, **best)
         solution, _ = answer.solved("best", better, case_for(answer.scene, better))
         return seen.of(solution).apart(seen.of(own))
 
 
-VOUCHER = Solids()
+VOUCHER = SolidVerifier()

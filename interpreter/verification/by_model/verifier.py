@@ -1,4 +1,4 @@
-"""What can be said for the answers of a kind of model, and what is said where nothing is known of it."""
+"""Base class of verifiers, with defaults for models that have no verification."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
 from softmark.interpreter.models.shared.prepared_model import Prepared, Solution
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification import grid_convergence
-from softmark.interpreter.verification.probe_errors import ProbeAnswer, Unknown
-from softmark.interpreter.verification.solution_under_test import Answer
-from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest, NoErrorEstimate
+from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
+from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.records import dataclass
 from softmark.solvers.independent_forces.solid_forces import ForceBalance
 
@@ -22,8 +22,8 @@ NEAR, APART = 1.25, 1.6  # times as many cells along an edge: less is the same m
 
 
 @dataclass(frozen=True)
-class Found:
-    """A solution that is looked at once more, and what it is one of."""
+class VerifiedSolution:
+    """Solution under verification, with its model and case."""
 
     scene: Scene
     declared: Declared
@@ -33,59 +33,61 @@ class Found:
     known: dict[Any, Any] = field(default_factory=dict, compare=False)  # what was worked out of it, by what does so
 
 
-class Voucher:
-    """What vouches for a kind of model; nothing does but what its own class says otherwise."""
+class Verifier:
+    """Verifier of a kind of model; the base class verifies nothing."""
 
     holds = False  # its nodes are exactly where supports ask for them
     order = 2.0  # in displacements, that coarser solutions are held to
 
     # ------------------------------------------------------------------ forces
 
-    def facts(self, found: Found) -> dict[str, Any]:
-        """What the report says of a solution beside its balance of forces."""
+    def facts(self, found: VerifiedSolution) -> dict[str, Any]:
+        """Return further facts of a solution for the report."""
         return {}
 
-    def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
-        """Its forces found again by other formulas, and what its solver claims of them. Raises Unchecked."""
-        raise Unchecked(found.declared.thing.forceless or "there is no other formula for this model")
+    def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
+        """Return the force balance by independent formulas, and the solver's residual. Raises Unchecked."""
+        raise NoIndependentFormula(found.declared.thing.forceless or "there is no other formula for this model")
 
-    def reactions(self, found: Found) -> tuple[dict[str, Wrench], float]:
-        """What every support does, by the same formulas, and what rounding may make of it, N. Raises Unchecked."""
-        raise Unchecked("there is no other formula for this model")
+    def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
+        """Return the reaction of every support by the same formulas, and their rounding error, N. Raises Unchecked."""
+        raise NoIndependentFormula("there is no other formula for this model")
 
-    def rounding(self, found: Found) -> float:
-        """The estimated rounding of the internal forces of cells, N; 0 if nothing is known of it. Raises Unchecked."""
+    def rounding(self, found: VerifiedSolution) -> float:
+        """Return the estimated rounding of the internal forces of cells, N; 0 if it is not known. Raises Unchecked."""
         return 0.0
 
     # ------------------------------------------------------------------ the error that it states
 
-    def discretisation(self, answer: Answer, seen: ProbeAnswer) -> float:
-        """How far what is seen is from the limit of refinement. Raises Unknown."""
+    def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
+        """Return the distance of a result from the limit of refinement. Raises Unknown."""
         return from_coarser(self.coarser(answer), seen, self.order, answer)
 
-    def loads_left(self, answer: Answer, seen: ProbeAnswer, missing: float) -> float:
+    def loads_left(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, missing: float) -> float:
         """Return the part of the relative load error `missing` that the discretisation error does not contain."""
         return missing
 
-    def is_singular(self, answer: Answer, seen: ProbeAnswer) -> bool:
+    def is_singular(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> bool:
         """Return whether a stress or strain seems to have no limit under refinement at the probe; True if unknown."""
         return True
 
-    def coarser(self, answer: Answer) -> list[tuple[Solution, float]]:
-        """The same, coarser once or twice, with how many times coarser each is than the last. Raises Unknown."""
-        raise Unknown("no coarser one of its kind is known")
+    def coarser(self, answer: SolutionUnderTest) -> list[tuple[Solution, float]]:
+        """Return one or two coarser solutions, each with the ratio to the one before. Raises Unknown."""
+        raise NoErrorEstimate("no coarser one of its kind is known")
 
-    def model(self, answer: Answer, seen: ProbeAnswer) -> float:
-        """How far the limit of refinement is from the body. Raises Unknown."""
-        raise Unknown("nothing is known of this kind of model")
+    def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
+        """Return the distance of the limit of refinement from the exact model. Raises Unknown."""
+        raise NoErrorEstimate("nothing is known of this kind of model")
 
-    def cells(self, answer: Answer) -> int:
-        """How many parts of equal standing the body is cut into."""
+    def cells(self, answer: SolutionUnderTest) -> int:
+        """Return the number of cells or segments of the body."""
         return max(1, int(answer.result.size.get("elements", 1)))
 
 
-def from_coarser(coarser: list[tuple[Solution, float]], seen: ProbeAnswer, order: float, answer: Answer) -> float:
-    """The error of what is seen, from one or two coarser solutions and the order in theory. Raises Unknown."""
+def from_coarser(
+    coarser: list[tuple[Solution, float]], seen: ProbeResultUnderTest, order: float, answer: SolutionUnderTest
+) -> float:
+    """Return the error of a result, from one or two coarser solutions and the theoretical order. Raises Unknown."""
     (first, ratio), *second = coarser
     near = seen.of(first)
     apart = seen.apart(near)
@@ -109,20 +111,20 @@ def from_coarser(coarser: list[tuple[Solution, float]], seen: ProbeAnswer, order
     return found
 
 
-class Sized(Voucher):
-    """Of models on meshes that aim at a size."""
+class SizedMeshVerifier(Verifier):
+    """Verifier of models on meshes with a cell size."""
 
-    def coarser(self, answer: Answer) -> list[tuple[Solution, float]]:
-        """On meshes of twice and four times the size. Raises Unknown."""
+    def coarser(self, answer: SolutionUnderTest) -> list[tuple[Solution, float]]:
+        """Return solutions on meshes of twice and four times the size. Raises Unknown."""
         if answer.solid.thing.size is None:
-            raise Unknown("its mesh is that of a file, and there is no coarser one")
+            raise NoErrorEstimate("its mesh is that of a file, and there is no coarser one")
         found: list[tuple[Solution, float]] = []
         cells = self.cells(answer)
         for factor in (FINER, FINER**2):
             try:
                 costs = factor**-2.0  # cells in space cost more, time and what is done once less
                 solution, size = answer.solved(f"size {factor:g}", answer.sized(factor), answer.own, costs)
-            except Unknown:
+            except NoErrorEstimate:
                 if not found:
                     raise
                 break
@@ -132,5 +134,5 @@ class Sized(Voucher):
             found.append((solution, ratio))
             cells = max(1, size["elements"])
         if not found:
-            raise Unknown("a coarser mesh is the same one")
+            raise NoErrorEstimate("a coarser mesh is the same one")
         return found

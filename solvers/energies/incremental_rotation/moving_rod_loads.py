@@ -1,7 +1,7 @@
 """Concentrated loads on rods in dynamics: moments that keep their direction in space, and tendons through guides.
 
-They act at few nodes and cache their last evaluation. Going through the general `MovingRodLoad` instead would take as long
-as the whole rest of a step, or twice that.
+They act at few nodes and cache their last evaluation. Going through the general `MovingRodLoad` instead would take as
+long as the whole rest of a step, or twice that.
 """
 
 from __future__ import annotations
@@ -80,8 +80,7 @@ class MovingGuidedTendon(Energy):
     """A tendon through guides, over the unknowns of a chart.
 
     At a guide p = x + R a the two adjacent chords pull with force f, which has the moment a x R^T f about the section's
-    own
-    axes. The tangent of this moment is [a]x [R^T f]x d(rotation), plus the part due to rotating chords.
+    own axes. The tangent of this moment is [a]x [R^T f]x d(rotation), plus the part due to rotating chords.
     """
 
     chart: RodChart

@@ -166,8 +166,7 @@ class MovingRodLoad(Energy):
     """A static rod load, an `energy` over positions and quaternions, expressed in the unknowns of a chart.
 
     Its stencils are the rotations of single nodes. Hessians of rods are second derivatives along geodesics. The tangent
-    of
-    forces g about a node's own axes is that Hessian plus [g]x / 2, by rotations about these axes.
+    of forces g about a node's own axes is that Hessian plus [g]x / 2, by rotations about these axes.
     """
 
     chart: RodChart

@@ -23,7 +23,7 @@ class _EmptyReadCounter:
 
     nothing = 0
 
-    def _seen(self, found: Any) -> Any:
+    def _count_empty_reads(self, found: Any) -> Any:
         self.nothing = 0 if found else self.nothing + 1
         if self.nothing > PATIENCE:
             raise ReadPastEnd
@@ -35,12 +35,12 @@ class BoundedBytes(_EmptyReadCounter, io.BufferedReader):
 
     def readline(self, size: int | None = -1, /) -> bytes:
         """Return the next line. Raises ReadPastEnd."""
-        return bytes(self._seen(super().readline(-1 if size is None else size)))
+        return bytes(self._count_empty_reads(super().readline(-1 if size is None else size)))
 
     def read(self, size: int | None = -1, /) -> bytes:
         """Return the next bytes. Raises ReadPastEnd."""
         found = super().read(size)
-        return found if size == 0 else bytes(self._seen(found))
+        return found if size == 0 else bytes(self._count_empty_reads(found))
 
 
 class BoundedText(_EmptyReadCounter, io.TextIOWrapper):
@@ -48,12 +48,12 @@ class BoundedText(_EmptyReadCounter, io.TextIOWrapper):
 
     def readline(self, size: int = -1, /) -> str:  # type: ignore[override]
         """Return the next line. Raises ReadPastEnd."""
-        return str(self._seen(super().readline(size)))
+        return str(self._count_empty_reads(super().readline(size)))
 
     def read(self, size: int | None = -1, /) -> str:
         """Return the next characters. Raises ReadPastEnd."""
         found = super().read(size)
-        return found if size == 0 else str(self._seen(found))
+        return found if size == 0 else str(self._count_empty_reads(found))
 
 
 def open_bounded(file: Any, mode: str = "r", *further: Any, **options: Any) -> Any:

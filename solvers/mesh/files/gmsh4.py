@@ -21,7 +21,7 @@ MOST = 1 << 32  # largest count of any item: more means a broken file
 
 @dataclass(frozen=True)
 class Entity:
-    """A geometric entity: its number, its bounding box as in the file, its groups, and its boundary (none for points)."""
+    """A geometric entity: its number, its bounding box as in file, its groups, and its boundary (none for points)."""
 
     tag: int
     place: bytes
@@ -70,7 +70,7 @@ def _words(data: bytes, start: int) -> tuple[Dims, int]:
 
 
 def _numbers(data: bytes, start: int, wide: int) -> tuple[Dims, int]:
-    """Return the entities of binary data from a position on, with counts of `wide` bytes, and the end of the section."""
+    """Return entities of binary data from a position on, with counts of `wide` bytes, and the end of the section."""
     at = start
 
     def raw(count: int) -> bytes:

@@ -31,7 +31,7 @@ def find_format_problem(path: str) -> tuple[str, str] | None:
 
 
 def advise_filling(file: Path) -> str:
-    """Return advice on making tetrahedra of a surface: Gmsh needs the volume declared, `gmsh -3` only leaves triangles."""
+    """Return advice on making tetrahedra of surface: Gmsh needs volume declared, `gmsh -3` only leaves triangles."""
     suffix, name = file.suffix.lower(), file.name
     first = ""
     if suffix not in MERGED:

@@ -185,7 +185,7 @@ def find_coincident_nodes(points: Floats, cells: Ints) -> Ints:
 
 def merge_coincident_nodes(points: Floats, cells: Ints) -> tuple[Floats, Ints]:
     """Return points and cells with coincident nodes merged into the first of them."""
-    part = components(len(points), *find_coincident_nodes(points, cells).T)
+    part = find_components(len(points), *find_coincident_nodes(points, cells).T)
     first = np.unique(part, return_index=True)[1]
     kept, renumbered = np.unique(first[part][cells], return_inverse=True)
     return points[kept], renumbered.reshape(cells.shape)
@@ -211,7 +211,7 @@ def coincident_nodes_error(points: Floats, pairs: Ints, number: Ints) -> Unreada
 # ------------------------------------------------------------------ how cells hang together
 
 
-def components(count: int, rows: Ints, columns: Ints) -> Ints:
+def find_components(count: int, rows: Ints, columns: Ints) -> Ints:
     """Return the connected component of each item (count,); items `rows` are connected with `columns`."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -224,7 +224,7 @@ def components(count: int, rows: Ints, columns: Ints) -> Ints:
 def components_of_rows(numbers: Ints) -> Ints:
     """Return the connected component of each row of numbers (n, k): rows with a common number are connected."""
     count, each = numbers.shape
-    part = components(count + int(numbers.max()) + 1, np.repeat(np.arange(count), each), count + numbers.ravel())
+    part = find_components(count + int(numbers.max()) + 1, np.repeat(np.arange(count), each), count + numbers.ravel())
     return part[:count]
 
 
@@ -240,7 +240,7 @@ def _describe_pieces(mesh: Mesh, part: Ints) -> str:
 def _pieces_of_nodes(mesh: Mesh) -> Ints:
     """Return the piece of each node (n,): nodes of one cell belong to one piece."""
     width = mesh.cells.shape[1]
-    return components(len(mesh.points), np.repeat(mesh.cells[:, 0], width - 1), mesh.cells[:, 1:].ravel())
+    return find_components(len(mesh.points), np.repeat(mesh.cells[:, 0], width - 1), mesh.cells[:, 1:].ravel())
 
 
 def count_pieces(mesh: Mesh) -> int:
@@ -284,7 +284,7 @@ def _check_shared_faces(mesh: Mesh, sides: Ints, cell: Ints, same: Ints) -> None
 
 
 def _facet_orientation(sides: Ints) -> NDArray[np.bool_]:
-    """Return the orientation of facets: whether the node after the least one has a smaller number than the one before."""
+    """Return orientation of facets: whether the node after the least one has a smaller number than the one before."""
     k, rows = sides.shape[1], np.arange(len(sides))
     least = np.argmin(sides, axis=1)
     turn: NDArray[np.bool_] = sides[rows, (least + 1) % k] < sides[rows, (least - 1) % k]
@@ -303,7 +303,7 @@ def _refuse_hinges(mesh: Mesh, cell: Ints, same: Ints) -> None:
     """Refuse parts that are connected only by an edge or a node, about which they rotate freely."""
     order = np.argsort(same, kind="stable")
     inner = order[np.isin(same[order], np.flatnonzero(np.bincount(same) == 2))].reshape(-1, 2)
-    part = components(len(mesh.cells), cell[inner[:, 0]], cell[inner[:, 1]])
+    part = find_components(len(mesh.cells), cell[inner[:, 0]], cell[inner[:, 1]])
     count = int(part.max()) + 1
     if count == count_pieces(mesh):
         return

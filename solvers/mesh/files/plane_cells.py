@@ -97,7 +97,7 @@ def _parse_file(path: Path) -> Any:
 
 
 def _one_kind(data: Any) -> str:
-    """Return meshio's name of the file's only kind of plane cell. Raises UnreadableMesh if there is none, or several."""
+    """Return meshio's name of file's only kind of plane cell. Raises UnreadableMesh if there is none, or several."""
     there = {block.type for block in data.cells if len(block.data)}
     if solids := sorted(there & (KINDS.keys() | OTHERS)):
         raise UnreadableMesh(
@@ -191,7 +191,7 @@ def _build_slice(points: Floats, cells: Ints, kind: str) -> Mesh:
 
 
 def _groups(data: Any, kind: str, mesh: Mesh, cells: Ints, edges: dict[int, Ints]) -> dict[str, Group]:
-    """Return the groups of a file: cells, and sides of the slice above edges, as `NAME:edges` if there are cells too."""
+    """Return groups of a file: cells, and sides of the slice above edges, as `NAME:edges` if there are cells too."""
     c, element, found = mesh.element.corners // 2, mesh.element, {}
     first = [sum(len(b.data) for b in data.cells[:i] if b.type == kind) for i in range(len(data.cells))]
     for name, masks in named_groups.group_masks(data, (2, 1)):

@@ -14,9 +14,9 @@ from softmark.records import dataclass
 from softmark.solvers.mesh.files.mesh_validation import (
     COINCIDENT,
     UnreadableMesh,
-    components,
     components_of_rows,
     drop_unused_points,
+    find_components,
     format_position,
 )
 from softmark.solvers.mesh.files.triangle_proximity import edges_of_triangles, find_intersecting_triangles
@@ -134,7 +134,7 @@ def merge_points(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[F
     extent = float(np.linalg.norm(np.ptp(exact, axis=0)))
     pairs = cKDTree(exact).query_pairs(min(COINCIDENT * extent, 0.01 * float(np.median(edges))), output_type="ndarray")
     if len(pairs):
-        part = components(len(exact), *pairs.T)
+        part = find_components(len(exact), *pairs.T)
         first = np.unique(part, return_index=True)[1]
         repairs.append(f"{_count(len(exact) - len(first), 'point')} joined to others next to them")
         exact, triangles = exact[first], part[triangles]
@@ -196,7 +196,7 @@ def _orient_triangles(points: Floats, triangles: Ints, repairs: list[str]) -> In
     a, b, alike = _neighbour_pairs(triangles)
     n = len(triangles)
     rows, columns = np.concatenate([a, a + n]), np.concatenate([np.where(alike, b, b + n), np.where(alike, b + n, b)])
-    part = components(2 * n, rows, columns)
+    part = find_components(2 * n, rows, columns)
     upright, turned = part[:n], part[n:]
     if (upright == turned).any():
         place = points[triangles[int(np.argmax(upright == turned))]].mean(axis=0)

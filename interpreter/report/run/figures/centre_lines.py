@@ -13,7 +13,7 @@ from softmark.interpreter.report.charts.curve_labels import Point
 from softmark.interpreter.report.charts.curve_styles import REST
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
-from softmark.interpreter.report.page.figure_frame import PlateColumn, crowded, plate
+from softmark.interpreter.report.page.figure_frame import PlateColumn, hidden_models_note, plate
 from softmark.interpreter.report.page.html_markup import listed, plain, prose, section, tag
 from softmark.interpreter.report.run.report_summary import Findings
 from softmark.interpreter.report.run.tables.line_probes import (
@@ -141,7 +141,7 @@ class Lines:
     def _caption(self, open_: Sequence[str]) -> str:
         plane = f"Probe `{self.probe}` in the {'–'.join(self.axes)} plane, to the same scale along both axes."
         models = [n for n in self.lines if n in self.findings.report.models]
-        shown = crowded(len(models), len([n for n in models if n in open_]))
+        shown = hidden_models_note(len(models), len([n for n in models if n in open_]))
         gone = f" Too far away to draw: {listed([f'`{n}`' for n in self.far])}." if self.far else ""
         return f"{plane} {self._conclusion()}{gone}{self._depth()}{shown}"
 

@@ -18,7 +18,7 @@ from softmark.interpreter.report.charts.chart_axes import linear, logarithmic
 from softmark.interpreter.report.charts.curve_labels import LETTER, Point
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
 from softmark.interpreter.report.page.embedded_csv import csv_link, short
-from softmark.interpreter.report.page.figure_frame import PlateColumn, crowded, plate
+from softmark.interpreter.report.page.figure_frame import PlateColumn, hidden_models_note, plate
 from softmark.interpreter.report.page.html_markup import prose, section, tag
 from softmark.interpreter.report.run.report_summary import Findings
 from softmark.interpreter.report.run.tables.line_probes import Floats, arc, drawn_first, lines_of, looks
@@ -123,7 +123,7 @@ class _Pair:
         error = "" if own is None else f" Its own error is {format_reference_error(own)}."
         hidden = any(bool(((d[1:] > 0.0) & (d[1:] < self._floor)).any()) for d in self.distances.values())
         cut = " Distances that are mere rounding are not drawn." if hidden else ""
-        shown = crowded(len(self.distances), len([n for n in open_ if n in self.distances]))
+        shown = hidden_models_note(len(self.distances), len([n for n in open_ if n in self.distances]))
         lead = f"Against `{self.reference}`, at probe `{self.probe}`.{error}"
         return prose(f"{lead} {self._ranking()}{cut}{shown}")
 

@@ -1,1 +1,1 @@
-"""Sections of a run's report that list."""
+"""Sections of a run's report with tables."""

@@ -1,4 +1,4 @@
-"""What contacts come to: a line for each contact and each model, and one in the terminal."""
+"""Contact table: a line for each contact and each model, and one in the terminal."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MISSED = 0.005  # of what a contact selects: less is not worth a word
 
 
 def section_of(findings: Findings) -> str:
-    """A table of all contacts; empty where no model has any."""
+    """Return a table of all contacts; empty if no model has any."""
     models = findings.report.models
     known = by_thing({n: m.contacts for n, m in models.items() if m.status in SOLVED})
     rows = [_row(contact, name, own) for contact, each in known.items() for name, own in each.items()]
@@ -63,12 +63,12 @@ def _row(contact: str, model: str, own: ContactResult) -> str:
 
 
 def _area(area: float) -> str:
-    """To four digits."""
+    """Return an area with four digits."""
     return units.format_value(round_significant(area, DIGITS), units.AREA)
 
 
 def lines(report: Report) -> Iterator[str]:
-    """`touch presses with 14.1 mN on 8.82 mm^2, 2.75 kPa at most, in hexes`, or how far it is from touching."""
+    """Yield `touch presses with 14.1 mN on 8.82 mm^2, 2.75 kPa at most, in hexes`, or the remaining distance."""
     for contact, each in by_thing({n: m.contacts for n, m in report.models.items() if m.status == "converged"}).items():
         for model, own in each.items():
             if not own.touch.pressure:
@@ -90,7 +90,7 @@ def lines(report: Report) -> Iterator[str]:
 
 
 def _travels(report: Report) -> Iterator[str]:
-    """`ball goes 1.39 mm along -z in hexes`, of rigid bodies that loads press at rest."""
+    """Yield `ball goes 1.39 mm along -z in hexes` for rigid bodies pressed by loads in static analyses."""
     for name, model in report.models.items():
         for body, own in (model.solve.get("rigid") or {}).items():
             way = own.get("travel_m")

@@ -1,4 +1,4 @@
-"""The points of curves beside their chart: columns of a table, some of them left out, and a file of all."""
+"""Points of curves: columns of a thinned table next to the chart, and a file with all of them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ROWS = 60  # of the table of numbers
 
 
 def columns(curves: Mapping[str, PlottedCurve], units: tuple[str, str]) -> list[PlateColumn]:
-    """x of the curve with most points, and y of every curve there."""
+    """Return x of the curve with most points, and y of every curve there."""
     first = max(curves.values(), key=lambda c: len(c.x))
     every = -(-len(first.x) // ROWS)
     across = choose_scale([float(first.x.max())], units[0])
@@ -30,7 +30,7 @@ def columns(curves: Mapping[str, PlottedCurve], units: tuple[str, str]) -> list[
 
 
 def saved(file: str, curves: Mapping[str, PlottedCurve], units: tuple[str, str]) -> str:
-    """A link to a file of every point of them."""
+    """Return a link to a file with every point of the curves."""
     header = ["name", f"x [{units[0]}]", f"y [{units[1]}]"]
     rows: list[list[Cell]] = [
         [name, short(x), short(y)]
@@ -41,7 +41,7 @@ def saved(file: str, curves: Mapping[str, PlottedCurve], units: tuple[str, str])
 
 
 def _each_at(curve: PlottedCurve, places: Sequence[float]) -> list[float | None]:
-    """y at its own points, None at what is none of them; where places come back, those of the way back."""
+    """Return y at its own points, None elsewhere; if x values repeat, the points of the return path come second."""
     known: dict[float, list[float]] = {}
     for x, y in zip(curve.x.tolist(), curve.y.tolist(), strict=True):
         known.setdefault(x, []).append(float(y))

@@ -1,4 +1,4 @@
-"""What models say of their own answers: the errors that they state, and that their forces were found again."""
+"""Error statements of models: stated errors, and whether their forces were verified."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SEVERAL = 5  # names that a line lists
 
 
 def words(model: ModelResult) -> str | None:
-    """`states an error of at most 3 %`, of its first metric; None where it was not asked and nothing is free."""
+    """Return `states an error of at most 3 %` for the first metric; None if no error was estimated."""
     if not model.stated or unasked(model):
         return None
     first = next((n for n in model.metrics if n in model.stated), next(iter(model.stated)))
@@ -33,7 +33,7 @@ def amount(value: float, unit: str = "1", of: float | None = None) -> str:
 
 
 def unasked(model: ModelResult) -> bool:
-    """Whether it states nothing because nobody asked it to."""
+    """Return whether a model states no error because none was requested."""
     each = model.stated.values()
     return all(s.value is None and NOT_ASKED in (s.reason or "") for s in each)
 
@@ -42,7 +42,7 @@ NOT_ASKED = "`--stated` does"  # in the reason of what would cost something
 
 
 def beside(value: float, found: MetricResult) -> str:
-    """`± 0.05`: how far the number of a metric may be off, in the unit that it is shown in."""
+    """Return `± 0.05`: the stated error of a metric, in the unit in which the metric is shown."""
     dimension = units.parse_unit(found.unit).dimension
     if dimension == units.NONE:
         return f"± {_two(100.0 * value)}"
@@ -56,13 +56,13 @@ LEAST, MOST = 1e-3, 1e3  # of a number that stands without a unit of its own beh
 
 
 def _two(value: float) -> str:
-    """At two digits, without powers of ten where people use none."""
+    """Return a number with two digits, without powers of ten where they are unusual."""
     shown = f"{value:.2g}"
     return f"{float(shown):.0f}" if 1.0 <= value < 1e6 and float(shown) == round(float(shown)) else shown
 
 
 def checked(report: Report) -> str | None:
-    """One quiet line about the forces that were found again; None where there were none."""
+    """Return a line about the verified forces; None if there are none."""
     solved = (own for m in report.models.values() for own in m.each or (m,))
     checks = (own.solve.get("checks") or {} for own in solved)
     found = [c["residual"] for c in checks if c.get("residual") is not None]
@@ -75,7 +75,7 @@ def checked(report: Report) -> str | None:
 
 
 def silent(report: Report) -> str | None:
-    """`no error is stated for a, b: ...`: who was not asked; None where everyone was, or has nothing to say."""
+    """Return `no error is stated for a, b: ...` for models whose errors were not requested; None if there are none."""
     names = [f"`{n}`" for n, m in report.models.items() if m.stated and unasked(m)]
     if not names:
         return None
@@ -84,7 +84,7 @@ def silent(report: Report) -> str | None:
 
 
 def lines(report: Report) -> Iterator[str]:
-    """What each model states; what many state alike, once."""
+    """Yield the statement of each model; equal statements of many models once."""
     said = {n: w for n, m in report.models.items() if (w := words(m)) is not None}
     alike, first = Counter(said.values()), {w: n for n, w in reversed(said.items())}
     for name, own in said.items():

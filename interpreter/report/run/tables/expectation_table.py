@@ -1,4 +1,4 @@
-"""What was expected and whether it came so; and the doubts about the scene."""
+"""Sections of expectations with their outcome, and of warnings about the scene."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ VERDICTS = {True: ("✓", "good", "met"), False: ("✗", "bad", "not met"), None
 
 
 def expectations(findings: Findings) -> str:
-    """A row for each expectation, in the order of the scene."""
+    """Return a row for each expectation, in the order of the scene."""
     judged = findings.report.expectations
     if not judged:
         later = " yet: the report is unfinished" if findings.report.partial else ""
@@ -23,7 +23,7 @@ def expectations(findings: Findings) -> str:
 
 
 def table_of(findings: Findings) -> str:
-    """The table of those that were judged, in its scrolling box."""
+    """Return the table of evaluated expectations, in its scrolling box."""
     judged = findings.report.expectations
     head = tag(
         "tr",
@@ -56,7 +56,7 @@ def _row(e: ExpectationResult, findings: Findings) -> str:
 
 
 def _place(line: int, lines: Container[int]) -> str:
-    """The number of a line, as a link where the page has that line."""
+    """Return a line number, as a link if the page has that line."""
     return tag("a", str(line), href=f"#L{line}", aria_label=f"line {line}") if line in lines else str(line)
 
 
@@ -67,13 +67,13 @@ def _value(e: ExpectationResult) -> str:
 
 
 def warnings(findings: Findings) -> str:
-    """The section of warnings; empty where there are none."""
+    """Return the section of warnings; empty if there are none."""
     said = warned(findings.report.warnings, findings.lines)
     return section("warnings", "Warnings", said) if said else ""
 
 
 def warned(warnings: Iterable[ReportWarning], lines: Container[int] = ()) -> str:
-    """A list of warnings, those that say the same together, with links to `lines`; empty where there are none."""
+    """Return a list of warnings, equal ones merged, with links to `lines`; empty if there are none."""
     same: dict[tuple[str, str, str], list[ReportWarning]] = {}
     for one in warnings:
         same.setdefault((one.code, one.message, one.help), []).append(one)

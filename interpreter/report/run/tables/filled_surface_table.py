@@ -1,4 +1,4 @@
-"""Filled surfaces: a line for each model, with what was repaired and how its mesh stands to the surface."""
+"""Table of tetrahedralized surfaces: repairs, and the deviation of each model's mesh from the surface."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ VOLUME: units.Dimension = units.raise_dimension(units.LENGTH, 3)
 
 
 def section_of(findings: Findings) -> str:
-    """A table of all models with such a mesh; empty where there is none."""
+    """Return a table of all models with such a mesh; empty if there is none."""
     known = {n: m.solve["filled"] for n, m in findings.report.models.items() if "filled" in m.solve}
     heads = ("Model", "Volume", "Distance", "Quality", "Repaired", "Made by")
     return table_section("Filled", LEAD, heads, [_row(*entry) for entry in known.items()])
@@ -40,6 +40,6 @@ def _row(name: str, own: Mapping[str, Any]) -> str:
 
 
 def _missed(own: Mapping[str, Any]) -> str:
-    """What the facets of a surface miss of the body that it stands for."""
+    """Return the deviation of a faceted surface from the body that it approximates."""
     share = 100 * own.get("facets_m3", 0.0) / own["surface_m3"]
     return f", whose facets miss {share:.2g} % of the body" if share else ""

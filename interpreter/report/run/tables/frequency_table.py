@@ -1,4 +1,4 @@
-"""The frequencies of a body: a line for each mode up to the highest that is asked for, a column for each model."""
+"""Natural frequencies of a body: a line for each mode up to the highest requested one, a column for each model."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HERTZ: units.Dimension = units.raise_dimension(units.TIME, -1)
 
 
 def section_of(findings: Findings) -> str:
-    """A table for each body; empty where no frequency is asked for."""
+    """Return a table for each body; empty if no frequency is requested."""
     known = _known(findings)
     if not known:
         return ""
@@ -35,7 +35,7 @@ def section_of(findings: Findings) -> str:
 
 
 def _known(findings: Findings) -> dict[str, list[float]]:
-    """The frequencies of each model, Hz: those of the metric that asks for most."""
+    """Return the frequencies of each model, Hz, from the metric that requests most of them."""
     found: dict[str, list[float]] = {}
     asked = [m.name for m in findings.metrics if (own := findings.declared.get(m.name)) and own.word == WORD]
     for name, model in findings.report.models.items():

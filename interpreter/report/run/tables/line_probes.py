@@ -1,4 +1,4 @@
-"""What figures share about probes: which are lines, along what they are drawn, how their curves look."""
+"""Line and point probes for figures: their results, the arc position, and the styles of curves."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ AXES = ("x", "y", "z")
 
 
 def _kind(findings: Findings, probe: str) -> str:
-    """The constructor of a probe: line, point, surface, volume, markers; "" where the scene's text has none."""
+    """Return the constructor of a probe: line, point, surface, volume, markers; "" if it is not in the scene's text."""
     return findings.declared.get(probe, UNKNOWN).word
 
 
 def lines_of(findings: Findings) -> dict[str, dict[str, ProbeResult]]:
-    """Line probes, those with at least two points in a row: who has them, and what was seen."""
+    """Return the results of line probes with at least two points, by model or reference."""
     found = {}
     for name, seen in findings.probes.items():
         several = any(len(p.points) > 1 and p.triangles is None for p in seen.values())
@@ -33,7 +33,7 @@ def lines_of(findings: Findings) -> dict[str, dict[str, ProbeResult]]:
 
 
 def points_of(findings: Findings) -> dict[str, dict[str, ProbeResult]]:
-    """Point probes."""
+    """Return the results of point probes."""
     found = {}
     for name, seen in findings.probes.items():
         alone = {n: p for n, p in seen.items() if len(p.points) == 1 and p.triangles is None}
@@ -43,9 +43,9 @@ def points_of(findings: Findings) -> dict[str, dict[str, ProbeResult]]:
 
 
 def looks(report: Report) -> dict[str, Look]:
-    """One look for each model and reference, the same in every figure of the page.
+    """Return one style for each model and reference, the same in every figure of the page.
 
-    Where there are more models than colours, those of one kind share a colour and differ by dash and marker.
+    If there are more models than colours, those of one kind share a colour and differ by dash and marker.
     """
     found = {name: model_look(i) for i, name in enumerate(report.models)}
     if len(found) > COLOURS:
@@ -54,7 +54,7 @@ def looks(report: Report) -> dict[str, Look]:
 
 
 def _by_kind(report: Report) -> dict[str, Look]:
-    """A colour for each kind of model, whatever its size or Poisson's ratio; models of no kind have their own."""
+    """Return a colour for each kind of model, for any size or Poisson's ratio; models of no kind have their own."""
     kinds: dict[str, list[str]] = {}
     for name, model in report.models.items():
         kind = model.kind
@@ -65,8 +65,10 @@ def _by_kind(report: Report) -> dict[str, Look]:
 
 
 def drawn_first(findings: Findings, among: Collection[str] | None = None) -> list[str]:
-    """The models that are drawn at first, of those that a figure has: where there are many, those with the least first
-    error; where these are of a few kinds, the best and the worst of each kind. Without `among`, those that probes saw.
+    """Return the models that a figure shows initially.
+
+    If there are many, these are the models with the smallest first error; if they belong to a few kinds, the best and
+    the worst of each kind. By default they are chosen among the models with probe results.
     """
     models = {n: m for n, m in findings.report.models.items() if (m.probes if among is None else n in among)}
     names = list(models)
@@ -84,6 +86,6 @@ def drawn_first(findings: Findings, among: Collection[str] | None = None) -> lis
 
 
 def arc(X: Floats) -> Floats:
-    """Arc position (n,) along undeformed points (n, 3), m."""
+    """Return the arc position (n,) along undeformed points (n, 3), m."""
     steps = np.sqrt((np.diff(X, axis=0) ** 2).sum(axis=1))
     return np.concatenate(([0.0], np.cumsum(steps)))

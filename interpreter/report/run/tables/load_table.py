@@ -1,4 +1,4 @@
-"""What acts: one line for each load, with the force that is asked for and how much of it the models take."""
+"""Load table: a line for each load, with the declared force and the fraction that each model applies."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ROUNDING = 1e-9  # of the largest component
 
 
 def section_of(findings: Findings) -> str:
-    """A table of all loads; empty where no model says what acts on it."""
+    """Return a table of all loads; empty if no model reports its loads."""
     known = by_thing({n: m.loads for n, m in findings.report.models.items()})
     rows = [_row(name, own) for name, own in known.items()]
     return table_section("Loads", LEAD.format(findings.of_last), ("Load", "Force", "Moment", "Taken"), rows)
@@ -33,7 +33,7 @@ def _row(name: str, own: Mapping[str, Resultant]) -> str:
 
 
 def _taken(own: Mapping[str, Resultant]) -> str:
-    """`whole`, or the models that take less or more."""
+    """Return `whole`, or the models that apply less or more."""
     off = [f"{100 * r.share:.4g} % by `{n}`" for n, r in own.items() if abs(1.0 - r.share) > SHOWN]
     unknown = [f"{100 * r.remainder / r.area:.2g} % open in `{n}`" for n, r in own.items()
                if r.area and r.remainder > SHOWN * r.area]  # fmt: skip

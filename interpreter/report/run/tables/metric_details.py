@@ -1,4 +1,4 @@
-"""What belongs to a metric besides its value: spreads, extremes, counts and words, for every model and reference."""
+"""Details of metrics besides their value: spreads, extremes, counts and words, for every model and reference."""
 
 from __future__ import annotations
 
@@ -28,27 +28,27 @@ SHARES = ("relative", "ratio", "share", "margin", "fraction")
 
 
 def details_of(findings: Findings) -> str:
-    """A table that opens on demand for each metric that has details, and one CSV file with all."""
+    """Return a table on demand for each metric with details, and one CSV file with all."""
     tables = [_table(findings, m) for m in findings.metrics]
     found = [table for table in tables if table]
     return tag("div", *found, _csv(findings), class_="metric-details") if found else ""
 
 
 def unit_of(key: str) -> str:
-    """The unit of a detail by the end of its name: `p95_m`, `limit_s`; `1` for shares, "" for what has none."""
+    """Return the unit of a detail from the end of its name: `p95_m`, `limit_s`; `1` for fractions, "" for none."""
     if any(word in key for word in SHARES) and not key.endswith("_points"):
         return "1"
     return UNITS.get(key.rpartition("_")[2], "") if "_" in key else ""
 
 
 def _name(key: str) -> str:
-    """`p95_m` -> p95, `relative_mean` -> relative mean."""
+    """Return a readable name: `p95_m` -> p95, `relative_mean` -> relative mean."""
     head, _, last = key.rpartition("_")
     return (head if head and last in UNITS else key).replace("_", " ")
 
 
 def _known(findings: Findings, metric: MetricColumn) -> dict[str, Mapping[str, Any]]:
-    """Details by who has them."""
+    """Return details by model or reference."""
     found = {n: r.metrics.get(metric.name) for n, r in findings.everyone.items()}
     return {n: m.details for n, m in found.items() if m is not None and m.details}
 
@@ -76,7 +76,7 @@ def _align(value: Any) -> str | None:
 
 
 def _cell(key: str, value: Any) -> str:
-    """A detail in words."""
+    """Return a detail in words."""
     if value is None or value == "":
         return "–"
     if isinstance(value, bool):

@@ -1,4 +1,4 @@
-"""Where a single point went, as a small table for each point probe."""
+"""Displacement table of a single point, for each point probe."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from softmark.interpreter.results.run_report import ProbeResult
 
 
 def point_table(probe: str, seen: Mapping[str, ProbeResult]) -> str:
-    """Displacement and position of the point, by model and reference."""
+    """Return displacement and position of the point, by model and reference."""
     numbers = {name: _numbers(p) for name, p in seen.items()}
     every = [v for row in numbers.values() for v in row]
     scale = choose_scale(every, "m")
@@ -29,7 +29,7 @@ def point_table(probe: str, seen: Mapping[str, ProbeResult]) -> str:
 
 
 def _numbers(p: ProbeResult) -> list[float]:
-    """u, |u| and x in m."""
+    """Return u, |u| and x in m."""
     u, x = p.displacement[0], p.position[0]
     return [*(float(v) for v in u), float(np.sqrt(u @ u)), *(float(v) for v in x)]
 

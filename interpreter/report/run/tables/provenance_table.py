@@ -1,4 +1,4 @@
-"""What is needed to repeat the run, and what its numbers may depend on."""
+"""Provenance of a run: what is needed to repeat it, and what its numbers may depend on."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ WORDS = {
 
 
 def section_of(findings: Findings) -> str:
-    """The command, the digest and the environment."""
+    """Return the command, the digest and the environment."""
     rows = [tag("tr", tag("th", text(n), scope="row"), tag("td", text(v))) for n, v in _facts(findings)]
     table = tag("table", tag("caption", "Environment"), tag("tbody", *rows), class_="facts")
     repeat = tag("pre", tag("code", text(command(findings))), class_="command")
@@ -27,7 +27,7 @@ def section_of(findings: Findings) -> str:
 
 
 def table_of(environment: Mapping[str, Any]) -> str:
-    """The environment as a table; nothing where it is not known."""
+    """Return the environment as a table; empty if it is not known."""
     facts = [(WORDS.get(k, k), v) for k, v in environment.items()]
     rows = [tag("tr", tag("th", text(n), scope="row"), tag("td", text(v))) for n, v in facts]
     table = tag("table", tag("caption", "Environment"), tag("tbody", *rows), class_="facts")
@@ -35,7 +35,7 @@ def table_of(environment: Mapping[str, Any]) -> str:
 
 
 def listing(scene: Mapping[str, Any]) -> str:
-    """The text of a scene with its digest, folded."""
+    """Return the text of a scene with its digest, collapsed."""
     lines = [tag("span", coloured(line), "\n", class_="line") for line in str(scene.get("text") or "").splitlines()]
     whole = tag("pre", tag("code", *lines), class_="scene", tabindex=0, role="region", aria_label="Text of the scene")
     digest = tag("p", f"SHA-256 {text(scene.get('sha256') or '–')}", class_="quiet digest")
@@ -44,7 +44,7 @@ def listing(scene: Mapping[str, Any]) -> str:
 
 
 def scene_name(scene: Mapping[str, Any], otherwise: str) -> str:
-    """What a command calls a scene: its name in the standard library, or else its file."""
+    """Return the name of a scene for a command: that in the standard library, or else its file."""
     return str(scene.get("standard") or scene.get("file") or otherwise)
 
 
@@ -60,7 +60,7 @@ def _facts(findings: Findings) -> list[tuple[str, str]]:
 
 
 def command(findings: Findings) -> str:
-    """`dsl run FILE -p h=3mm --model rod`, quoted for a shell; a scene without a file comes by stdin."""
+    """Return `dsl run FILE -p h=3mm --model rod`, quoted for a shell; a scene without a file is read from stdin."""
     file = scene_name(findings.report.scene, "-")
     parts = ["dsl", "run", "-" if file.startswith("<") else file]
     parts += [part for override in _overrides(findings) for part in ("-p", override)]
@@ -71,7 +71,7 @@ def command(findings: Findings) -> str:
 
 
 def _overrides(findings: Findings) -> list[str]:
-    """As given on the command line where the report has that, else the parameters that were overridden."""
+    """Return the overrides as given on the command line if known, else the overridden parameters."""
     scene = findings.report.scene
     given = scene.get("overrides")
     if given is not None:
@@ -81,7 +81,7 @@ def _overrides(findings: Findings) -> list[str]:
 
 
 def _only(findings: Findings) -> list[str]:
-    """The models that were asked for, where the finished report has not all that the scene declares."""
+    """Return the requested models if the finished report does not have all models of the scene."""
     declared = set(findings.report.names.of_kind("model"))
     run = list(findings.report.models)
     return run if not findings.report.partial and run and declared - set(run) else []

@@ -1,4 +1,4 @@
-"""Table 1 of Marchal et al. (2008) and its like: what others published, beside what was computed here."""
+"""Table of published values next to our own, such as Table 1 of Marchal et al. (2008)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HEADS = ("ours", "published", "difference")
 
 
 def section_of(findings: Findings) -> str:
-    """The table; empty where nothing was published."""
+    """Return the table; empty if the scene has no published values."""
     columns = [m for m in findings.metrics if any(_published(r, m) is not None for r in _models(findings))]
     if not columns:
         return ""
@@ -40,7 +40,7 @@ def _published(model: ModelResult, metric: MetricColumn) -> float | None:
 
 
 def _sources(findings: Findings) -> str:
-    """Where the numbers come from; a scene may not say."""
+    """Return the sources of the numbers, if the scene gives them."""
     entries = findings.report.scene.get("published") or ()
     same: dict[str, list[str]] = {}
     for entry in entries:
@@ -58,19 +58,19 @@ def _source(entry: Mapping[str, Any]) -> str:
 
 @dataclass(frozen=True)
 class _Pairs:
-    """Metrics of models with what was published about them."""
+    """Metrics of models with the values published for them."""
 
     findings: Findings
     columns: Sequence[MetricColumn]
 
     @property
     def rows(self) -> dict[str, ModelResult]:
-        """The models that something was published about."""
+        """Models with published values."""
         known = self.findings.report.models.items()
         return {n: m for n, m in known if any(_published(m, c) is not None for c in self.columns)}
 
     def html(self) -> str:
-        """Rows of models, three columns for each metric."""
+        """Return rows of models, with three columns for each metric."""
         scales = {m.name: self._scale(m) for m in self.columns}
         top = [tag("th", "Model", rowspan=2, scope="col")]
         top += [self._head(m, scales[m.name][0]) for m in self.columns]
@@ -110,7 +110,7 @@ class _Pairs:
         return tag("tr", head, *(tag("td", cell, class_="n") for cell in cells))
 
     def csv(self) -> str:
-        """Every number in SI."""
+        """Return a link to every number, in SI."""
         header = ["name", "metric", "unit", "ours", "published", "difference", "difference / published"]
         rows: list[list[Cell]] = []
         for name, model in self.rows.items():
@@ -121,14 +121,14 @@ class _Pairs:
 
 
 def _differences(ours: float | None, theirs: float | None) -> tuple[float | None, float | None]:
-    """Absolute, and as a share of what was published."""
+    """Return the absolute difference, and that relative to the published value."""
     if ours is None or theirs is None:
         return None, None
     return ours - theirs, (ours - theirs) / abs(theirs) if theirs else None
 
 
 def _cells(found: MetricResult | None, scale: Scale, decimals: int) -> list[str]:
-    """Ours, published, difference with its share of what was published."""
+    """Return our value, the published value, and the absolute and relative difference."""
     ours, theirs = (found.value, found.published) if found else (None, None)
     absolute, share = _differences(ours, theirs)
     shown = [_number(v, scale, decimals) for v in (ours, theirs)]

@@ -1,4 +1,4 @@
-"""What supports carry: a line for each support and each model, and one in the terminal."""
+"""Reaction table: a line for each support and each model, and one in the terminal."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ LITTLE = 1e-3  # of a force: less is not seen beside it on three digits
 
 
 def section_of(findings: Findings) -> str:
-    """A table of all supports; empty where no model says what they carry."""
+    """Return a table of all supports; empty if no model reports reactions."""
     models = findings.report.models
     known = by_thing({n: m.reactions for n, m in models.items()})
     if not any(held.reaction for own in known.values() for held in own.values()):
@@ -60,7 +60,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def lines(report: Report) -> Iterator[str]:
-    """`wall carries 2.06 N in tet, hex, 2.12 N in rod`: forces, those that agree on three digits once."""
+    """Yield `wall carries 2.06 N in tet, hex, 2.12 N in rod`; forces that agree to three digits are merged."""
     everyone = {n: m.reactions for n, m in report.models.items()}
     least = {n: ROUNDING * _largest(m) for n, m in report.models.items()}
     for support, own in by_thing(everyone).items():
@@ -75,13 +75,13 @@ def lines(report: Report) -> Iterator[str]:
 
 
 def _largest(model: ModelResult) -> float:
-    """Of all supports and contacts, N: beside it what supports carry may be nothing."""
+    """Return the largest force of all supports and contacts, N, the scale below which reactions count as zero."""
     pressed = (math.hypot(*own.reaction.force) for own in model.contacts.values())
     return max((*map(_size, model.reactions.values()), *pressed), default=0.0)
 
 
 def _size(held: SupportResult) -> float:
-    """Of its force, N; 0 where it is not known."""
+    """Return the size of a reaction force, N; 0 if it is unknown."""
     return 0.0 if held.reaction is None else math.hypot(*held.reaction.force)
 
 

@@ -1,4 +1,4 @@
-"""In the terminal: who agrees with values that are given and with bands of codes, and what kind of truth these are."""
+"""Terminal lines on agreement with given values and bands of codes, with the kind of reference."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SEVERAL = 6  # names that a line lists
 
 
 def lines(findings: Findings) -> Iterator[str]:
-    """`codes (consensus of 3 codes): 14.72 mm in 14.7 mm to 14.74 mm; inside: fine; outside: coarse (miss)`."""
+    """Yield `codes (consensus of 3 codes): 14.72 mm in 14.7 mm to 14.74 mm; inside: fine; outside: coarse (miss)`."""
     for name, reference in findings.report.references.items():
         if reference.status != "converged" or not ("value" in reference.facts or reference.drawn is not None):
             continue
@@ -23,7 +23,7 @@ def lines(findings: Findings) -> Iterator[str]:
 
 
 def _band(facts: Mapping[str, Any]) -> list[str]:
-    """The value with how far it may be off, or the ends of its band; nothing of a curve."""
+    """Return the value with its uncertainty, or the ends of its band; empty for a curve."""
     if "value" not in facts:
         return []
     unit = facts["unit"]
@@ -36,7 +36,7 @@ def _band(facts: Mapping[str, Any]) -> list[str]:
 
 
 def _verdicts(findings: Findings, name: str) -> Iterator[str]:
-    """Who is inside and who is outside, by every metric that is held against it; of curves, by which share."""
+    """Yield the models inside and outside, by every metric compared with it; for curves the fraction inside."""
     banded = findings.report.references[name].kind == "consensus"
     words = {True: "inside" if banded else "within", False: "outside" if banded else "not within"}
     same: dict[str, list[str]] = {}

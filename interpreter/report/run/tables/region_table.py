@@ -1,6 +1,6 @@
-"""Bodies, and their parts of other materials: volumes that are asked for, what cells of each mesh have; what varies.
+"""Region table: declared volumes of bodies and parts, the volumes of each mesh, and constants that vary in space.
 
-Of each constant that varies: its range and mean, and what cells do not resolve of it.
+For each varying constant it shows range, mean, and the variation that the cells do not resolve.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ SHOWN = 1e-4  # of a part: what may be of the wrong material without a number
 
 
 def section_of(findings: Findings) -> str:
-    """A table of all parts; empty where no model has any."""
+    """Return a table of all parts; empty if no model has any."""
     known = by_thing({n: m.solve.get("regions") or {} for n, m in findings.report.models.items()})
     return table_section("Regions", LEAD, ("Region", "Volume", "Cells"), [_row(*entry) for entry in known.items()])
 
@@ -37,7 +37,7 @@ def _row(name: str, own: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def _taken(own: Mapping[str, Mapping[str, Any]]) -> str:
-    """`followed`, or the models whose cells miss some of it or have too much."""
+    """Return `followed`, or the models whose cells cover too little or too much."""
     off = []
     for model, v in own.items():
         missed, beyond = v["missed_m3"] / v["asked_m3"], v["beyond_m3"] / v["asked_m3"]
@@ -49,14 +49,14 @@ def _taken(own: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def bodies_of(findings: Findings) -> str:
-    """A table of all models of bodies whose volume and surface are known; empty where there is none."""
+    """Return a table of models of bodies with known volume and surface; empty if there is none."""
     known = {n: m.solve["body"] for n, m in findings.report.models.items() if "body" in m.solve}
     rows = [tag("tr", row_head(name), *map(_cell, _compared(own))) for name, own in known.items()]
     return table_section("Bodies", WHOLE, ("Model", "Volume", "Surface"), rows)
 
 
 def _compared(own: Mapping[str, float]) -> tuple[tuple[float, float, units.Dimension], ...]:
-    """Of the body, of the mesh, and in what they are measured: volume and surface."""
+    """Return volume and surface of the body and of the mesh, with their dimensions."""
     return (own["volume_m3"], own["mesh_m3"], VOLUME), (own["area_m2"], own["mesh_m2"], AREA)
 
 
@@ -68,7 +68,7 @@ def _cell(one: tuple[float, float, units.Dimension]) -> str:
 
 
 def varying(findings: Findings) -> str:
-    """A table of all constants that vary in space; empty where no model has any."""
+    """Return a table of all constants that vary in space; empty if no model has any."""
     known = by_thing({n: m.solve.get("graded") or {} for n, m in findings.report.models.items()})
     return table_section("Varying", VARYING, HEADS, [_constant(*entry) for entry in known.items()])
 
@@ -83,7 +83,7 @@ def _constant(name: str, own: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def _resolved(model: str, said: Mapping[str, Any]) -> str:
-    """The largest change within a cell of a model, what its quadrature misses, and what lies outside of a field."""
+    """Return the largest change within a cell, the quadrature error, and the fraction outside of a field."""
     found = [f"`{model}` up to {said['within_cells']:.3g} times"]
     if said["integral_lost"] > SHOWN:
         found.append(f"its quadrature misses {100 * said['integral_lost']:.2g} %")

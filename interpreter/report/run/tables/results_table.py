@@ -1,4 +1,4 @@
-"""The rows and columns of the comparison: status, metrics, size and effort of models and references."""
+"""Results table: status, metrics, size and effort of models and references."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ CLOCK = " Shares of the time that there is are marked ✓ for real time and ✗ 
 
 
 def caption(findings: Findings) -> str:
-    """What the tables are, in words."""
+    """Return the caption of the tables."""
     best, tied = (any(ask(m) for m in findings.metrics) for ask in (findings.best, findings.tied))
     clock = any(m.clock for m in findings.metrics)
     of_last = LAST.format(findings.of_last) if findings.of_last else ""
@@ -53,7 +53,7 @@ def caption(findings: Findings) -> str:
 
 
 def ordered(metrics: Sequence[MetricColumn]) -> list[MetricColumn]:
-    """Errors by reference, differences from models, then measurements, then times."""
+    """Return errors by reference, differences between models, then measurements, then times."""
     from_ = [(m.against, m.model) for m in metrics]
     key = lambda m: (m.clock, m.against is None, m.model is None, from_.index((m.against, m.model)))  # noqa: E731
     return sorted(metrics, key=key)
@@ -61,7 +61,7 @@ def ordered(metrics: Sequence[MetricColumn]) -> list[MetricColumn]:
 
 @dataclass
 class Notes:
-    """Footnotes: one letter for each reason why there is no value; `linked` where marks are links to them."""
+    """Footnotes: one letter for each reason of a missing value; with `linked`, marks are links to them."""
 
     reasons: list[str] = field(default_factory=list)
     within: dict[str, str] = field(default_factory=dict)  # metric -> the uncertainty, in words
@@ -69,7 +69,7 @@ class Notes:
     linked: bool = True
 
     def _mark(self, sign: str, note: str, said: str) -> str:
-        """A sign that leads to its note."""
+        """Return a sign that links to its note."""
         if not self.linked:
             return tag("abbr", text(sign), title=said)
         return tag("a", text(sign), href=f"#{note}", aria_label=said)
@@ -78,20 +78,20 @@ class Notes:
         return note if self.linked else None
 
     def dash(self, reason: str) -> str:
-        """An en dash with the letter of its reason."""
+        """Return an en dash with the letter of its reason."""
         if reason not in self.reasons:
             self.reasons.append(reason)
         mark = letter(self.reasons.index(reason))
         return "–" + tag("sup", self._mark(mark, f"note-{mark}", f"note {mark}"))
 
     def dagger(self, metric: str, uncertainty: str) -> str:
-        """The mark of a value that is no larger than the uncertainty of what it is measured from."""
+        """Return the mark of a value that does not exceed the uncertainty of its reference."""
         self.within.setdefault(metric, uncertainty)
         said = "within the uncertainty of the reference"
         return tag("sup", self._mark("†", "note-within", said), class_="within")
 
     def double(self, why: str) -> str:
-        """The mark of a value of, or measured from, what may be no truth here."""
+        """Return the mark of a value whose reference may not be valid here."""
         self.doubts.setdefault(why)
         said = "by a theory that is not exact here"
         return tag("sup", self._mark("‡", "note-doubt", said), class_="within")
@@ -104,7 +104,7 @@ class Notes:
         return tag("li", tag("b", "†"), " ", prose(said), id=self._anchor("note-within"))
 
     def list(self) -> str:
-        """The footnotes themselves."""
+        """Return the footnotes."""
         letters = [letter(i) for i in range(len(self.reasons))]
         pairs = zip(letters, self.reasons, strict=True)
         items = [tag("li", tag("b", a), " ", prose(reason), id=self._anchor(f"note-{a}")) for a, reason in pairs]
@@ -118,13 +118,13 @@ class Notes:
 
 
 def letter(n: int) -> str:
-    """a, b, …, z, aa, ab, …"""
+    """Return a, b, …, z, aa, ab, …"""
     return (letter(n // 26 - 1) if n >= 26 else "") + chr(97 + n % 26)
 
 
 @dataclass
 class ResultsTable:
-    """The results of one body; footnotes gather on the way."""
+    """Results of one body; footnotes are collected while the table is made."""
 
     findings: Findings
     body: BodyResults
@@ -143,7 +143,7 @@ class ResultsTable:
 
     @cached_property
     def values(self) -> Mapping[str, list[float]]:
-        """What stands in every column."""
+        """Values of every column."""
         results = [self.findings.everyone[n] for n in self.body.results]
         return {m.name: [v for r in results if (v := value_of(r, m.name)) is not None] for m in self.columns}
 
@@ -159,11 +159,11 @@ class ResultsTable:
 
     @cached_property
     def times(self) -> list[str]:
-        """The kinds of time that somebody has."""
+        """Kinds of time that were measured."""
         return [k for k in TIMES if any(m.time.get(k) for m in self.findings.report.models.values())]
 
     def html(self) -> str:
-        """The table in its scrolling box."""
+        """Return the table in its scrolling box."""
         report, own = self.findings.report, self.body.results
         models = {n: m for n, m in report.models.items() if n in own}
         references = {n: r for n, r in report.references.items() if n in own}
@@ -228,7 +228,7 @@ class ResultsTable:
         return shown
 
     def _stated(self, result: Result, metric: MetricColumn) -> str:
-        """What a model states of the number, in the unit of the column: `± 0.05`."""
+        """Return the stated error of a number in the unit of the column: `± 0.05`."""
         error = stated_of(result, metric)
         if error is None:
             return ""
@@ -236,7 +236,7 @@ class ResultsTable:
         return tag("small", tag("data", text(own), value=repr(error)), class_="stated")
 
     def _text(self, value: float, metric: MetricColumn) -> str:
-        """The number as it stands in its column."""
+        """Return the number in the format of its column."""
         scale, decimals = self.scales[metric.name]
         if metric.clock:
             own = value / scale.factor
@@ -293,12 +293,12 @@ class ResultsTable:
 
 
 def _differ(cpu: float, wall: float) -> bool:
-    """Whether processor time tells more than wall time: of another program's load, or of several threads."""
+    """Return whether CPU time differs from wall time, because of other programs or several threads."""
     return abs(cpu - wall) > 0.25 * wall
 
 
 def _range(low: float, high: float) -> str:
-    """`[14.2–15.9 ms]`: the unit once if it is the same."""
+    """Return `[14.2–15.9 ms]`, with the unit once if it is the same."""
     first, last = format_quantity(low, "s", 3), format_quantity(high, "s", 3)
     if first.split("\u00a0")[1:] == last.split("\u00a0")[1:]:
         first = first.split("\u00a0")[0]
@@ -306,7 +306,7 @@ def _range(low: float, high: float) -> str:
 
 
 def status_of(result: Result) -> str:
-    """A symbol and words."""
+    """Return the status as a symbol and words."""
     symbol, mood, words = SYMBOLS.get(result.status, ("?", "quiet", result.status))
     if getattr(result, "inverted", 0):
         return tag("span", tag("span", "✗", aria_hidden="true"), " cells inside out", class_="status bad")
@@ -317,7 +317,7 @@ def status_of(result: Result) -> str:
 
 
 def _verdict(good: bool) -> str:
-    """✓ or ✗ before a share of the time that there is."""
+    """Return ✓ or ✗ before a fraction of the available time."""
     symbol, mood, words = ("✓", "good", "real time") if good else ("✗", "bad", "not real time")
     sign, said = tag("span", symbol, aria_hidden="true"), tag("span", f"{words} ", class_="spoken")
     return tag("span", sign, " ", said, class_=f"status {mood}")
@@ -332,12 +332,12 @@ def _heading(metric: MetricColumn) -> str:
 
 
 def number(n: int) -> str:
-    """A whole number, with its value for machines."""
+    """Return a whole number, with its machine-readable value."""
     return tag("data", group_digits(n), value=str(n))
 
 
 def seconds(value: float) -> str:
-    """A time with three digits, with its value for machines."""
+    """Return a time with three digits, with its machine-readable value."""
     return tag("data", text(format_quantity(value, "s", 3)), value=repr(float(value)))
 
 
@@ -346,7 +346,7 @@ def _small(markup: str) -> str:  # with a space: a notebook that is not trusted 
 
 
 def stated_of(result: Result, metric: MetricColumn) -> float | None:
-    """The error that a model states of a number, or how far off a theory's own may be, SI; None where it says none."""
+    """Return the stated error of a model's number, or the uncertainty of a theory, in SI; None if there is none."""
     if isinstance(result, ReferenceResult):
         found = result.metrics.get(metric.name)
         return None if found is None or metric.is_error or metric.model is not None else found.uncertainty

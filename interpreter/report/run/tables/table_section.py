@@ -1,4 +1,4 @@
-"""What the tables of regions, loads and supports share: a section of one table, by thing and by model, and forces."""
+"""Section with one table, shared by regions, loads and supports, and the formatting of forces."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ T = TypeVar("T")
 
 
 def by_thing(known: Mapping[str, Mapping[str, T]]) -> dict[str, dict[str, T]]:
-    """What each model says of each thing, by the thing and then by the model, in the order in which they come."""
+    """Return values grouped by name and then by model, from values by model and then by name, in order of appearance.
+    """
     names = dict.fromkeys(name for own in known.values() for name in own)
     return {name: {model: own[name] for model, own in known.items() if name in own} for name in names}
 
 
 def table_section(title: str, lead: str, heads: Sequence[str], rows: Sequence[str], below: str = "") -> str:
-    """A section with one table under its title; `rows` and what stands `below` are markup. Empty without any rows."""
+    """Return a section with one table under its title; `rows` and `below` are markup. Empty without rows."""
     if not rows:
         return ""
     head = tag("tr", *(tag("th", text(h), scope="col") for h in heads))
@@ -29,25 +30,25 @@ def table_section(title: str, lead: str, heads: Sequence[str], rows: Sequence[st
 
 
 def row_head(name: str) -> str:
-    """The name that a row is about."""
+    """Return the header of a row."""
     return tag("th", tag("code", text(name)), scope="row")
 
 
 def newtons(vector: Sequence[float], rounding: float, largest: float = 0.0) -> str:
-    """Components in N to five digits; nothing where they are so small a part of the largest, or of what is given."""
+    """Return components in N with five digits; those below rounding errors, or negligible, as zero."""
     most = max(largest, *(abs(c) for c in vector))
     return _components(vector, 5, rounding * most).replace("-", "\N{MINUS SIGN}")
 
 
 def _components(vector: Sequence[float], digits: int, nothing: float) -> str:
-    """Components in N, those of no more than `nothing` as none."""
+    """Return components in N, those of at most `nothing` as zero."""
     return units.format_vector(
         [0.0 if abs(c) <= nothing else round_significant(c, digits) for c in vector], units.FORCE
     )
 
 
 def pressing(force: Sequence[float], digits: int, rounding: float) -> str:
-    """The size of a force in N, or, where it is along no axis, all of it: that of a part beside its mirrors is not."""
+    """Return the size of a force in N or, if it is not along an axis as for symmetric parts, all its components."""
     size = math.hypot(*force)
     if round_significant(size, digits) == round_significant(
         max(map(abs, force)), digits

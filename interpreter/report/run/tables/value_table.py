@@ -1,4 +1,4 @@
-"""Numbers of models beside values that were given, and bands of codes: the difference, and what it means."""
+"""Table of models' numbers next to given values and bands of codes, with the difference and its verdict."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ HEADS = ("Number", "By", "Found", "Given", "Uncertainty", "Difference", "Within"
 
 @dataclass(frozen=True)
 class _Held:
-    """One number that is held against a value, SI; `state` as people read it, "" of a scene in one situation."""
+    """One number compared with a given value, SI; `state` in words, "" for a scene without states."""
 
     metric: str
     owner: str
@@ -40,16 +40,16 @@ class _Held:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """From where to where it agrees."""
+        """Interval in which the number agrees."""
         return self.band or (self.given - self.uncertainty, self.given + self.uncertainty)
 
     @property
     def difference(self) -> float:
-        """Found less given."""
+        """Computed minus given value."""
         return self.found - self.given
 
     def row(self, everyone: Sequence[float]) -> str:
-        """Of the table; `everyone` are the numbers that are held against the same value."""
+        """Return the row of the table; `everyone` are all numbers compared with the same value."""
         found, given = (text(format_quantity(v, self.unit, 5)) for v in (self.found, self.given))
         amounts = [tag("td", found, class_="n"), tag("td", given, tag("small", text(self.kind)), class_="n")]
         share = tag("small", text(_percent(self.difference / abs(self.given)))) if self.given else ""
@@ -63,13 +63,13 @@ class _Held:
 
     @property
     def off(self) -> str:
-        """How far it may be off, or the band."""
+        """Return the uncertainty, or the band."""
         if self.band is None:
             return f"± {format_quantity(self.uncertainty, self.unit, 3)}" if self.uncertainty else "exact"
         return f"{format_quantity(self.band[0], self.unit, 5)} to {format_quantity(self.band[1], self.unit, 5)}"
 
     def cells(self) -> list[Cell]:
-        """Of the CSV file."""
+        """Return the row of the CSV file."""
         told = "yes" if self.within else "no"
         return [self.metric, self.owner, self.state or None, self.unit, self.found, self.given, self.uncertainty,
                 self.difference, told, self.kind, *self.ends]  # fmt: skip
@@ -80,7 +80,7 @@ def _percent(share: float) -> str:
 
 
 def section_of(findings: Findings) -> str:
-    """The table; empty where no value is given."""
+    """Return the table; empty if no value is given."""
     held = [one for metric in findings.metrics for one in _of(findings, metric)]
     if not held:
         return ""
@@ -107,7 +107,7 @@ def section_of(findings: Findings) -> str:
 
 
 def _of(findings: Findings, metric: MetricColumn) -> Iterator[_Held]:
-    """Everyone's, in every state."""
+    """Yield the comparisons of a metric for all models, in every state."""
     for name, result in findings.everyone.items():
         in_each: Sequence[Result] = result.each
         each = [(format_state(value), own.metrics) for value, own in zip(result.states, in_each, strict=True)]
@@ -118,7 +118,7 @@ def _of(findings: Findings, metric: MetricColumn) -> Iterator[_Held]:
 
 
 def kind_of(findings: Findings, metric: str) -> str:
-    """What kind of truth a metric is held against: `consensus of 3 codes`."""
+    """Return the kind of reference of a metric: `consensus of 3 codes`."""
     named = findings.declared.get(metric)
     reference = findings.report.references.get((named.against if named else None) or "")
     return "" if reference is None else worth(reference)
@@ -128,7 +128,7 @@ _Told = tuple[str, float, float, float, bool, tuple[float, float] | None]
 
 
 def _told(details: Mapping[str, Any]) -> _Told | None:
-    """Unit, what was found and what is given, its uncertainty, whether it is within, the band; None of others."""
+    """Return unit, computed and given value, uncertainty, verdict and band; None for other metrics."""
     key = next((key for key in details if key.startswith("given_")), None)
     if key is None:
         return None
@@ -140,7 +140,7 @@ def _told(details: Mapping[str, Any]) -> _Told | None:
 
 
 def _sources(findings: Findings) -> str:
-    """Who says so."""
+    """Return the sources of the values."""
     same: dict[str, list[str]] = {}
     for name, reference in findings.report.references.items():
         if "value" in reference.facts:

@@ -94,7 +94,7 @@ class Cells:
     nodes: Ints
 
     def rows_of(self, elements: Ints) -> Ints:
-        """Return the rows (k,) here of those of the given elements of the model that are of this type, in their order."""
+        """Return rows (k,) here of those of the given elements of the model that are of this type, in their order."""
         place = np.minimum(np.searchsorted(self.elements, elements), len(self.elements) - 1)
         found: Ints = place[self.elements[place] == elements]
         return found
@@ -278,7 +278,7 @@ class DeckMesh:
     # -------------------------------------------------------------- names
 
     def find_sets(self, kind: Kind, word: str, card: Card, scope: Scope | None = None) -> list[tuple[Namespace, str]]:
-        """Return the spaces, and the name or number in each, that a word refers to in a scope, by default the assembly."""
+        """Return spaces, and the name or number in each, that a word refers to in a scope, by default the assembly."""
         if scope is not None and scope.kind != "assembly":
             return [(space, word) for space in self.spaces if any(scope is own for own in space.scopes)]
         return [self._located(kind, word, card)]
