@@ -69,7 +69,7 @@ def collapse_nodes(body: PerturbedNodes, random: Random) -> Floats:
     return places
 
 
-def inverted(body: PerturbedNodes, random: Random) -> Floats:
+def invert_cells(body: PerturbedNodes, random: Random) -> Floats:
     """Return positions reflected by a random plane through the centre and scaled: every cell is inverted (n, 3)."""
     n = _direction(random)
     away = body.points - body.middle
@@ -77,7 +77,7 @@ def inverted(body: PerturbedNodes, random: Random) -> Floats:
     return places
 
 
-def spun(body: PerturbedNodes, random: Random) -> Floats:
+def spin_cells(body: PerturbedNodes, random: Random) -> Floats:
     """Return positions (n, 3) with every cell rotated at random about its centre, averaged at nodes, and a total twist.
 
     The twist is TURNS times the amount, in either sense, from one end of the longest direction to the other.
@@ -88,10 +88,10 @@ def spun(body: PerturbedNodes, random: Random) -> Floats:
     places = np.zeros_like(body.points)
     np.add.at(places, body.cells, turned)
     count = np.bincount(body.cells.ravel(), minlength=len(places))
-    return _twisted(body, places / np.maximum(count, 1)[:, None], random)
+    return _twist(body, places / np.maximum(count, 1)[:, None], random)
 
 
-def _twisted(body: PerturbedNodes, places: Floats, random: Random) -> Floats:
+def _twist(body: PerturbedNodes, places: Floats, random: Random) -> Floats:
     """Return positions twisted along the longest direction of the body."""
     axis = int(np.argmax(body.size))
     b, c = (axis + 1) % 3, (axis + 2) % 3
@@ -126,8 +126,8 @@ DISTURBANCES: dict[str, Callable[[PerturbedNodes, Random], Floats]] = {
     "scrambled": scramble_nodes,
     "flattened": flatten_nodes,
     "collapsed": collapse_nodes,
-    "inverted": inverted,
-    "spun": spun,
+    "inverted": invert_cells,
+    "spun": spin_cells,
 }
 
 

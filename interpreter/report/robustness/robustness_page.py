@@ -18,7 +18,7 @@ from softmark.interpreter.report.robustness.robustness_view import (
     format_value,
     point_tooltip,
 )
-from softmark.interpreter.report.robustness.validity_range_text import gaps, nowhere
+from softmark.interpreter.report.robustness.validity_range_text import gaps, nowhere_right
 from softmark.interpreter.report.run.tables.provenance_table import listing, scene_name, table_of
 from softmark.interpreter.study.robustness.robustness_record import (
     ChoiceEdge,
@@ -134,7 +134,7 @@ def _range(own: list[ValidityEdge], unit: str) -> str:
         words = ", ".join(text(v) for v in reach(own, unit)) or none
         said = [tag("small", _beyond(e, unit)) for e in own]
     else:
-        words = " … ".join(text(v) for v in reach(own, unit)) or nowhere(own)
+        words = " … ".join(text(v) for v in reach(own, unit)) or nowhere_right(own)
         between = gaps(own) if reach(own, unit) else ""
         sides = (_beyond(e, unit) for e in own if any(e.judged for e in own))
         said = [tag("small", line) for line in (text(between), *sides) if line]

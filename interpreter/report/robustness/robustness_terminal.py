@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language import units
 from softmark.interpreter.planning.varied_quantities import WalkedQuantity
-from softmark.interpreter.report.robustness.validity_range_text import chosen, ends, gaps, nowhere
+from softmark.interpreter.report.robustness.validity_range_text import chosen, ends, gaps, nowhere_right
 from softmark.interpreter.study.robustness.robustness_record import (
     ChoiceEdge,
     RobustnessRecord,
@@ -64,7 +64,7 @@ def _range(edges: Sequence[ValidityEdge], unit: str) -> str:
         return "; ".join(f"{SAID.get(word, word)}: {', '.join(own)}" for word, own in chosen(edges[0]))
     found = ends(edges, lambda value: number(value, unit))
     if not found:
-        return nowhere(edges)
+        return nowhere_right(edges)
     said = f"right at {found[0]}" if len(found) == 1 else f"right {' .. '.join(found)}"
     return "; ".join(piece for piece in (said, gaps(edges)) if piece)
 

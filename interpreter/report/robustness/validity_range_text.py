@@ -15,7 +15,7 @@ def ends(own: Collection[ValidityEdge], shown: Shown) -> list[str]:
     return list(dict.fromkeys(shown(v) for v in (min(found), max(found)))) if found else []
 
 
-def nowhere(own: Collection[ValidityEdge]) -> str:
+def nowhere_right(own: Collection[ValidityEdge]) -> str:
     """Return a sentence for a model that was right at no point."""
     if not any(e.judged for e in own):
         return "not judged"
