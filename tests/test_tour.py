@@ -60,12 +60,13 @@ def test_the_way_from_a_text_to_its_report_is_one_short_function() -> None:
     """The goal is 40 lines at most, docstring included; the steps are called there and nowhere else."""
     file = ROOT / "interpreter" / "pipeline" / "run_pipeline.py"
     tree = ast.parse(file.read_text(encoding="utf-8"))
-    way = next(n for n in tree.body if isinstance(n, ast.FunctionDef) and n.name == "report_of")
+    way = next(n for n in tree.body if isinstance(n, ast.FunctionDef) and n.name == "run_to_report")
     assert (way.end_lineno or 0) - way.lineno + 1 <= 40
     called = [ast.unparse(n.func) for n in ast.walk(way) if isinstance(n, ast.Call)]
-    steps = ("sound_of", "plan_of", "reference_runs.read", "probe_sampling.place", "model_runs.prepare",
-             "reference_runs.solve", "model_runs.solve", "reference_runs.scan", "model_runs.state",
-             "report_assembly.finished")  # fmt: skip
+    steps = ("check_text", "plan_of", "reference_runs.read_measurements", "probe_sampling.place_probes",
+             "model_runs.prepare_models", "reference_runs.solve_references", "model_runs.solve_model",
+             "reference_runs.compute_model_references", "model_runs.state_errors",
+             "report_assembly.finished_report")  # fmt: skip
     assert [n for n in called if n in steps] == sorted(steps, key=called.index)
     assert set(steps) <= set(called)
 

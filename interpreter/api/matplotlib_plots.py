@@ -122,11 +122,11 @@ def _lines(findings: Findings) -> Found:
 def _histories(findings: Findings) -> Found:
     """Return drawings of displacements over time."""
 
-    def made(course: time_histories.Course) -> Drawing:
+    def made(course: time_histories.PointHistory) -> Drawing:
         traces = [Trace(n, course.moments, u) for n, u in course.values.items()]
         return Drawing(course.probe, ("t", "s"), (course.symbol, "m"), traces)
 
-    return {c.probe: lambda c=c: made(c) for c in time_histories.courses_of(findings)}  # type: ignore[misc]
+    return {c.probe: lambda c=c: made(c) for c in time_histories.point_histories(findings)}  # type: ignore[misc]
 
 
 def _curves(findings: Findings) -> Found:

@@ -18,7 +18,7 @@ def round_significant(value: float, digits: int) -> float:
 
 
 def format_quantity(value: float, unit: str, digits: int = 6, percent: bool = False) -> str:
-    """Format a value in SI with a fitting unit, as `units.show` does; a plain number as `%` if `percent`."""
+    """Format a value in SI with a fitting unit, as `units.format_value` does; a plain number as `%` if `percent`."""
     near = round_significant(value, digits)
     if percent and is_ratio(unit):
         return typeset_number(f"{near * 100:.6g} %")

@@ -23,7 +23,7 @@ from softmark.interpreter.language.compiled_scene import Expectation, Location
 from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.language.scene_sources import find_quoted_paths
 from softmark.interpreter.language_server.text_document import Document
-from softmark.interpreter.report.run.tables.error_statement_table import beside
+from softmark.interpreter.report.run.tables.error_statement_table import stated_error
 from softmark.interpreter.results.error_statements import StatedError
 from softmark.interpreter.results.run_report import SCHEMA, MetricResult, ModelResult
 from softmark.safe_files import read_regular
@@ -165,7 +165,7 @@ def _shown(value: float, unit: str, model: ModelResult | None, metric: str) -> s
     said = model.stated.get(metric) if model else None
     if said is None or said.value is None:
         return _amount(value, unit)
-    return f"{_amount(value, unit)} {beside(said.value, MetricResult(value, unit))}"
+    return f"{_amount(value, unit)} {stated_error(said.value, MetricResult(value, unit))}"
 
 
 def _remarks_on_metric(found: Json) -> str:

@@ -10,7 +10,7 @@ and `prepare(model, declared, case, workshop)`, which creates arrays and returns
 To add a model:
     declaration   a class, and a line in MODELS here
     builder       a module, and a line in BUILDERS (model_builders.py)
-    verification  forces computed again by other formulas, and an error estimate: a module and a line in VOUCHERS
+    verification  forces computed again by other formulas, and an error estimate: a module and a line in VERIFIERS
                   (verification/by_model). Without them the model runs with a warning and states no error.
 """
 

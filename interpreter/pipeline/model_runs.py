@@ -30,9 +30,9 @@ from softmark.interpreter.problem.surface_selection.load_resultants import doubt
 from softmark.interpreter.results.reaction_results import ContactResult, EquilibriumForces
 from softmark.interpreter.results.run_report import ModelResult, Timing
 from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT, format_state
-from softmark.interpreter.verification.force_verification import watched
-from softmark.interpreter.verification.selection_error import reactions
-from softmark.interpreter.verification.stress_warnings import asks, unresolved
+from softmark.interpreter.verification.force_verification import verify_solution
+from softmark.interpreter.verification.selection_error import support_facts
+from softmark.interpreter.verification.stress_warnings import asks_for_stress, stress_warnings
 from softmark.solvers.mesh.surface_bodies import SurfaceBody
 from softmark.solvers.runtime import parallel_compilation
 
@@ -73,7 +73,7 @@ def solve_model(work: StateRun, name: str) -> None:
     prepared, setup, setup_cpu = work.prepared[name]
     solution, wall, cpu = _solve_from_previous_state(work, name, prepared)
     case = interaction_setup.with_moved_rigid_bodies(case, solution.mesh)
-    solution = stressed(work.scene, declared, case, watched(work.scene, declared, case, prepared, solution))
+    solution = stressed(work.scene, declared, case, verify_solution(work.scene, declared, case, prepared, solution))
     history = solution.history
     known = facts(case, prepared.mesh) | _mesh_facts(case, prepared) | _filled_surface_facts(case, prepared)
     solution = replace(solution, facts=solution.facts | known)
@@ -115,23 +115,29 @@ def solve_model(work: StateRun, name: str) -> None:
         step_errors=solution.step_errors and cache(solution.step_errors),
         vibrations=solution.vibrations,
     )
-    work.warn(unresolved(work.scene, work.views[name], prepared), once=True)
+    work.warn(stress_warnings(work.scene, work.views[name], prepared), once=True)
     if solution.step_errors is not None and solution.displacement is not None:
-        from softmark.interpreter.verification.motion_errors import step_doubts
+        from softmark.interpreter.verification.motion_errors import step_warnings
 
-        work.warn((), here=step_doubts(work.scene, declared, work.views[name], solution.notes))
+        work.warn((), here=step_warnings(work.scene, declared, work.views[name], solution.notes))
     if case.contacts:
-        from softmark.interpreter.verification.contact_warnings import contradicted, cut_in, held_off
+        from softmark.interpreter.verification.contact_warnings import (
+            contradiction_warnings,
+            gap_warnings,
+            penetration_warnings,
+        )
 
         metrics = [metric.thing for metric in work.scene.of_kind("metric").values()]
-        cut = cut_in(declared, case, rest, prepared.mesh, solution.facts)
-        work.warn((), here=(*cut, *contradicted(declared, rest, metrics), *held_off(declared, case, rest)))
+        cut = penetration_warnings(declared, case, rest, prepared.mesh, solution.facts)
+        work.warn(
+            (), here=(*cut, *contradiction_warnings(declared, rest, metrics), *gap_warnings(declared, case, rest))
+        )
     outline, kind = declared.thing.outline(case), declared.thing.kind(case)
-    held = reactions(case, prepared, rest)
+    held = support_facts(case, prepared, rest)
     found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, seen)
     work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held, kind=kind,
                                     contacts=contact_results(case, prepared, rest, solution.facts),
-                                    stress=solution.stress if solution.mesh and asks(work.scene) else None,
+                                    stress=solution.stress if solution.mesh and asks_for_stress(work.scene) else None,
                                     constants=cell_constants(case, solution.mesh))  # fmt: skip
 
 
@@ -141,13 +147,13 @@ def contact_results(
     """Return the contact results for the report, by name."""
     if not rest.touches:
         return {}
-    from softmark.interpreter.verification.contact_error import beyond
-    from softmark.interpreter.verification.contact_warnings import shares
+    from softmark.interpreter.verification.contact_error import force_excess
+    from softmark.interpreter.verification.contact_warnings import selected_area_ratios
 
-    checks, taken = (facts.get("checks") or {}).get("contact") or {}, shares(case, prepared.mesh)
+    checks, taken = (facts.get("checks") or {}).get("contact") or {}, selected_area_ratios(case, prepared.mesh)
     return {
         name: ContactResult(
-            touch, rest.reactions[name], (checks.get(name) or {}).get("overlap"), taken.get(name), beyond(touch)
+            touch, rest.reactions[name], (checks.get(name) or {}).get("overlap"), taken.get(name), force_excess(touch)
         )
         for name, touch in rest.touches.items()
     }
@@ -257,7 +263,7 @@ def state_errors(work: StateRun, names: Iterable[str]) -> None:
     asked = () if work.options.stated is None else work.options.stated or tuple(work.models)
     if not asked and not work.options.free:
         return
-    from softmark.interpreter.verification.error_estimate import stated
+    from softmark.interpreter.verification.error_estimate import estimate_errors
 
     for name in list(names):
         result = work.models[name]
@@ -266,5 +272,5 @@ def state_errors(work: StateRun, names: Iterable[str]) -> None:
             declared, prepared, view = work.scene.declared[name], work.prepared[name][0], work.views[name]
             known = work.measured, work.warnings, work.views
             before = [(w.views[name], w.models[name].stated) for w in work.earlier]
-            said = stated(work.scene, declared, view, prepared, result, *known, name in asked, before)
+            said = estimate_errors(work.scene, declared, view, prepared, result, *known, name in asked, before)
             work.models[name] = replace(result, stated=said)

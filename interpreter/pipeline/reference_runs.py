@@ -154,12 +154,12 @@ def _reference(work: StateRun, declared: Declared) -> None:
 
 def _keep_refined(work: StateRun, declared: Declared) -> None:
     """Store the converged limit of refined models, over all requested points."""
-    from softmark.interpreter.verification.refinement_family import settled
+    from softmark.interpreter.verification.refinement_family import find_reference
 
     places = [work.place(p).X for p in work.probes(work.case(declared).body.name)]
     points = np.concatenate([np.zeros((0, 3)), *places])
     found = work.options.recall(
-        work.scene, declared, lambda: settled(work.scene, declared, points, work.measured, work.options.say)
+        work.scene, declared, lambda: find_reference(work.scene, declared, points, work.measured, work.options.say)
     )
     _keep_reference(work, declared, found.displacement, found.estimated_error, found.facts)
 

@@ -25,8 +25,8 @@ from softmark.interpreter.results.run_report import (
 )
 from softmark.interpreter.results.state_results import format_state, join_states
 from softmark.interpreter.verification.expectation_results import judge
-from softmark.interpreter.verification.force_verification import loose
-from softmark.interpreter.verification.stress_warnings import asks
+from softmark.interpreter.verification.force_verification import tolerance_warnings
+from softmark.interpreter.verification.stress_warnings import asks_for_stress
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
@@ -52,7 +52,7 @@ def finished_report(works: Sequence[StateRun]) -> Report:
     """Return the report of all requested results."""
     for work in works:
         _measure(work, partial=False, coloured=work is works[-1])
-        work.warn(loose(work.scene, work.models))
+        work.warn(tolerance_warnings(work.scene, work.models))
         if any(model.status == "read" for model in work.models.values()):
             from softmark.interpreter.verification.unit_mismatch import other_units
 
@@ -113,7 +113,7 @@ def _with_fields(work: StateRun, name: str, shape: DrawnSurface) -> DrawnSurface
     """Return the surface of a model with the requested stress and contact fields."""
     view, found = work.views[name], list[SurfaceField]()
     X = work.surfaces[view.body].X
-    if asks(work.scene):
+    if asks_for_stress(work.scene):
         from softmark.interpreter.pipeline.stress_surface_fields import stress_fields
 
         found += stress_fields(work, view, X)

@@ -14,7 +14,7 @@ from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.pipeline.run_state import StateRun
 from softmark.interpreter.problem.solution import View
 from softmark.interpreter.results.run_report import SurfaceField
-from softmark.interpreter.verification.stress_singularities import limitless
+from softmark.interpreter.verification.stress_singularities import singular_stress
 from softmark.interpreter.verification.stress_warnings import APART
 
 if TYPE_CHECKING:
@@ -32,7 +32,9 @@ def stress_fields(work: StateRun, view: View, X: Floats) -> tuple[SurfaceField, 
     except Undefined as undefined:
         return tuple(_number(metrics, None, str(undefined)) for metrics in asked)
     found, mesh = [], work.prepared[view.name][0].mesh
-    edge = limitless(replace(asked[0][0].thing, over="largest"), view.case, mesh, X)  # the same for all stress fields
+    edge = singular_stress(
+        replace(asked[0][0].thing, over="largest"), view.case, mesh, X
+    )  # the same for all stress fields
     for metrics in asked:
         values = metrics[0].thing.values(tensors)
         if np.all(np.isfinite(values)):

@@ -27,6 +27,6 @@ def table_fault(declared: Declared, duration: float) -> Diagnostic | None:
         span = units.format_range(times[0], times[-1], units.TIME)
         return diagnostic("E315", at, f"the table of `{declared.name}` does not go over the whole analysis",
                           f"it goes from {span}",
-                          f"the analysis goes from 0 to {units.format_value(duration, units.TIME)}: give the table rows for all"
-                          " of it, or analyse less")  # fmt: skip
+                          f"the analysis goes from 0 to {units.format_value(duration, units.TIME)}: give the table"
+                          " rows for all of it, or analyse less")  # fmt: skip
     return None

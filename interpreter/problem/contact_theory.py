@@ -227,7 +227,8 @@ def _indentation_problem(case: Case) -> Indentation:
     return Indentation(
         tool.kind, tool.size, depth, 2.0 * float(material.shear_modulus) * (1.0 + nu), nu, at, n,
         Surroundings(face.thickness, face.width(at, mirrors), bonded), friction, slid, share,
-        case.body.thing.thickness if case.planar == "plane_strain" else None, tool.edge, _moves_along_face(case, touch, n),
+        case.body.thing.thickness if case.planar == "plane_strain" else None, tool.edge,
+        _moves_along_face(case, touch, n),
     )  # fmt: skip
 
 

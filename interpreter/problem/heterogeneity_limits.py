@@ -96,7 +96,7 @@ def check_models(scene: Scene) -> Iterator[Diagnostic]:
             continue
         if any(profiles(material) for material in case.materials):
             yield diagnostic("E328", model.at(),
-                             f"`{model.name}` knows a material that is the same everywhere, and {describe_varying(case)} in"
-                             " space",
+                             f"`{model.name}` knows a material that is the same everywhere, and"
+                             f" {describe_varying(case)} in space",
                              "one value of each constant",
                              "use `fem(...)`, which takes every constant at its points of integration")  # fmt: skip

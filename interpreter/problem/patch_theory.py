@@ -122,8 +122,8 @@ def _must_meet(stack: Stack) -> None:
     open_ones = sum(not joint.glued for joint in stack.joints)
     if stack.grown >= 0.0 and open_ones > 1:
         travel, gaps = (units.format_value(v, units.LENGTH) for v in (stack.gaps - stack.grown, stack.gaps))
-        raise NotApplicable(f"its ends come nearer by {travel} and its {open_ones} gaps are {gaps} in all, so that blocks"
-                      " between them are free", "move an end by more")  # fmt: skip
+        raise NotApplicable(f"its ends come nearer by {travel} and its {open_ones} gaps are {gaps} in all, so that"
+                      " blocks between them are free", "move an end by more")  # fmt: skip
     if stack.grown <= -sum(block.length for block in stack.blocks):
         raise NotApplicable("its ends come nearer by more than it is long", "move an end by less")
 

@@ -277,7 +277,8 @@ def _slab(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
         raise NotApplicable(f"it can grow along {'xyz'[other]}", "hold both faces there, or use `plane_strain(...)`")
     held = _held_sides(case, body, way)
     if len(held) != 1 or open_[way] != {0, 1} - held:
-        raise NotApplicable(f"across {'xyz'[way]} not one side is held as a plane of symmetry, and the other free and open",
+        raise NotApplicable(f"across {'xyz'[way]} not one side is held as a plane of symmetry, and the other free"
+                      " and open",
                       "model one half: hold its middle plane, sealed, and open the other side")  # fmt: skip
     root = replace_coordinate(ends.root, way, (body.low, body.high)[held.pop()][way])
     return 1, body.size(way), root, replace_coordinate((0.0, 0.0, 0.0), way, 1.0)

@@ -50,8 +50,8 @@ def bar_of(case: Case) -> RelaxingBar:
         raise NotApplicable(f"`{driving.name}` does not act along the axis", REMEDY)
     course = at_full_size(driving.thing).course
     area = shape.section.area
-    return RelaxingBar(shape.length, area, root, axis, _fixed_point(case, root), material.young, material.poisson, g, tau,
-                       force, sign * (area if force else 1.0), driven_by(course, now), now)  # fmt: skip
+    return RelaxingBar(shape.length, area, root, axis, _fixed_point(case, root), material.young, material.poisson, g,
+                       tau, force, sign * (area if force else 1.0), driven_by(course, now), now)  # fmt: skip
 
 
 def _ends(case: Case) -> tuple[int, Declared, Any]:

@@ -41,7 +41,8 @@ def plane_fault(support: Declared, body: str, bounds: Bounds | None) -> Diagnost
         return None  # what selects nothing of the body is said elsewhere
     return diagnostic("E582", at,
                       f"`{body}` lies on both sides of the plane of symmetry `{support.name}`",
-                      f"it goes from {units.format_value(low, units.LENGTH)} to {units.format_value(high, units.LENGTH)} here",
+                      f"it goes from {units.format_value(low, units.LENGTH)} to"
+                      f" {units.format_value(high, units.LENGTH)} here",
                       "model the half on one side of it, as in `sphere(radius = 10 mm, part = half)`")  # fmt: skip
 
 

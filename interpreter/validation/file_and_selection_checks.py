@@ -147,7 +147,8 @@ def loads(scene: Scene) -> Iterator[Diagnostic]:
         if body.thing.shape.convex and not _may_meet_surface(action.where, body.thing.shape):
             at: Location = load.at("where")
             problem = f"`{load.name}` selects no part of the surface of `{body.name}`"
-            help = f"it acts on the surface, and this lies inside; the body spans {describe_extent(*body.thing.shape.bounds)}"
+            spans = describe_extent(*body.thing.shape.bounds)
+            help = f"it acts on the surface, and this lies inside; the body spans {spans}"
             yield diagnostic("E302", at, problem, "selects nothing", help)
 
 

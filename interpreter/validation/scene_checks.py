@@ -55,9 +55,6 @@ def _has_error(declared: Declared, found: Found) -> bool:
     return any(d.severity == "error" and declared.contains(d) for d in found)
 
 
-# ------------------------------------------------------------------ declarations one by one
-
-
 def _one_analysis(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for extra in list(scene.of_kind("analysis").values())[1:]:
         yield diagnostic("E222", extra.at(), "a scene has one analysis, this is another",

@@ -17,7 +17,7 @@ from softmark.interpreter.problem.body_case import Case
 INWARD = 1e-6  # of the way to its centroid: where a cell is looked at, so that its border is not
 
 
-def alone(case: Case, mesh: DeformedMesh) -> list[tuple[Case, Any]]:
+def split_by_material(case: Case, mesh: DeformedMesh) -> list[tuple[Case, Any]]:
     """Return a case of each material with its cells; for a body of one material, all cells."""
     if not case.parts:
         return [(case, slice(None))]

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Floats
 
 
-def limitless_pressure(metric: Metric | None, case: Case, rest: EquilibriumForces | None, X: Floats) -> str | None:
+def singular_pressure(metric: Metric | None, case: Case, rest: EquilibriumForces | None, X: Floats) -> str | None:
     """Return why a metric of contact pressure, evaluated at X (n, 3), m, does not converge, or None.
 
     It does not if it is evaluated in a facet in contact that contains a sharp edge or tip of the rigid body.

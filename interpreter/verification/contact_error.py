@@ -33,7 +33,7 @@ PEAK = 1.5  # the greatest pressure over the mean of a round contact (Hertz 1881
 ROUNDED = 1.05  # where all that is pressed is pressed alike it is 1, but for how the border is found
 
 
-def index(
+def contact_error_index(
     whole: SolutionUnderTest, seen: ProbeResultUnderTest, apart: float, ratio: float, farther: float | None
 ) -> float:
     """Return the error of a contact metric, from its distance to a mesh that is `ratio` times coarser.
@@ -60,7 +60,7 @@ def _edge_area(metric: ContactArea, seen: ProbeResultUnderTest) -> float:
     return found
 
 
-def gaps(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
+def gap_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
     """Return the part of the stated error due to gaps; none without contact."""
     from softmark.interpreter.vocabulary.self_contact_words import Itself
 
@@ -118,7 +118,7 @@ def _gap_error(case: Case, widest: Mapping[str, float], seen: ProbeResultUnderTe
     return POWER * left / rest.moved * seen.size if rest.moved > 0.0 else 0.0
 
 
-def joints(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
+def tie_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
     """Return the part of the stated error due to compliant ties; none without ties."""
     from softmark.interpreter.vocabulary.self_contact_words import Tied
 
@@ -132,7 +132,7 @@ def _tie_error(whole: SolutionUnderTest, tied: Sequence[Any], seen: ProbeResultU
 
     To first order this holds for every action on the body as a whole; displacements also have the root mean square
     opening
-    of the ties. Raises Unknown if the share is most of the energy, or is not known.
+    of the ties. Raises NoErrorEstimate if the share is most of the energy, or is not known.
     """
     from softmark.interpreter.verification.grid_convergence import HOPELESS
     from softmark.interpreter.verification.probe_errors import NoErrorEstimate
@@ -149,7 +149,7 @@ def _tie_error(whole: SolutionUnderTest, tied: Sequence[Any], seen: ProbeResultU
     return max(found, open_by) if seen.unit == "m" else found
 
 
-def beyond(touch: ContactNumbers) -> float | None:
+def force_excess(touch: ContactNumbers) -> float | None:
     """Return the ratio of the force to area times largest pressure if it exceeds the possible value 1, else None."""
     field: Any = touch.field
     if field is None or not touch.area * touch.pressure > 0.0:
@@ -158,10 +158,10 @@ def beyond(touch: ContactNumbers) -> float | None:
     return found if found > ROUNDED else None
 
 
-def at_least(seen: ProbeResultUnderTest) -> float | None:
+def least_error(seen: ProbeResultUnderTest) -> float | None:
     """Return the minimal error of an area or pressure that contradicts the force, in its unit, or None.
 
-    Raises Unknown if the error is larger than the value.
+    Raises NoErrorEstimate if the error is larger than the value.
     """
     from softmark.interpreter.metrics.contact import ContactArea, ContactPressure
     from softmark.interpreter.metrics.pressure_along import PressureAlong
@@ -171,7 +171,7 @@ def at_least(seen: ProbeResultUnderTest) -> float | None:
     metric, rest = seen.metric, seen.at_rest
     if not isinstance(metric, ContactArea | ContactPressure | PressureAlong) or rest is None:
         return None
-    times = beyond(rest.touches[metric.of]) if metric.of in rest.touches else None
+    times = force_excess(rest.touches[metric.of]) if metric.of in rest.touches else None
     if times is None:
         return None
     if PEAK * times - 1.0 > HOPELESS:

@@ -17,8 +17,8 @@ import numpy as np
 
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
 from softmark.interpreter.models.shared.rigid_contact_setup import barrier_of, inner_steps
-from softmark.interpreter.verification.load_forces_check import selected
-from softmark.interpreter.verification.support_reactions_check import held, motion
+from softmark.interpreter.verification.load_forces_check import select_facets
+from softmark.interpreter.verification.support_reactions_check import held_components, rigid_motion
 from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.contact.signed_distance.distance_function import depth_of_centroid as depth_of_middle
@@ -54,16 +54,19 @@ MISSED = 1e-4  # of the size of a body: what a `where` may leave behind a rigid 
 ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
 
-def of_contacts(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Floats], float]:
-    """Return nodal forces (n, 3), N, of every contact by name, and their uncertainty, N. Raises Unchecked."""
+def all_contact_forces(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Floats], float]:
+    """Return nodal forces (n, 3), N, of every contact by name, and their uncertainty, N.
+
+    Raises NoIndependentFormula.
+    """
     found, unsure = dict[str, Floats](), 0.0
     for touch in case.contacts:
-        found[touch.name], left = of_contact(case, touch, mesh, u)
+        found[touch.name], left = contact_forces(case, touch, mesh, u)
         unsure += left
     return found, unsure
 
 
-def seen(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Any], str | None]:
+def check_contacts(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Any], str | None]:
     """Return facts of every contact, by name, and why the state is invalid if a node penetrates a rigid body, or None.
 
     `least_gap` is that of all nodes that may touch, m, and `overlap` the penetration of facets between their nodes, m,
@@ -100,7 +103,7 @@ def seen(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Any], str
 
 
 def _passes_between_nodes(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats, own: dict[str, Any]) -> bool:
-    """Return whether facets cut a rigid body in half and it does not push them back. Raises Unchecked.
+    """Return whether facets cut a rigid body in half and it does not push them back. Raises NoIndependentFormula.
 
     It pushes them back where its force has a part against the outward normal of the facet that is cut most deeply.
     """
@@ -111,7 +114,7 @@ def _passes_between_nodes(case: Case, touch: Touch, mesh: DeformedMesh, u: Float
     corners = x[_facets(case, touch, mesh)[:, :3]]
     cut = corners[np.linalg.norm(corners.mean(axis=1) - own["deepest"], axis=1).argmin()]
     normal = np.cross(cut[1] - cut[0], cut[2] - cut[0])
-    force = of_contact(case, touch, mesh, u)[0].sum(axis=0)
+    force = contact_forces(case, touch, mesh, u)[0].sum(axis=0)
     return not -float(force @ normal) > PUSHED * float(np.linalg.norm(force) * np.linalg.norm(normal))
 
 
@@ -122,7 +125,7 @@ def _missed_penetration(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats)
     others = [other for other in case.contacts if other.rigid.name == touch.rigid.name]
     asked = np.unique(np.concatenate([_facets(case, other, mesh).ravel() for other in others]))
     whole = replace(touch, declared=replace(touch.declared, thing=replace(touch.thing, where=EVERYWHERE)))
-    still = np.flatnonzero(np.asarray(held(replace(case, supports=case.named_supports), mesh)).any(axis=1))
+    still = np.flatnonzero(np.asarray(held_components(replace(case, supports=case.named_supports), mesh)).any(axis=1))
     nodes = np.setdiff1d(_facets(case, whole, mesh), np.concatenate([asked, still]))
     x = _in_plane(case, mesh.points + u)[nodes]
     return max(0.0, -float(_evaluate_distance(_current_distance(touch), x)[0].min(initial=0.0)))
@@ -137,7 +140,7 @@ def _is_engulfed(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> boo
     if gap is None or gap.centroid is None:
         return False
     look, inside = _current_distance(touch), _inside_body(case, mesh, u)
-    middle = _in_plane(case, move_points(np.array([gap.centroid]), *motion(touch)))
+    middle = _in_plane(case, move_points(np.array([gap.centroid]), *rigid_motion(touch)))
     if _evaluate_distance(look, middle)[0][0] < 0.0:
         return inside(middle[0])
     low, high = _rigid_bounds(touch)
@@ -165,7 +168,7 @@ def _rigid_bounds(touch: Touch) -> tuple[Floats, Floats]:
     if (ends := shape.bounds) is None:
         points = shape.surface(0.0)[0]
         ends = points.min(axis=0), points.max(axis=0)
-    corners = move_points(np.array(list(product(*zip(*ends, strict=True)))), *motion(touch))
+    corners = move_points(np.array(list(product(*zip(*ends, strict=True)))), *rigid_motion(touch))
     return corners.min(axis=0), corners.max(axis=0)
 
 
@@ -192,8 +195,8 @@ def _contact_facts(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> d
     return found | ({"deepest": place.tolist()} if deep < 0.0 else {})
 
 
-def of_contact(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> tuple[Floats, float]:
-    """Return nodal forces (n, 3), N, of one contact, and their uncertainty, N. Raises Unchecked."""
+def contact_forces(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> tuple[Floats, float]:
+    """Return nodal forces (n, 3), N, of one contact, and their uncertainty, N. Raises NoIndependentFormula."""
     facets, barrier = _facets(case, touch, mesh), barrier_of(case, touch, mesh.mesh)
     barrier = barrier.stiffer(mesh.stiffer)
     of, N, A = _points(case, touch, mesh, facets)
@@ -209,10 +212,12 @@ def of_contact(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> tuple
     p = np.where(A > 0.0, p, 0.0)
     push = _in_plane(case, (A * p)[:, None] * n)
     if touch.thing.friction:
-        from softmark.interpreter.verification.friction_forces_check import rubbed
+        from softmark.interpreter.verification.friction_forces_check import friction_tractions
 
         spring = barrier.stiffness / barrier.distance
-        push += A[:, None] * rubbed(touch, mesh, (of, N), x, _in_plane(case, n), p, spring, bool(case.planar))
+        push += A[:, None] * friction_tractions(
+            touch, mesh, (of, N), x, _in_plane(case, n), p, spring, bool(case.planar)
+        )
         slope = slope + spring
     found = np.zeros_like(u)
     np.add.at(found, of, N[:, :, None] * push[:, None, :])
@@ -237,7 +242,7 @@ def _gaps_to_planes(
     joined: AddedContactPoints, touch: Touch, x: Floats, g: Floats, n: Floats, near: float
 ) -> tuple[Floats, Floats]:
     """Return gaps and normals, with those of added points to their tangent planes, for points really near the body."""
-    c, ends = (move_points(points, *motion(touch)) for points in (joined.c, joined.c + joined.n))
+    c, ends = (move_points(points, *rigid_motion(touch)) for points in (joined.c, joined.c + joined.n))
     new = slice(len(g) - len(c), None)
     g, n, own = g.copy(), n.copy(), ((x[new] - c) * (ends - c)).sum(axis=1)
     g[new], n[new] = np.where(np.abs(g[new]) < near, own, np.inf), ends - c
@@ -266,7 +271,7 @@ def _points(case: Case, touch: Touch, mesh: DeformedMesh, facets: Ints) -> tuple
 
 def _fixed_nodes(case: Case, mesh: DeformedMesh) -> Ints:
     """Return nodes that supports fix completely: they neither press nor yield."""
-    found: Ints = np.flatnonzero(held(case, mesh).all(axis=1))
+    found: Ints = np.flatnonzero(held_components(case, mesh).all(axis=1))
     return found
 
 
@@ -283,10 +288,10 @@ def _evaluate_distance(look: rigid_contact_forces.Distance, x: Floats) -> tuple[
 
 
 def _facets(case: Case, touch: Touch, mesh: DeformedMesh) -> Ints:
-    """Return facets that may touch (f, k): selected, with at least one free node. Raises Unchecked."""
+    """Return facets that may touch (f, k): selected, with at least one free node. Raises NoIndependentFormula."""
     where, facets = touch.thing.where, np.asarray(mesh.mesh.facets)
     if where is not EVERYWHERE:
-        swept = selected(where, case, mesh.mesh)
+        swept = select_facets(where, case, mesh.mesh)
         facets = np.concatenate([np.concatenate([whole, parts[0]]) for whole, parts, _ in swept])
         facets = np.unique(facets, axis=0)
     if case.planar:
@@ -295,7 +300,7 @@ def _facets(case: Case, touch: Touch, mesh: DeformedMesh) -> Ints:
         facets = facets[np.abs(way[:, 2]) < 0.5 * np.linalg.norm(way, axis=1)]
     if case.depth:  # on the axis a body of revolution goes on
         facets = facets[mesh.points[facets, 0].sum(axis=1) > EPS * np.abs(mesh.points).sum()]
-    named = held(replace(case, supports=case.named_supports), mesh).any(axis=1)
+    named = held_components(replace(case, supports=case.named_supports), mesh).any(axis=1)
     free: Ints = facets[np.logical_not(np.asarray(named)[facets].all(axis=1))]
     return free
 
@@ -304,12 +309,15 @@ def _facets(case: Case, touch: Touch, mesh: DeformedMesh) -> Ints:
 
 
 def _current_distance(touch: Touch) -> rigid_contact_forces.Distance:
-    """Return the distance function of a rigid body in its current position: rotated, then shifted. Raises Unchecked."""
-    return rigid_contact_forces.moved(_distance(touch.rigid.thing.shape), *motion(touch))
+    """Return the distance function of a rigid body in its current position: rotated, then shifted.
+
+    Raises NoIndependentFormula.
+    """
+    return rigid_contact_forces.moved(_distance(touch.rigid.thing.shape), *rigid_motion(touch))
 
 
 def _distance(shape: Shape) -> rigid_contact_forces.Distance:
-    """Return the distance function of a shape at its declared position. Raises Unchecked."""
+    """Return the distance function of a shape at its declared position. Raises NoIndependentFormula."""
     make = DISTANCES.get(type(shape))
     if make is None:
         raise NoIndependentFormula(f"there is no other formula for the distance to a {type(shape).__name__}")

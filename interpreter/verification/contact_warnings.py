@@ -20,7 +20,7 @@ from softmark.interpreter.metrics.contact import ContactArea, ContactPressure
 from softmark.interpreter.metrics.pressure_along import PressureAlong
 from softmark.interpreter.models.shared.rigid_contact_setup import longest
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import find_loaded_surface
-from softmark.interpreter.verification.contact_error import beyond
+from softmark.interpreter.verification.contact_error import force_excess
 from softmark.solvers.contact.signed_distance import gap_of
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ WIDE = 0.05  # of how far the body moves: such a gap may be a tenth of a force, 
 DEEP = 0.25  # of how far the body moves, or of the least radius of what presses: facets that cut in so far miss it
 
 
-def shares(case: Case, mesh: Mesh | None) -> dict[str, float]:
+def selected_area_ratios(case: Case, mesh: Mesh | None) -> dict[str, float]:
     """Return the area of contact facets relative to the selected area, by contact, as far as it is known."""
     found = {touch.name: _share(case, touch, mesh) for touch in case.contacts if mesh is not None}
     return {name: share for name, share in found.items() if share is not None}
@@ -58,7 +58,7 @@ def _share(case: Case, touch: Touch, mesh: Mesh) -> float | None:
     return sides.of_facets(taken).area_of(case.depth) / exact if exact else None
 
 
-def selection(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
+def selection_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
     """Return the part of the stated error due to facets that a contact selects partly; none without such facets."""
     mesh = whole.prepared.mesh
     if mesh is None:
@@ -82,7 +82,7 @@ def _force_share(rest: EquilibriumForces | None, name: str, nodes: Any) -> float
     return float(f[nodes].sum() / total) if (total := float(f.sum())) > 0.0 else 0.0
 
 
-def cut_in(
+def penetration_warnings(
     declared: Declared, case: Case, rest: EquilibriumForces, mesh: Mesh | None, facts: Mapping[str, Any]
 ) -> Iterator[Diagnostic]:
     """Yield a warning for each contact whose facets penetrate so deep that they do not follow the rigid body."""
@@ -98,11 +98,11 @@ def cut_in(
                 f"facets of `{declared.name}` cut {units.format_value(round_significant(deep, 2), units.LENGTH)} into"
                 f" `{touch.rigid.name}` between their nodes",
                 "too coarse for what presses",
-                _finer(case, touch, mesh, sharpest, deep / most),
+                _cell_size_remedy(case, touch, mesh, sharpest, deep / most),
             )
 
 
-def _finer(case: Case, touch: Touch, mesh: Mesh, sharpest: float, times: float) -> str:
+def _cell_size_remedy(case: Case, touch: Touch, mesh: Mesh, sharpest: float, times: float) -> str:
     """Return a remedy: the cell size for a rigid body of this least radius, m, if facets penetrate `times` too deep.
 
     A chord of length h penetrates a round body by h^2 / (8 r), and a sharp edge by a fraction of h.
@@ -110,11 +110,13 @@ def _finer(case: Case, touch: Touch, mesh: Mesh, sharpest: float, times: float) 
     if 0.0 < sharpest < _longest_side(case, touch, mesh):
         return "it may have gone through between them: use cells as fine as the least radius of what presses"
     if not sharpest:
-        return f"use some {round_significant(times, 2):g} times finer cells: beside an edge what cuts in goes with their size"
+        ratio = f"{round_significant(times, 2):g}"
+        return f"use some {ratio} times finer cells: beside an edge what cuts in goes with their size"
     finer = (
         f"{round_significant(times**0.5, 2):g} times finer ones, for what cuts in goes with the square of their size"
     )
-    least = f"cells are as fine as the least radius, {units.format_value(round_significant(sharpest, 2), units.LENGTH)}, already: "
+    radius = units.format_value(round_significant(sharpest, 2), units.LENGTH)
+    least = f"cells are as fine as the least radius, {radius}, already: "
     return f"{least if np.isfinite(sharpest) else ''}use some {finer}"
 
 
@@ -124,25 +126,27 @@ def _longest_side(case: Case, touch: Touch, mesh: Mesh) -> float:
     return longest(points, find_loaded_surface(case.shape, mesh, touch.thing.where).touched)
 
 
-def contradicted(declared: Declared, rest: EquilibriumForces, metrics: Iterable[Metric]) -> Iterator[Diagnostic]:
+def contradiction_warnings(
+    declared: Declared, rest: EquilibriumForces, metrics: Iterable[Metric]
+) -> Iterator[Diagnostic]:
     """Yield a warning for each contact whose force exceeds the requested area times the largest pressure."""
     asked = {metric.of for metric in metrics if isinstance(metric, ContactArea | ContactPressure | PressureAlong)}
     for name in sorted(asked & set(rest.touches)):
         touch = rest.touches[name]
-        if (times := beyond(touch)) is not None:
+        if (times := force_excess(touch)) is not None:
             area = units.format_value(round_significant(touch.area, 3), units.AREA)
             most = units.format_value(round_significant(touch.pressure, 3), units.PRESSURE)
             yield diagnostic(
                 "W660",
                 declared.at("size"),
-                f"`{name}` presses with {round_significant(times, 2):g} times what its area of {area} and its greatest pressure"
-                f" of {most} come to, in `{declared.name}`",
+                f"`{name}` presses with {round_significant(times, 2):g} times what its area of {area} and its greatest"
+                f" pressure of {most} come to, in `{declared.name}`",
                 "too coarse for an area or a pressure",
                 "use smaller cells, so that a few of them touch: the force is off as well, if by less",
             )
 
 
-def held_off(declared: Declared, case: Case, rest: EquilibriumForces) -> Iterator[Diagnostic]:
+def gap_warnings(declared: Declared, case: Case, rest: EquilibriumForces) -> Iterator[Diagnostic]:
     """Yield a warning for each contact whose barrier leaves a gap that is too wide."""
     for contact in (*(touch.declared for touch in case.contacts), *case.pairs):
         touch = rest.touches.get(contact.name)

@@ -16,14 +16,14 @@ from softmark.interpreter.metrics.metric_evaluation import evaluate_curve, force
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.problem.solution import View
 from softmark.interpreter.results.error_statements import StatedError
-from softmark.interpreter.verification.probe_errors import NO_ERROR, Floats, ProbeResultUnderTest, NoErrorEstimate
+from softmark.interpreter.verification.probe_errors import NO_ERROR, Floats, NoErrorEstimate, ProbeResultUnderTest
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
 from softmark.references.measured_curve import MeasuredCurve
 
 
 @dataclass(frozen=True)
-class CurveAnswer(ProbeResultUnderTest):
+class CurveUnderTest(ProbeResultUnderTest):
     """History of one point, whose displacement `along` a direction is compared with a measured curve."""
 
     along: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -36,11 +36,11 @@ class CurveAnswer(ProbeResultUnderTest):
         return self._of_curves(np.zeros_like(self._course(self)))
 
     def change(self, other: ProbeResultUnderTest) -> float:
-        """Return how much another solution may change the metric, by `apart`. Raises Unknown."""
+        """Return how much another solution may change the metric, by `apart`. Raises NoErrorEstimate."""
         return self.apart(other)
 
     def apart(self, other: ProbeResultUnderTest) -> float:
-        """Return how much another solution may change the metric. Raises Unknown."""
+        """Return how much another solution may change the metric. Raises NoErrorEstimate."""
         if not np.all(np.isfinite(other.u)):
             raise NoErrorEstimate("another solution is not finite")
         return self._of_curves(self._course(other))
@@ -64,7 +64,7 @@ class CurveAnswer(ProbeResultUnderTest):
             raise NoErrorEstimate(f"{NO_ERROR}: {undefined}") from undefined
 
 
-def in_time(scene: Scene, metric: Declared, view: View, measured: Mapping[str, Any]) -> CurveAnswer | None:
+def history_answer(scene: Scene, metric: Declared, view: View, measured: Mapping[str, Any]) -> CurveUnderTest | None:
     """Return the answer of a history compared with a measured curve; None without one."""
     of, data = scene.declared[metric.thing.of].thing, measured.get(metric.thing.against)
     probe = view.probes.get(of.looked_at or "")
@@ -73,19 +73,19 @@ def in_time(scene: Scene, metric: Declared, view: View, measured: Mapping[str, A
     reference = Curve(data.x, data.y, data.u)
     if isinstance(of, ForceMetric) and of.followed and view.at_rest is not None and view.at_rest.knows(of.concerned):
         times, nothing = force_history(of, view.at_rest).x, np.zeros((0, 3))
-        return CurveAnswer(nothing, np.zeros((len(times), 0, 3)), times, metric.thing, view.displacement, None, view,
+        return CurveUnderTest(nothing, np.zeros((len(times), 0, 3)), times, metric.thing, view.displacement, None, view,
                            view.history, at_rest=view.at_rest, reference=reference, contact=of)  # fmt: skip
     if probe is None:
         return None
     if probe.course is None or of.direction is None:
         return None
-    return CurveAnswer(
+    return CurveUnderTest(
         probe.points[-1:], probe.course[:, -1:], probe.times, metric.thing, view.displacement, probe, view,
         view.history, along=of.direction, reference=reference,
     )  # fmt: skip
 
 
-def at_rest(
+def static_curve_errors(
     scene: Scene, known: Sequence[tuple[View, Mapping[str, StatedError]]], measured: Mapping[str, Any]
 ) -> dict[str, StatedError]:
     """Return the stated error of curves from state to state, by the stated errors of both metrics in each state."""

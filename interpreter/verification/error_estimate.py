@@ -42,10 +42,10 @@ from softmark.interpreter.verification import grid_convergence, rounding_error
 from softmark.interpreter.verification.accuracy_warnings import DOUBTS, doubts_of, is_doubt
 from softmark.interpreter.verification.by_model import verifier_of
 from softmark.interpreter.verification.by_model.verifier import Verifier
-from softmark.interpreter.verification.estimation_budget import Overspent
-from softmark.interpreter.verification.geometry_error import facets
-from softmark.interpreter.verification.probe_errors import TRIFLE, Floats, ProbeResultUnderTest, NoErrorEstimate
-from softmark.interpreter.verification.selection_error import selection
+from softmark.interpreter.verification.estimation_budget import BudgetExceeded
+from softmark.interpreter.verification.geometry_error import facet_errors
+from softmark.interpreter.verification.probe_errors import TRIFLE, Floats, NoErrorEstimate, ProbeResultUnderTest
+from softmark.interpreter.verification.selection_error import selection_errors
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
@@ -53,7 +53,15 @@ from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.deformed_mesh import NodalDisplacementField
 
-__all__ = ["DOUBTS", "ProbeAnswer", "Stated", "Unknown", "doubts_of", "is_doubt", "stated"]
+__all__ = [
+    "DOUBTS",
+    "ErrorEstimate",
+    "NoErrorEstimate",
+    "ProbeResultUnderTest",
+    "doubts_of",
+    "estimate_errors",
+    "is_doubt",
+]
 
 VOID = ("W351",)  # states of which no part of the error says anything
 
@@ -66,7 +74,7 @@ COARSE = grid_convergence.COARSE  # relative: more than that is no statement, of
 
 
 @dataclass
-class Stated(SolutionUnderTest):
+class ErrorEstimate(SolutionUnderTest):
     """Parts of the error of an answer."""
 
     def of(self, seen: ProbeResultUnderTest) -> StatedError:
@@ -98,82 +106,86 @@ class Stated(SolutionUnderTest):
             "rounding": self._rounding,
             "solver": self._solver,
         }
-        found |= selection(self)
+        found |= selection_errors(self)
         if self.case.contacts or self.case.pairs:
-            from softmark.interpreter.verification.contact_error import gaps, joints
-            from softmark.interpreter.verification.contact_warnings import selection as touching
+            from softmark.interpreter.verification.contact_error import gap_errors, tie_errors
+            from softmark.interpreter.verification.contact_warnings import selection_errors as touching
 
-            found |= gaps(self) | joints(self) | touching(self)
+            found |= gap_errors(self) | tie_errors(self) | touching(self)
         if self.case.parts:
             from softmark.interpreter.verification.region_error import parts
 
             found |= parts(self)
         if not self.case.uniform:
-            from softmark.interpreter.verification.heterogeneous_constants_check import lost
+            from softmark.interpreter.verification.heterogeneous_constants_check import heterogeneity_errors
 
-            found |= lost(self)
+            found |= heterogeneity_errors(self)
         if (missing := missing_of(self.result.loads)) is not None:
-            own, voucher = missing, verifier_of(self.declared.thing)
-            found["loads"] = lambda seen: voucher.loads_left(self, seen, own) * seen.size
-        found |= facets(self)
+            own, verifier = missing, verifier_of(self.declared.thing)
+            found["loads"] = lambda seen: verifier.loads_left(self, seen, own) * seen.size
+        found |= facet_errors(self)
         if isinstance(self.case.analysis, Quasistatic) and self.case.remembers:
             found["time"] = self._steps
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
     def _discretisation(self, seen: ProbeResultUnderTest) -> float:
-        """Return the discretisation error. Raises Unknown."""
-        voucher = verifier_of(self.declared.thing)
+        """Return the discretisation error. Raises NoErrorEstimate."""
+        verifier = verifier_of(self.declared.thing)
         if not isinstance(seen.metric, TensorMetric):
             self._must_have_limit(seen)
-            return self._of_mesh(voucher, seen)
-        from softmark.interpreter.verification.stress_singularities import settled
+            return self._of_mesh(verifier, seen)
+        from softmark.interpreter.verification.stress_singularities import converged_mesh_error
         from softmark.interpreter.verification.surface_traction_check import mismatch
 
-        found = settled(self, seen, voucher)
+        found = converged_mesh_error(self, seen, verifier)
         if seen.stress is None:
             return found
         # finer cells may miss alike what acts on the surface, which equilibrium does not
         surface = mismatch(seen.metric, self.case, seen.place, seen.stress(), seen.at_rest)
         return found if surface is None else max(found, surface.error)
 
-    def _of_mesh(self, voucher: Verifier, seen: ProbeResultUnderTest) -> float:
+    def _of_mesh(self, verifier: Verifier, seen: ProbeResultUnderTest) -> float:
         """Return the mesh error; at least the amount by which areas and pressures contradict their force."""
         if not self.case.contacts:
-            return voucher.discretisation(self, seen)
-        from softmark.interpreter.verification.contact_error import at_least
+            return verifier.discretisation(self, seen)
+        from softmark.interpreter.verification.contact_error import least_error
 
-        least = at_least(seen)
+        least = least_error(seen)
         try:
-            return max(voucher.discretisation(self, seen), least or 0.0)
+            return max(verifier.discretisation(self, seen), least or 0.0)
         except NoErrorEstimate:
             if least is None:
                 raise
             return least
 
     def _must_have_limit(self, seen: ProbeResultUnderTest) -> None:
-        """Raise Unknown for singular results: pressure at sharp edges, and effects of point and line forces."""
+        """Raise NoErrorEstimate for singular results: pressure at sharp edges, and effects of point and line forces."""
         if self.case.contacts:
-            from softmark.interpreter.verification.contact_accuracy_limits import limitless_pressure
+            from softmark.interpreter.verification.contact_accuracy_limits import singular_pressure
 
-            if place := limitless_pressure(seen.metric, self.case, seen.at_rest, seen.X):
+            if place := singular_pressure(seen.metric, self.case, seen.at_rest, seen.X):
                 raise NoErrorEstimate(f"it looks at {place}, where every refinement finds a larger pressure")
         if not any(isinstance(load.thing.action, PointLoad | LineForce) for load in self.case.loads):
             return
-        from softmark.interpreter.verification.stress_singularities import endless, place_of, unbounded
+        from softmark.interpreter.verification.stress_singularities import (
+            place_of,
+            unbounded_displacement,
+            unbounded_work,
+        )
 
         if seen.metric is None or seen.metric.summed_by != "max":
             return
         mesh, last = self.prepared.mesh, slice(-1 if seen.metric.last else 0, None)
-        if seen.metric.measured_from is None and (load := endless(seen.metric, self.case, mesh, seen.size)):
+        if seen.metric.measured_from is None and (load := unbounded_work(seen.metric, self.case, mesh, seen.size)):
             raise NoErrorEstimate(f"it is or holds the work of `{load.name}`, which grows with every refinement")
-        if load := unbounded(self.case, mesh, seen.X[last], seen.u[..., last, :]):
+        if load := unbounded_displacement(self.case, mesh, seen.X[last], seen.u[..., last, :]):
             raise NoErrorEstimate(f"it looks at {place_of(load)}, where displacements grow with every refinement")
 
     def _model(self, seen: ProbeResultUnderTest) -> float:
         return verifier_of(self.declared.thing).model(self, seen)
 
     def _rounding(self, seen: ProbeResultUnderTest) -> float:
-        return rounding_error.part(
+        return rounding_error.rounding_error(
             self.result, self.case, self.mesh, verifier_of(self.declared.thing).cells(self), seen
         )
 
@@ -201,7 +213,7 @@ class Stated(SolutionUnderTest):
     def _reduction(self, seen: ProbeResultUnderTest) -> tuple[float, float]:
         """Return the largest displacement error of the model reduction, in the unit of the metric, and relative.
 
-        Both are zero for a model without reduction. Raises Unknown.
+        Both are zero for a model without reduction. Raises NoErrorEstimate.
         """
         if self.declared.thing.reduces is None:
             return 0.0, 0.0
@@ -250,11 +262,11 @@ class Stated(SolutionUnderTest):
         """
         try:
             return STEP * HALVED * self._stepped(seen, 0.5, "half of it")
-        except Overspent:
+        except BudgetExceeded:
             return STEP * self._stepped(seen, 2.0, "another one")
 
     def _stepped(self, seen: ProbeResultUnderTest, times: float, another: str) -> float:
-        """Return the distance to the solution with a step `times` as long. Raises Unknown."""
+        """Return the distance to the solution with a step `times` as long. Raises NoErrorEstimate."""
         analysis: Any = self.case.analysis
         case = replace(self.case, analysis=replace(analysis, step=times * analysis.step))
         solution, _ = self.solved(f"step {times:g}", self.declared, case, 1.0 / times)
@@ -278,7 +290,7 @@ def _largest_change(seen: ProbeResultUnderTest, step: Floats) -> float | None:
 # ------------------------------------------------------------------ of a run
 
 
-def stated(
+def estimate_errors(
     scene: Scene,
     declared: Declared,
     view: View,
@@ -298,16 +310,16 @@ def stated(
     """
     if result.status not in SOLVED:
         return {}
-    whole = Stated(scene, declared, view.case, prepared, result, measured, result.mesh, asked)
+    whole = ErrorEstimate(scene, declared, view.case, prepared, result, measured, result.mesh, asked)
     doubts, found = doubts_of(scene, declared, warnings), {}
     void = next((f"{code}: {DOUBTS[code]}" for code in VOID if code in doubts), None)
     for name, seen in _requested_results(scene, result, view, measured, views, asked).items():
         said = _estimate_safely(whole, seen) if void is None else StatedError(reason=void)
         found[name] = replace(said, doubts=tuple(doubts))
     if any(isinstance(m.thing, CurveMetric) for m in scene.of_kind("metric").values()):
-        from softmark.interpreter.verification.curve_errors import at_rest
+        from softmark.interpreter.verification.curve_errors import static_curve_errors
 
-        found |= at_rest(scene, [*before, (view, found)], measured)
+        found |= static_curve_errors(scene, [*before, (view, found)], measured)
     return found | _errors_of_given_values(scene, found, measured)
 
 
@@ -331,7 +343,7 @@ def _errors_of_given_values(
     return stated
 
 
-def _estimate_safely(whole: Stated, seen: ProbeResultUnderTest) -> StatedError:
+def _estimate_safely(whole: ErrorEstimate, seen: ProbeResultUnderTest) -> StatedError:
     """Return the stated error; failures of the estimate become its reason."""
     try:
         return whole.of(seen)
@@ -357,16 +369,16 @@ def _requested_results(
     found: dict[str, ProbeResultUnderTest] = {}
     for name, metric in scene.of_kind("metric").items():
         if isinstance(metric.thing, CurveMetric):
-            from softmark.interpreter.verification.curve_errors import in_time
+            from softmark.interpreter.verification.curve_errors import history_answer
 
-            if (course := in_time(scene, metric, view, measured)) is not None:
+            if (course := history_answer(scene, metric, view, measured)) is not None:
                 found[name] = course
             continue
         if isinstance(metric.thing, Frequency):
-            from softmark.interpreter.verification.frequency_errors import of_view
+            from softmark.interpreter.verification.frequency_errors import frequency_of_view
 
             if asked and view.vibrations is not None and metric.thing.body_in(scene) == view.body:
-                found[name] = of_view(metric.thing, view)
+                found[name] = frequency_of_view(metric.thing, view)
             continue
         probe = metric.thing.looked_at
         if probe in result.probes:

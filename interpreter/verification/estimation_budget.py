@@ -17,7 +17,7 @@ SLIGHT = 0.25  # s that a model may take for another solution that nobody asked 
 NOT_ASKED = "nobody asked for it: `--stated` does"
 
 
-class Overspent(NoErrorEstimate):
+class BudgetExceeded(NoErrorEstimate):
     """The estimate would exceed, or has exceeded, the budget."""
 
 
@@ -85,19 +85,19 @@ class Budget:
         self.limit += SOLUTIONS * took
 
     def must_hold(self, solutions: float, slight: bool = False) -> None:
-        """Raises Overspent if work of that many solutions costs more than the budget left, or if nobody requested it.
+        """Raise BudgetExceeded if work of that many solutions exceeds the budget left, or if nobody requested it.
 
         A cost that is `slight` compared with starting a program, as of a beam with fewer segments, needs no request.
         """
         if not self.asked and not (slight and solutions * self.solution <= SLIGHT):
-            raise Overspent(NOT_ASKED)
+            raise BudgetExceeded(NOT_ASKED)
         if solutions * self.solution > self.left:
-            raise Overspent(f"it would cost more than {self.words}")
+            raise BudgetExceeded(f"it would cost more than {self.words}")
 
     def check(self, *_: object) -> None:
-        """Raise Overspent if the budget is spent."""
+        """Raise BudgetExceeded if the budget is spent."""
         if self.left < 0.0:
-            raise Overspent(f"it costs more than {self.words}")
+            raise BudgetExceeded(f"it costs more than {self.words}")
 
 
 def _listener() -> Any:

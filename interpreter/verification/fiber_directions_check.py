@@ -12,8 +12,8 @@ from softmark.interpreter.language.spatial_profiles import DirectionProfile
 from softmark.interpreter.models.shared.material_regions import own_points
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.verification.cell_materials_check import alone
-from softmark.interpreter.verification.heterogeneous_constants_check import values
+from softmark.interpreter.verification.cell_materials_check import split_by_material
+from softmark.interpreter.verification.heterogeneous_constants_check import constant_values
 from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.interpreter.vocabulary.fiber_words import Helix
 from softmark.solvers.independent_forces import fiber_axes_by_differences
@@ -26,19 +26,19 @@ from softmark.solvers.materials.active_strain import ActiveStrain
 HALVINGS = 60
 
 
-def vectors(direction: Any, X: Floats) -> tuple[Floats, Floats | None]:
-    """Return directions at points X (n, 3), m, of any length (n, 3), and sheet normals. Raises Unchecked."""
+def fiber_vectors(direction: Any, X: Floats) -> tuple[Floats, Floats | None]:
+    """Return directions at points X (n, 3), m, of any length (n, 3), and sheet normals. Raises NoIndependentFormula."""
     match direction:
         case Helix():
-            return wound(direction, X)
+            return helix_vectors(direction, X)
         case DirectionProfile(components=parts):
-            return np.stack([values(part, X) for part in parts], axis=1), None
+            return np.stack([constant_values(part, X) for part in parts], axis=1), None
         case tuple():
             return np.broadcast_to(np.array(direction, dtype=float), X.shape), None
     raise NoIndependentFormula(f"there is no other formula for fibres by {type(direction).__name__}")
 
 
-def wound(rule: Helix, X: Floats) -> tuple[Floats, Floats]:
+def helix_vectors(rule: Helix, X: Floats) -> tuple[Floats, Floats]:
     """Return tangents of x = (a(t) sin u cos v, a(t) sin u sin v, b(t) cos u), at an angle, and ellipsoid normals."""
     e3 = np.array(rule.axis)
     e1 = np.cross(e3, np.eye(3)[np.argmin(np.abs(e3))])
@@ -61,11 +61,14 @@ def wound(rule: Helix, X: Floats) -> tuple[Floats, Floats]:
 
 
 def axes_of(law: Any) -> fiber_axes_by_differences.Axes:
-    """Return a function for the axes of a material: along fibres, and across them by sheets. Raises Unchecked."""
+    """Return a function for the axes of a material: along fibres, and across them by sheets.
+
+    Raises NoIndependentFormula.
+    """
 
     def axes(X: Floats) -> Floats:
-        f, known = vectors(law.fibres, X)
-        s = known if law.sheets is None else vectors(law.sheets, X)[0]
+        f, known = fiber_vectors(law.fibres, X)
+        s = known if law.sheets is None else fiber_vectors(law.sheets, X)[0]
         f = f / np.linalg.norm(f, axis=1, keepdims=True)
         if s is None:  # any will do
             s = np.cross(f, np.eye(3)[np.argmin(np.abs(f), axis=1)])
@@ -80,7 +83,7 @@ TERM = (StressTerm(lambda F: F),)  # of a body that makes its stress by itself
 
 
 def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any = None) -> CheckedBody:
-    """Return some cells of one material, deformed; `rules` as in `checked_body`. Raises Unchecked."""
+    """Return some cells of one material, deformed; `rules` as in `checked_body`. Raises NoIndependentFormula."""
     if isinstance(case.material, ActiveStrain):
         return _active_strain_body(case, points, cells, kind, u, rules)
     material: Any = case.material
@@ -96,7 +99,7 @@ def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules:
 def pressed_of(
     case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None, rules: Any = None
 ) -> MixedBody:
-    """Return some cells with mixed pressures. Raises Unchecked."""
+    """Return some cells with mixed pressures. Raises NoIndependentFormula."""
     if isinstance(case.material, ActiveStrain):
         return _active_strain_mixed(case, points, cells, kind, u, pressures, rules)
     material: Any = case.material
@@ -109,7 +112,7 @@ def pressed_of(
 
 
 def _active_strain_body(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any) -> CheckedBody:
-    """Return cells of muscle with active strain: the stress of the law, pulled back. Raises Unchecked."""
+    """Return cells of muscle with active strain: the stress of the law, pulled back. Raises NoIndependentFormula."""
     muscle: Any = case.material
     law = muscle.law
 
@@ -121,7 +124,7 @@ def _active_strain_body(case: Case, points: Floats, cells: Any, kind: str, u: Fl
         )
         return EnergyStress(
             fiber_axes_by_differences.energy_with_shortening(
-                psi, values(muscle.shortening, X), vectors(muscle.fibres, X)[0]
+                psi, constant_values(muscle.shortening, X), fiber_vectors(muscle.fibres, X)[0]
             )
         )
 
@@ -132,7 +135,7 @@ def _active_strain_body(case: Case, points: Floats, cells: Any, kind: str, u: Fl
 def _active_strain_mixed(
     case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None, rules: Any
 ) -> MixedBody:
-    """Return such cells with mixed pressures; active strain preserves the volume. Raises Unchecked."""
+    """Return such cells with mixed pressures; active strain preserves the volume. Raises NoIndependentFormula."""
     muscle: Any = case.material
     law = muscle.law
     plain = None if _is_directed(law) else split_law(law, "finite", law.young, law.poisson)
@@ -143,7 +146,7 @@ def _active_strain_mixed(
         split = fiber_axes_by_differences.split_off_pressure(law, axes_of(law)(X)) if plain is None else plain
         of: Any = split.shape
         psi = fiber_axes_by_differences.energy_with_shortening(
-            of.psi, values(muscle.shortening, X), vectors(muscle.fibres, X)[0]
+            of.psi, constant_values(muscle.shortening, X), fiber_vectors(muscle.fibres, X)[0]
         )
         return replace(split, shape=EnergyStress(psi))
 
@@ -157,19 +160,19 @@ def _is_directed(law: Any) -> bool:
     return bool(getattr(law, "directed", False))
 
 
-def passive(case: Case) -> Case:
+def passive_case(case: Case) -> Case:
     """Return the case of one material without active tension."""
     return replace(case, other_material=case.material.passive) if getattr(case.material, "pulls", False) else case
 
 
-def pulls(case: Case, mesh: DeformedMesh, u: Floats) -> Floats:
+def muscle_forces(case: Case, mesh: DeformedMesh, u: Floats) -> Floats:
     """Return nodal forces (n, 3), N, of muscle tension: counted with the loads, as it grows with them."""
     found = np.zeros_like(mesh.points)
-    for own, which in alone(case, mesh):
+    for own, which in split_by_material(case, mesh):
         muscle = own.material
         if getattr(muscle, "pulls", False):
             cells, at = mesh.cells[which], _muscle_stress(muscle)
-            most = float(abs(values(muscle.tension, mesh.points[cells].reshape(-1, 3))).max(initial=0.0))
+            most = float(abs(constant_values(muscle.tension, mesh.points[cells].reshape(-1, 3))).max(initial=0.0))
             rules = own_points(own, mesh.mesh, which, False)
             body = fiber_axes_by_differences.AnisotropicBody(
                 mesh.points, cells, mesh.kind, u, TERM, most, False, case.depth, rules, at
@@ -180,4 +183,6 @@ def pulls(case: Case, mesh: DeformedMesh, u: Floats) -> Floats:
 
 def _muscle_stress(muscle: Any) -> Callable[[Floats], Stress]:
     """Return the stress of muscle tension at points, as a function."""
-    return lambda X: fiber_axes_by_differences.active_stress(values(muscle.tension, X), vectors(muscle.fibres, X)[0])
+    return lambda X: fiber_axes_by_differences.active_stress(
+        constant_values(muscle.tension, X), fiber_vectors(muscle.fibres, X)[0]
+    )

@@ -24,7 +24,7 @@ from softmark.interpreter.models.shared.material_regions import representative_m
 from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Solution
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.estimation_budget import Budget
-from softmark.interpreter.verification.probe_errors import Floats, CachedField, NoErrorEstimate
+from softmark.interpreter.verification.probe_errors import CachedField, Floats, NoErrorEstimate
 from softmark.records import dataclass
 from softmark.solvers.elements import element_of
 
@@ -42,7 +42,7 @@ FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes
 
 
 @dataclass(frozen=True)
-class Above:
+class FinerState:
     """State of the finer space: its model, mesh and problem, displacements (dofs,), m, and the coarse level."""
 
     model: Fem
@@ -56,7 +56,7 @@ class Above:
     @cached_property
     def solution(self) -> Solution:
         """Displacements, stress and nodal forces in the finer space, as for any other solution."""
-        return told(self.static, self.case, self.state)
+        return solution_of_state(self.static, self.case, self.state)
 
     @cached_property
     def missing(self) -> Mapping[str, float]:
@@ -73,7 +73,10 @@ class Above:
         return tangent_solver(self.static.problem.assembly, self.state, self.coarse, self.budget.check)
 
     def frequencies(self, coarse: Assembly, x: Floats, known: Factor, count: int) -> Floats:
-        """Return frequencies (count,), Hz, near those of the coarse state x with known factor. Raises Unknown."""
+        """Return frequencies (count,), Hz, near those of the coarse state x with known factor.
+
+        Raises NoErrorEstimate.
+        """
         from softmark.interpreter.models.postprocessing.vibrations import matrix
         from softmark.solvers.dynamics.vibration_modes import ModesNotFound, lowest_modes
         from softmark.solvers.linear.factorisations import Singular
@@ -94,10 +97,10 @@ class Above:
         return found
 
 
-def found(
+def solve_finer_space(
     scene: Scene, declared: Declared, case: Case, solved: DeformedMesh, below: Callable[[], Any], budget: Budget
-) -> Above:
-    """Return the finer state near the nodal displacements of `solved`, a deformed mesh. Raises Unknown.
+) -> FinerState:
+    """Return the finer state near the nodal displacements of `solved`, a deformed mesh. Raises NoErrorEstimate.
 
     `below` returns the assembly of the coarse space and a factor of its tangent there.
     """
@@ -133,11 +136,11 @@ def found(
         raise NoErrorEstimate(str(error) or "the cells of its mesh do not match across their faces") from error
     if not problem.sound(state):
         raise NoErrorEstimate("cells of the finer space are inside out")
-    return Above(thing, case, above, static, state, coarse, budget)
+    return FinerState(thing, case, above, static, state, coarse, budget)
 
 
 def _must_be_worth(assembly: Assembly, solved: DeformedMesh, budget: Budget) -> None:
-    """Raise Overspent if factorising the finer space, by a power of its unknowns, exceeds the budget left."""
+    """Raise BudgetExceeded if factorising the finer space, by a power of its unknowns, exceeds the budget left."""
     from softmark.solvers.statics.finer_space_solve import SMALL, is_direct
 
     if is_direct(assembly) and len(assembly.free) > SMALL:
@@ -146,18 +149,20 @@ def _must_be_worth(assembly: Assembly, solved: DeformedMesh, budget: Budget) -> 
 
 def _must_be_elastic(case: Case) -> None:
     if case.remembered:
-        raise NoErrorEstimate("with friction a state depends on those before it, which a finer space has not gone through")
+        raise NoErrorEstimate(
+            "with friction a state depends on those before it, which a finer space has not gone through"
+        )
 
 
 def _must_fit(needed: float) -> None:
-    """Raise Unknown if a finer space needs more than its share of the free memory."""
+    """Raise NoErrorEstimate if a finer space needs more than its share of the free memory."""
     free = resource_limits.available_memory()
     if needed > SHARE * free:
         gigabytes = f"about {needed / 1e9:.2g} GB of memory, and {max(free, 0.0) / 1e9:.2g} GB are free"
         raise NoErrorEstimate(f"a finer space would take {gigabytes}")
 
 
-def remembered(model: Fem, case: Case, mesh: DeformedMesh) -> CachedField:
+def displacement_field(model: Fem, case: Case, mesh: DeformedMesh) -> CachedField:
     """Return the displacement field that a model found on a mesh."""
     from softmark.interpreter.models.shared.deformed_mesh import displacement_of
 
@@ -189,22 +194,22 @@ class _LazyValue:
         return self._made
 
 
-def told(static: PreparedSolid, case: Case, state: Floats) -> Solution:
+def solution_of_state(static: PreparedSolid, case: Case, state: Floats) -> Solution:
     """Return the solution of a solid in a given state: displacements anywhere, stress and nodal forces."""
     from softmark.interpreter.models.postprocessing.reaction_and_work import at_rest
     from softmark.interpreter.models.shared.deformed_mesh import Deformed
 
     pressures = static.unknowns.pressed(static.solid, static.pieces, state)
     mesh = Deformed(static.mesh, static.unknowns.moved(state).reshape(-1, 3), pressures=pressures)
-    field = remembered(static.model, case, mesh)
+    field = displacement_field(static.model, case, mesh)
     found = Solution("converged", None, {}, field, stress=field.stress, carried=cache(lambda: static.carried_in(state)))
     return replace(found, at_rest=at_rest(replace(static.declared, thing=static.model), case, static, found))
 
 
-def alike(
+def solve_on_same_mesh(
     scene: Scene, declared: Declared, case: Case, solved: DeformedMesh, tangent: Callable[[], Any], budget: Budget
 ) -> Solution:
-    """Solve another model on the mesh of `solved`, starting from its state. Raises Unknown.
+    """Solve another model on the mesh of `solved`, starting from its state. Raises NoErrorEstimate.
 
     `tangent` returns the assembly of the solved model and a factor of its tangent. That factor finds a nearby state;
     only where it fails, Newton's method takes new tangents.
@@ -219,11 +224,13 @@ def alike(
     try:
         own, known = tangent()
         if own.dofs == static.problem.assembly.dofs and not case.contacts:
-            return told(static, case, solve_with_known_tangent(static.problem.assembly, u, known, budget.check))
+            return solution_of_state(
+                static, case, solve_with_known_tangent(static.problem.assembly, u, known, budget.check)
+            )
     except (NoErrorEstimate, StateLost):
         pass  # Newton's method below
     try:
         result = equilibrium(replace(static.problem, start=static.unknowns.begun(u), watch=budget.check))
     except NotConverged as error:
         raise NoErrorEstimate(f"the same with its best strain has no solution ({error.reason})") from error
-    return told(static, case, result.x)
+    return solution_of_state(static, case, result.x)

@@ -39,7 +39,7 @@ ACTS = 1e-6  # of what acts: where rounding is less, something does
 SEEN = 0.005  # of a value: differences that three digits show
 
 
-def watched(scene: Scene, declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> Solution:
+def verify_solution(scene: Scene, declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> Solution:
     """Return the solution with `checks` among its facts; its status is `failed` if it violates them.
 
     For a failed solution, the end of validity of its law is reported if it was reached.
@@ -75,7 +75,8 @@ def _verify(scene: Scene, declared: Declared, case: Case, prepared: Prepared, so
     facts = facts | {"checks": to_plain_json(found)}
     if reason is not None:
         return _failed(replace(solution, facts=facts), reason)
-    notes = (*solution.notes, *_inverted_cell_warnings(declared, solution, found), *material_stability.said(declared, found),
+    inverted = _inverted_cell_warnings(declared, solution, found)
+    notes = (*solution.notes, *inverted, *material_stability.stability_warnings(declared, found),
              *_unverified_warnings(declared, found))  # fmt: skip
     return replace(solution, facts=facts, notes=notes)
 
@@ -107,7 +108,7 @@ def _not_finite(solution: Solution) -> str | None:
     return None
 
 
-def loose(scene: Scene, models: Mapping[str, ModelResult]) -> list[Diagnostic]:
+def tolerance_warnings(scene: Scene, models: Mapping[str, ModelResult]) -> list[Diagnostic]:
     """Return a warning if the solver tolerance is coarser than the differences read from results."""
     if not (analyses := list(scene.of_kind("analysis").values())):
         return []
@@ -142,38 +143,38 @@ def _check_forces(
     scene: Scene, declared: Declared, case: Case, prepared: Prepared, solution: Solution
 ) -> tuple[dict[str, Any], str | None]:
     """Return the facts of the checks, and why the solution is invalid, or None."""
-    voucher, looked = verifier_of(declared.thing), VerifiedSolution(scene, declared, case, prepared, solution)
-    found = _check_cells(solution, case.depth) | voucher.facts(looked)
+    verifier, looked = verifier_of(declared.thing), VerifiedSolution(scene, declared, case, prepared, solution)
+    found = _check_cells(solution, case.depth) | verifier.facts(looked)
     found |= {n: v for n, v in (solution.facts.get("energy") or {}).items() if n in ("drift", "gained")}
     if isinstance(case.analysis, Dynamic):
         return found, None
     if case.contacts and solution.mesh is not None:
         from softmark.interpreter.verification import contact_forces_check, rigid_body_equilibrium_check
 
-        for look in (contact_forces_check.seen, rigid_body_equilibrium_check.checked):
+        for look in (contact_forces_check.check_contacts, rigid_body_equilibrium_check.check_rigid_bodies):
             own, behind = look(case, solution.mesh, np.asarray(solution.mesh.displacement, dtype=np.float64))
             found |= own
             if behind is not None:
                 return found, behind
-    if voucher.holds and solution.mesh is not None and solution.mesh.kind in CELLS:
-        from softmark.interpreter.verification.support_reactions_check import misplaced
+    if verifier.holds and solution.mesh is not None and solution.mesh.kind in CELLS:
+        from softmark.interpreter.verification.support_reactions_check import support_deviation
 
-        off, support = misplaced(case, solution.mesh)
+        off, support = support_deviation(case, solution.mesh)
         found |= {"misplaced": off}
         if support is not None:
             return found, f"`{support}` does not hold the body where it should: {off:.1e} of its size is lacking"
     if not case.uniform and solution.mesh is not None and solution.mesh.kind in CELLS and declared.thing.graded:
-        from softmark.interpreter.verification.heterogeneous_constants_check import integrated
+        from softmark.interpreter.verification.heterogeneous_constants_check import check_integrals
 
         formulation = getattr(declared.thing, "formulation", "displacement")
-        own, behind = integrated(case, solution.mesh, formulation != "displacement")
+        own, behind = check_integrals(case, solution.mesh, formulation != "displacement")
         found |= own
         if behind is not None:
             return found, behind
     try:
-        result, claimed = voucher.balance(looked)
+        result, claimed = verifier.balance(looked)
     except NoIndependentFormula as reason:
-        return _check_balance(voucher, looked, {"residual": None, "reason": str(reason), **found})
+        return _check_balance(verifier, looked, {"residual": None, "reason": str(reason), **found})
     found = {"residual": result.residual, "rounding": result.rounding, "nodes": result.nodes, **found}
     if not math.isfinite(result.residual):
         return found, "the forces of its solution are not finite numbers"
@@ -183,7 +184,7 @@ def _check_forces(
         claimed = min(claimed, SAYS)
     allowed = max(AGREES * (claimed or 0.0), case.analysis.tolerance) + LEFT * result.rounding
     if claimed is None or result.residual <= allowed:
-        return _check_balance(voucher, looked, found)
+        return _check_balance(verifier, looked, found)
     problem = (
         f"its forces do not balance: found again by other formulas, {result.residual:.1e} of the loads is left, where "
         f"the solver says {claimed:.1e}"
@@ -192,10 +193,10 @@ def _check_forces(
 
 
 def _check_balance(
-    voucher: Verifier, looked: VerifiedSolution, found: dict[str, Any]
+    verifier: Verifier, looked: VerifiedSolution, found: dict[str, Any]
 ) -> tuple[dict[str, Any], str | None]:
     """Return the checks together with the balance of supports and loads."""
-    own, reason = reaction_balance.checked(voucher, looked)
+    own, reason = reaction_balance.check_balance(verifier, looked)
     return found | own, reason if looked.solution.status == "converged" else None
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.interpreter.verification.load_forces_check import MOST_UNSURE, sampled, selected
+from softmark.interpreter.verification.load_forces_check import MOST_UNSURE, sample_facets, select_facets
 from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.interpreter.vocabulary.support_words import Level
 from softmark.solvers.independent_forces import solid_forces
@@ -24,8 +24,11 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
 
 
-def of_beds(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Floats], float]:
-    """Return nodal forces (n, 3), N, of every foundation by name, and their uncertainty, N. Raises Unchecked."""
+def foundation_forces(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Floats], float]:
+    """Return nodal forces (n, 3), N, of every foundation by name, and their uncertainty, N.
+
+    Raises NoIndependentFormula.
+    """
     found, unsure = {}, 0.0
     for bed in case.beds:
         found[bed.name], left = _forces_of_foundation(bed, case, mesh, u)
@@ -39,11 +42,11 @@ def _forces_of_foundation(bed: Declared, case: Case, mesh: DeformedMesh, u: Floa
     if isinstance(bed.thing, Level):
         return _rigid_plate_forces(bed, case, mesh, u), 0.0
     total, unsure = np.zeros_like(u), 0.0
-    for whole, parts, (open_facets, left) in selected(bed.thing.where, case, mesh.mesh):
-        for facets, xi, w in (*sampled(whole), parts):
-            total += _pulled(bed, case, mesh.points, facets, xi, w, u)
+    for whole, parts, (open_facets, left) in select_facets(bed.thing.where, case, mesh.mesh):
+        for facets, xi, w in (*sample_facets(whole), parts):
+            total += _spring_forces(bed, case, mesh.points, facets, xi, w, u)
         middle = np.full((len(open_facets), 2), 0.25)
-        unsure += float(np.abs(_pulled(bed, case, mesh.points, open_facets, middle, left, u)).sum())
+        unsure += float(np.abs(_spring_forces(bed, case, mesh.points, open_facets, middle, left, u)).sum())
     return total, unsure
 
 
@@ -51,7 +54,9 @@ def _rigid_plate_forces(bed: Declared, case: Case, mesh: DeformedMesh, u: Floats
     """Return forces of springs between each point of a face and its mean plane: first the mean, then each point."""
     from softmark.interpreter.models.shared.foundation_setup import plate_stiffness
 
-    pieces = [p for whole, parts, _ in selected(bed.thing.where, case, mesh.mesh) for p in (*sampled(whole), parts)]
+    pieces = [
+        p for whole, parts, _ in select_facets(bed.thing.where, case, mesh.mesh) for p in (*sample_facets(whole), parts)
+    ]
 
     def total(value: Callable[[Floats, Floats], Floats]) -> Floats:
         """Return the summed force of all points, by their displacements (p, 3) and areas (p, 3)."""
@@ -76,7 +81,7 @@ def _point_displacements(facets: Ints, xi: Floats, u: Floats) -> Floats:
     return found
 
 
-def _pulled(bed: Declared, case: Case, points: Floats, facets: Ints, xi: Floats, w: Floats, u: Floats) -> Floats:
+def _spring_forces(bed: Declared, case: Case, points: Floats, facets: Ints, xi: Floats, w: Floats, u: Floats) -> Floats:
     """Return nodal forces (n, 3), N, of points with weights w (p,) at local places xi (p, 2) of facets (p, k)."""
     moved = _point_displacements(facets, xi, u)
 

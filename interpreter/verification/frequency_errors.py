@@ -14,7 +14,7 @@ from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.models.shared.prepared_model import Solution
 from softmark.interpreter.problem.solution import View
 from softmark.interpreter.verification.grid_convergence import COARSE
-from softmark.interpreter.verification.probe_errors import NO_ERROR, Floats, ProbeResultUnderTest, NoErrorEstimate
+from softmark.interpreter.verification.probe_errors import NO_ERROR, Floats, NoErrorEstimate, ProbeResultUnderTest
 from softmark.records import dataclass
 
 EPS = float(np.finfo(np.float64).eps)
@@ -23,7 +23,7 @@ HARD = 1e4  # bulk modulus over shear modulus: beyond, what keeps the volume is 
 
 
 @dataclass(frozen=True)
-class ToneAnswer(ProbeResultUnderTest):
+class FrequencyUnderTest(ProbeResultUnderTest):
     """Frequency of a mode. Modes are numbered from the lowest on each mesh, so that crossings cause no jumps."""
 
     vibrations: Callable[[int], Floats] | None = None
@@ -40,7 +40,7 @@ class ToneAnswer(ProbeResultUnderTest):
 
     @property
     def tone(self) -> float:
-        """Frequency, Hz. Raises Unknown."""
+        """Frequency, Hz. Raises NoErrorEstimate."""
         if self.vibrations is None or not isinstance(self.metric, Frequency):
             raise NoErrorEstimate(NO_ERROR)
         try:
@@ -72,17 +72,19 @@ class ToneAnswer(ProbeResultUnderTest):
         return replace(self, vibrations=solution.vibrations)
 
     def change(self, other: ProbeResultUnderTest) -> float:
-        """Return the difference to the frequency of another solution, Hz, by `apart`. Raises Unknown."""
+        """Return the difference to the frequency of another solution, Hz, by `apart`. Raises NoErrorEstimate."""
         return self.apart(other)
 
     def apart(self, other: ProbeResultUnderTest) -> float:
-        """Return the difference to the frequency of another solution, Hz. Raises Unknown."""
-        if not isinstance(other, ToneAnswer):
+        """Return the difference to the frequency of another solution, Hz. Raises NoErrorEstimate."""
+        if not isinstance(other, FrequencyUnderTest):
             raise NoErrorEstimate(NO_ERROR)
         return abs(other.tone - self.tone)
 
 
-def of_view(metric: Frequency, view: View) -> ToneAnswer:
+def frequency_of_view(metric: Frequency, view: View) -> FrequencyUnderTest:
     """Return the frequency answer of a model."""
     nothing = np.zeros((0, 3))
-    return ToneAnswer(nothing, nothing, metric=metric, view=view, at_rest=view.at_rest, vibrations=view.vibrations)
+    return FrequencyUnderTest(
+        nothing, nothing, metric=metric, view=view, at_rest=view.at_rest, vibrations=view.vibrations
+    )

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.interpreter.verification.support_reactions_check import motion
+from softmark.interpreter.verification.support_reactions_check import rigid_motion
 from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.solvers.independent_forces import rigid_friction_forces
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from softmark.solvers.independent_forces.solid_forces import Floats, Ints
 
 
-def rubbed(
+def friction_tractions(
     touch: Touch,
     mesh: DeformedMesh,
     points: tuple[Ints, Floats],
@@ -26,7 +26,7 @@ def rubbed(
     spring: float,
     flat: bool,
 ) -> Floats:
-    """Return tractions (m, 3), Pa, at points x (m, 3), m, under pressures p (m,) along normals n. Raises Unchecked.
+    """Return tractions (m, 3), Pa, at points x (m, 3), m, under pressures p (m,) along normals n.
 
     `points` are their nodes and shape functions (m, a); without pressure a point need not be stored in the state.
     """
@@ -36,7 +36,7 @@ def rubbed(
     which = rigid_friction_forces.match_points(*points, own.points.of, own.points.shares)
     if np.any((which < 0) & (p > 0.0)):
         raise NoIndependentFormula(f"`{touch.name}` presses where its friction remembers nothing")
-    held = rigid_friction_forces.move_points(own.anchors[which], *motion(touch))
+    held = rigid_friction_forces.move_points(own.anchors[which], *rigid_motion(touch))
     if flat:
         held = held * (1.0, 1.0, 0.0)
     return rigid_friction_forces.friction_traction(x, held, n, touch.thing.friction * p, spring)

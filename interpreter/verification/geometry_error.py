@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 STIFFER = 2.0  # times the share of the volume
 
 
-def facets(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
+def facet_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
     """Return the part of the stated error due to facets; none for other meshes or without curved sides."""
     shape = whole.case.shape
     if not isinstance(shape, SurfaceBody):

@@ -16,7 +16,7 @@ COARSE = 0.3  # relative distance of two grids above which neither says anything
 HOPELESS = 1.0  # relative: an error of all that moves is no statement
 
 
-def index(apart: float, ratio: float, theory: float, farther: float | None = None) -> float:
+def convergence_index(apart: float, ratio: float, theory: float, farther: float | None = None) -> float:
     """Return the error of a grid, from its distance to one `ratio` times coarser, and that one's to the next coarser.
 
     `theory` is the order of smooth solutions. Two grids use at most the order HIGHEST, since edges of supports reduce
@@ -39,7 +39,7 @@ def _error_ratio(ratio: float, order: float) -> float:
     return math.expm1(order * math.log(ratio))
 
 
-def must_tell(apart: Sequence[float], size: float, limit: float = COARSE) -> None:
-    """Raise Unknown if two grids differ by more than a fraction of the `size` of the result."""
+def must_be_close(apart: Sequence[float], size: float, limit: float = COARSE) -> None:
+    """Raise NoErrorEstimate if two grids differ by more than a fraction of the `size` of the result."""
     if max(apart) > limit * size:
         raise NoErrorEstimate(f"the mesh is too coarse to say: another one is {100 * max(apart) / size:.2g} % away")

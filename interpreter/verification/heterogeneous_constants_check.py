@@ -12,7 +12,7 @@ from softmark.interpreter.models.shared.material_regions import some_cells
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.field_files import Image, load_field, read_field
-from softmark.interpreter.verification.cell_materials_check import alone
+from softmark.interpreter.verification.cell_materials_check import split_by_material
 from softmark.interpreter.vocabulary.field_words import Field
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.solid_forces import Floats
@@ -27,7 +27,7 @@ LOOKED = 32  # points of each look-up at which arithmetic on arrays is done agai
 AGREE = 1e-12
 
 
-def again(field: Field, X: Floats) -> Floats:
+def read_field_again(field: Field, X: Floats) -> Floats:
     """Return the values of a field at points X (n, 3), m: for an image by scipy's splines of degree one."""
     known = load_field(field)
     if not isinstance(known, Image):
@@ -37,11 +37,11 @@ def again(field: Field, X: Floats) -> Floats:
     return found
 
 
-def values(constant: Any, X: Floats) -> Floats:
+def constant_values(constant: Any, X: Floats) -> Floats:
     """Return a constant of a material at points X (n, 3), m: (n,). Raises ValueError if array arithmetic disagrees."""
     if not isinstance(constant, Profile):
         return np.full(len(X), float(constant))
-    found: Floats = constant.values(X, again)
+    found: Floats = constant.values(X, read_field_again)
     if not constant.fields:
         some = np.linspace(0, len(X) - 1, min(LOOKED, len(X))).astype(int)
         plain = np.array([constant.value(tuple(map(float, X[i]))) for i in some])
@@ -53,13 +53,13 @@ def values(constant: Any, X: Floats) -> Floats:
 def constants_of(case: Case) -> Any:
     """Return a function for Young's modulus and Poisson's ratio of a case at points (n, 3)."""
     material = case.material
-    return lambda X: (values(material.young, X), values(material.poisson, X))
+    return lambda X: (constant_values(material.young, X), constant_values(material.poisson, X))
 
 
 def density_of(case: Case) -> Any:
     """Return a density, kg/m^3: a number, or a function of points (n, 3)."""
     rho = case.material.density
-    return (lambda X: values(rho, X)) if isinstance(rho, Profile) else rho
+    return (lambda X: constant_values(rho, X)) if isinstance(rho, Profile) else rho
 
 
 # ------------------------------------------------------------------ integrals by another quadrature
@@ -72,14 +72,14 @@ CLOSE = 1e-3  # of the size of an integral: when boxes are small enough
 OFF = 5e-3  # of an integral: the error that the element's quadrature may have
 
 
-def integrated(case: Case, mesh: DeformedMesh, pressures: bool) -> tuple[dict[str, Any], str | None]:
+def check_integrals(case: Case, mesh: DeformedMesh, pressures: bool) -> tuple[dict[str, Any], str | None]:
     """Compare integrals of constants over some cells with adaptive quadrature; return the deviation and any objection.
 
     Adaptive boxes divide the cube that collapses to each cell. Points of the model only show where features may be, and
     do not enter the integrals. Integrands are each constant, and each constant times each local coordinate.
     """
     worst, reason = 0.0, None
-    for own, which in alone(case, mesh):
+    for own, which in split_by_material(case, mesh):
         part = some_cells(mesh.mesh, which)
         for name, rows, seen in _integrands(own, part, pressures):
             off = _volumes_off(seen, part)
@@ -101,16 +101,16 @@ def _integrands(case: Case, mesh: Any, pressures: bool) -> Iterator[tuple[str, C
 
     material = case.material
     if (seen := heterogeneous_material.density_resolved(case, mesh)) is not None:
-        yield "density", lambda X: values(material.density, X)[None], seen
+        yield "density", lambda X: constant_values(material.density, X)[None], seen
     if (seen := heterogeneous_material.stiffness_of(case, mesh, pressures)) is None:
         return
     active = next((n for n in heterogeneous_material.ACTIVE if isinstance(getattr(material, n, None), Profile)), None)
     if active is not None:
-        yield active, lambda X: values(getattr(material, active), X)[None], seen
+        yield active, lambda X: constant_values(getattr(material, active), X)[None], seen
         return
 
     def moduli(X: Floats) -> Floats:
-        E, nu = values(material.young, X), np.minimum(values(material.poisson, X), 0.5 - 1e-9)
+        E, nu = constant_values(material.young, X), np.minimum(constant_values(material.poisson, X), 0.5 - 1e-9)
         if not isinstance(material.poisson, Profile):
             return np.stack([E, 1.0 / E] if pressures else [E])
         K = E / (3.0 - 6.0 * nu)
@@ -153,7 +153,7 @@ def _compare_cell(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: 
 
     found, size = integrals(xi, w)
     hints = seen.fine.xi[seen.fine.cell == cell]
-    fine, left = by_boxes(kind, lambda xi: _weighted_integrands(rows, mesh, cell, xi), hints, CLOSE * size)
+    fine, left = integrate_by_boxes(kind, lambda xi: _weighted_integrands(rows, mesh, cell, xi), hints, CLOSE * size)
     scale = size + 1e-3 * seen.total / len(mesh.cells)
     off = (np.abs(found - fine) / scale)[: 1 if mesh.element.constant else None]  # one strain: no moments
     allowed = OFF + (left + seen.missed[cell] * seen.total) / scale
@@ -169,7 +169,7 @@ def _weighted_integrands(rows: Callable[[Floats], Floats], mesh: Any, cell: int,
     return found
 
 
-def by_boxes(kind: str, f: Callable[[Floats], Floats], hints: Floats, close: Floats) -> tuple[Floats, Floats]:
+def integrate_by_boxes(kind: str, f: Callable[[Floats], Floats], hints: Floats, close: Floats) -> tuple[Floats, Floats]:
     """Integrals (4, g) over a reference cell of functions f (g, n), and of f times each local coordinate.
 
     The second result is an error estimate (g,): three Gauss points per direction of a box less two. Boxes are halved
@@ -177,7 +177,7 @@ def by_boxes(kind: str, f: Callable[[Floats], Floats], hints: Floats, close: Flo
     """
     grid = np.stack(np.meshgrid(*[np.arange(BOXES) / BOXES] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     low, size = grid, np.full_like(grid, 1.0 / BOXES)
-    at, told = in_cube(kind, hints), f(hints)
+    at, told = cell_to_cube(kind, hints), f(hints)
     total, error = np.zeros((4, len(close))), np.zeros(len(close))
     taken = 0
     for turn in range(ROUNDS + 1):
@@ -234,7 +234,7 @@ def _integrate_boxes(
         t, v = np.polynomial.legendre.leggauss(many)
         points = 0.5 + 0.5 * np.stack(np.meshgrid(t, t, t, indexing="ij"), axis=-1).reshape(-1, 3)
         cube = (low[:, None] + points * size[:, None]).reshape(-1, 3)
-        xi, w = collapsed(kind, cube)
+        xi, w = cube_to_cell(kind, cube)
         found = f(xi).reshape(-1, len(low), many**3)
         w = w.reshape(len(low), -1) * 0.125 * np.einsum("i,j,k->ijk", v, v, v).ravel() * np.prod(size, axis=1)[:, None]
         return found, w, xi.reshape(len(low), -1, 3)
@@ -251,7 +251,7 @@ def _integrate_boxes(
     return values, own, np.abs(own - np.stack(coarse)).max(axis=0), bend + 1e-9 * size
 
 
-def collapsed(kind: str, cube: Floats) -> tuple[Floats, Floats]:
+def cube_to_cell(kind: str, cube: Floats) -> tuple[Floats, Floats]:
     """Map points of the unit cube (n, 3) to local points (n, 3); also return the Jacobian determinants (n,)."""
     a, b, c = cube.T
     if solid_forces.is_tensor_product(kind):
@@ -261,7 +261,7 @@ def collapsed(kind: str, cube: Floats) -> tuple[Floats, Floats]:
     return np.stack([a, (1.0 - a) * b, (1.0 - a) * (1.0 - b) * c], axis=1), (1.0 - a) ** 2 * (1.0 - b)
 
 
-def in_cube(kind: str, xi: Floats) -> Floats:
+def cell_to_cube(kind: str, xi: Floats) -> Floats:
     """Map local points (n, 3) to points of the unit cube (n, 3): the inverse of `collapsed`."""
     x, y, z = xi.T
     if solid_forces.is_tensor_product(kind):
@@ -275,7 +275,7 @@ def in_cube(kind: str, xi: Floats) -> Floats:
 # ------------------------------------------------------------------ stated error
 
 
-def lost(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
+def heterogeneity_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
     """Return the part of the stated error from constants that vary within cells.
 
     Integrals over cells may have errors: if every stiffness is off by at most a fraction, an answer is off by at most

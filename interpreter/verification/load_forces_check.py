@@ -2,8 +2,7 @@
 
 The solver cuts triangles and follows borders. Here every facet is swept by straight lines of its local coordinates:
 crossings of a border and a line are bisected, the condition is evaluated once between two crossings, and strips between
-lines are halved until two Gauss rules agree. Both share only the meaning of a selection (settled borders, curved
-sides).
+lines are halved until two Gauss rules agree. Both share only settled borders and curved sides.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.group_conditions import facet_membership, split_by_groups
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import settled_borders, split_by_sides
-from softmark.interpreter.verification.cell_materials_check import alone
+from softmark.interpreter.verification.cell_materials_check import split_by_material
 from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.interpreter.vocabulary.load_words import (
     BodyForce,
@@ -49,8 +48,8 @@ MOST_UNSURE = 1e-6  # of a load: where more of it is, it was not found again
 MARGIN = 0.1  # of its size: how far a curved facet may reach beyond points on it
 
 
-def loads_on(case: Case, mesh: DeformedMesh, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
-    """Return nodal forces of all loads (n, 3), N, and their uncertainty, N. Raises Unchecked."""
+def load_forces(case: Case, mesh: DeformedMesh, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
+    """Return nodal forces of all loads (n, 3), N, and their uncertainty, N. Raises NoIndependentFormula."""
     total, unsure = np.zeros_like(mesh.points), 0.0
     for load in case.loads:
         found, left = _load(load.thing.action, case, mesh, u, small, mass)
@@ -65,30 +64,28 @@ def _load(action: Any, case: Case, mesh: DeformedMesh, u: Floats, small: bool, m
     match action:
         case BodyForce(acceleration=g):
             carried = np.zeros(len(mesh.points))
-            for own, which in alone(case, mesh):
+            for own, which in split_by_material(case, mesh):
                 body = (mesh.points, mesh.cells[which], mesh.kind)
                 rules = mass_points(own, mesh.mesh, which)
                 carried += solid_forces.nodal_masses(*body, _density(own), mass, len(mesh.points), case.depth, rules)
             return carried[:, None] * np.array(g), 0.0
         case SurfaceTraction(traction=traction):
             t = np.array(traction)
-            return _area_load_forces(
+            return _area_forces(
                 action, case, mesh.mesh, mesh.points, lambda dA: np.linalg.norm(dA, axis=-1)[..., None] * t
             )
         case RemoteStress(stress=stress, direction=direction):
             d = np.array(direction)
-            return _area_load_forces(
-                action, case, mesh.mesh, mesh.points, lambda dA: (stress * (dA @ d))[..., None] * d
-            )
+            return _area_forces(action, case, mesh.mesh, mesh.points, lambda dA: (stress * (dA @ d))[..., None] * d)
         case PressureLoad(pressure=pressure):
             surface, p = mesh.points if small else mesh.points + u, float(pressure)
-            return _area_load_forces(action, case, mesh.mesh, surface, lambda dA: -p * dA)
+            return _area_forces(action, case, mesh.mesh, surface, lambda dA: -p * dA)
         case MomentLoad():
             return _moment_forces(action, case, mesh.mesh, mesh.points if small else mesh.points + u)
         case PointLoad() | LineForce():
             from softmark.interpreter.verification import point_and_line_loads_check  # which no other load needs
 
-            return point_and_line_loads_check.placed(action, case, mesh)
+            return point_and_line_loads_check.point_or_line_forces(action, case, mesh)
     raise NoIndependentFormula(f"there is no other formula for a load that acts as {type(action).__name__}")
 
 
@@ -101,7 +98,7 @@ def _density(case: Case) -> Any:
     return density_of(case)
 
 
-def _area_load_forces(
+def _area_forces(
     load: SurfaceTraction | RemoteStress | PressureLoad,
     case: Case,
     mesh: Mesh,
@@ -110,15 +107,15 @@ def _area_load_forces(
 ) -> tuple[Floats, float]:
     """Return nodal forces (n, 3), N, of a load on the selected part of a surface through nodes `surface` (n, 3), m.
 
-    Also the norm of their uncertainty, N. Raises Unchecked.
+    Also the norm of their uncertainty, N. Raises NoIndependentFormula.
     """
     found: Floats = np.zeros_like(surface)
     unsure = 0.0
-    for whole, (f, xi, w), (g, left) in selected(load.where, case, mesh):
+    for whole, (f, xi, w), (g, left) in select_facets(load.where, case, mesh):
         if isinstance(load, RemoteStress | PressureLoad) or whole.shape[1] == 3:
             found += solid_forces.surface_forces(surface, whole, push, case.depth)
         else:
-            for each, at, weights in sampled(whole):
+            for each, at, weights in sample_facets(whole):
                 found += solid_forces.part_forces(surface, each, at, weights, push, case.depth)
         found += solid_forces.part_forces(surface, f, xi, w, push, case.depth)
         vague = solid_forces.part_forces(surface, g, np.full((len(g), 2), 0.25), left, push, case.depth)
@@ -144,8 +141,8 @@ def _moment_forces(load: MomentLoad, case: Case, mesh: Mesh, surface: Floats) ->
     """
     known: list[tuple[Ints, Floats, Floats]] = []  # nodes, shape functions and area of every point
     vague = 0.0
-    for whole, parts, (g, left) in selected(load.where, case, mesh):
-        for facets, xi, w in (*sampled(whole), parts):
+    for whole, parts, (g, left) in select_facets(load.where, case, mesh):
+        for facets, xi, w in (*sample_facets(whole), parts):
             known.append(
                 (facets, solid_forces.shape_functions(facets.shape[1], xi), w * _area_ratio(mesh.points, facets, xi))
             )
@@ -173,19 +170,19 @@ Points = tuple[Ints, Floats, Floats]  # facets (p, k), local points (p, 2), weig
 Swept = tuple[Ints, Points, tuple[Ints, Floats]]
 
 
-def selected(where: Condition, case: Case, mesh: Mesh) -> list[Swept]:
+def select_facets(where: Condition, case: Case, mesh: Mesh) -> list[Swept]:
     """Return wholly selected facets (w, k), points on parts of others, and facets (v, k) with their uncertainty.
 
     One entry for every side of the body; computed once per mesh, for all states and models that share it. Raises
     Unchecked.
     """
-    if (key := (selected, where)) not in mesh.selections:
-        mesh.selections[key] = list(_swept(where, case, mesh))
+    if (key := (select_facets, where)) not in mesh.selections:
+        mesh.selections[key] = list(_sweep_sides(where, case, mesh))
     return list(mesh.selections[key])
 
 
-def _swept(where: Condition, case: Case, mesh: Mesh) -> Iterator[Swept]:
-    """Compute the entries of `selected`. Raises Unchecked."""
+def _sweep_sides(where: Condition, case: Case, mesh: Mesh) -> Iterator[Swept]:
+    """Compute the entries of `selected`. Raises NoIndependentFormula."""
     facets = mesh.facets
     corners = mesh.points[facets]
     told = mesh.selections.get(where)
@@ -203,7 +200,7 @@ def _swept(where: Condition, case: Case, mesh: Mesh) -> Iterator[Swept]:
         raise NoIndependentFormula("the part of the surface that is loaded is smaller than what is looked for")
 
 
-def sampled(facets: Ints) -> Iterator[Points]:
+def sample_facets(facets: Ints) -> Iterator[Points]:
     """Yield points on whole facets (f, k) that may be curved, some facets at a time."""
     x, v = np.polynomial.legendre.leggauss(GRID)
     a, b = (0.5 * (t.ravel() + 1.0) for t in np.meshgrid(x, x))

@@ -17,7 +17,7 @@ import numpy as np
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.verification.cell_materials_check import alone
+from softmark.interpreter.verification.cell_materials_check import split_by_material
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
@@ -31,7 +31,7 @@ ALIKE = 1e-6  # relative: strains that are nearer are one, and the first of them
 TINY = float(np.finfo(np.float64).tiny)
 
 
-def facts(found: VerifiedSolution) -> dict[str, Any]:
+def stability_facts(found: VerifiedSolution) -> dict[str, Any]:
     """Return the volume share that is not strongly elliptic, or not Drucker stable, and its most strained point."""
     mesh, of = found.solution.mesh, found.declared.thing.reduces
     thing = found.declared.thing if of is None else found.scene.declared[of].thing
@@ -41,9 +41,9 @@ def facts(found: VerifiedSolution) -> dict[str, Any]:
     looks = {name: look for name, look in LOOKS.items() if not all(look.sound(m) for m in found.case.materials)}
     if not looks:
         return {}
-    lost: dict[str, Lost] = {name: Lost() for name in looks}
+    lost: dict[str, UnstableVolume] = {name: UnstableVolume() for name in looks}
     volume = 0.0
-    for case, which in alone(found.case, mesh):
+    for case, which in split_by_material(found.case, mesh):
         part = mesh.mesh if isinstance(which, slice) else replace(mesh.mesh, cells=mesh.mesh.cells[which])
         volume += float(np.abs(part.volumes).sum())
         own = {name: look for name, look in looks.items() if not look.sound(case.material)}
@@ -62,7 +62,7 @@ def facts(found: VerifiedSolution) -> dict[str, Any]:
 
 
 @dataclass
-class Lost:
+class UnstableVolume:
     """Unstable volume, m^3, and its most strained point: strain, position (3,), m, stretches (3,)."""
 
     volume: float = 0.0
@@ -177,7 +177,7 @@ def _deformation_gradients(case: Any, mesh: DeformedMesh, which: Any) -> tuple[F
     return F.reshape(-1, 3, 3), w.ravel()
 
 
-def said(declared: Declared, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
+def stability_warnings(declared: Declared, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
     """Yield a warning if a law loses ellipticity, or else stability."""
     if (known := found.get("gives_way")) is not None:
         less = found.get("drucker")

@@ -95,7 +95,9 @@ def _period(frequencies: Floats, shares: Floats) -> float:
 # ------------------------------------------------------------------ warnings
 
 
-def step_doubts(scene: Scene, declared: Declared, view: View, notes: tuple[Diagnostic, ...]) -> tuple[Diagnostic, ...]:
+def step_warnings(
+    scene: Scene, declared: Declared, view: View, notes: tuple[Diagnostic, ...]
+) -> tuple[Diagnostic, ...]:
     """Return a warning if the time step of a model is too long for the metrics."""
     analysis = view.case.analysis
     if not isinstance(analysis, Dynamic) or view.step_errors is None or any(n.code == RESOLVED for n in notes):

@@ -29,8 +29,8 @@ BEYOND = 0.2  # of local coordinates: no iteration leaves its cell by more
 SAME, CLOSE = 1e-9, 1e-6  # of the extent: how near a point is found in its cell, and by a linear continuation
 
 
-def placed(load: PointLoad | LineForce, case: Case, mesh: DeformedMesh) -> tuple[Floats, float]:
-    """Return nodal forces (n, 3), N, and their uncertainty, N. Raises Unchecked."""
+def point_or_line_forces(load: PointLoad | LineForce, case: Case, mesh: DeformedMesh) -> tuple[Floats, float]:
+    """Return nodal forces (n, 3), N, and their uncertainty, N. Raises NoIndependentFormula."""
     return along_line(load, mesh.mesh) if isinstance(load, LineForce) else (_at_points(load, case, mesh), 0.0)
 
 
@@ -57,7 +57,7 @@ def _within_cells(mesh: Mesh, X: Floats) -> tuple[Ints, Floats]:
     """Return nodes (n, a) of the cells that contain X (n, 3), m, and shape functions (n, a) there, by Newton's method.
 
     Points outside their cell, where a mesh cuts off a curved surface, keep the linear continuation of `locate`.
-    Raises Unchecked if the shape functions do not reproduce the point.
+    Raises NoIndependentFormula if the shape functions do not reproduce the point.
     """
     place = locate_points(mesh, X)
     corners, kind, N = mesh.points[place.nodes], mesh.kind, place.N.copy()

@@ -18,15 +18,15 @@ from softmark.solvers.independent_forces.solid_forces import EPS, Floats
 IMPOSED = 1e-9  # of the largest pressure: what rounding leaves of those that are imposed
 
 
-def skeleton(case: Case) -> Case:
+def drained_case(case: Case) -> Case:
     """Return the case of the drained skeleton."""
     return replace(case, other_material=case.material.law)
 
 
-def fluid_of(case: Case, mesh: DeformedMesh, u: Floats, small: bool) -> tuple[Floats, float, float]:
+def fluid_forces(case: Case, mesh: DeformedMesh, u: Floats, small: bool) -> tuple[Floats, float, float]:
     """Return nodal forces of the fluid (n, 3), N, the residual of the fluid balance, and rounding, N.
 
-    A volume is converted to a force by the shear modulus over the edge of a mean cell. Raises Unchecked.
+    A volume is converted to a force by the shear modulus over the edge of a mean cell. Raises NoIndependentFormula.
     """
     past: Any = getattr(mesh, "past", None)
     if past is None or mesh.pressures is None:
@@ -43,7 +43,7 @@ def fluid_of(case: Case, mesh: DeformedMesh, u: Floats, small: bool) -> tuple[Fl
         amiss = own.stage_residual(past.times, past.states)
     except ValueError as reason:
         raise NoIndependentFormula(str(reason)) from reason
-    amiss[held(case, mesh)] = 0.0
+    amiss[nodes_with_pressure(case, mesh)] = 0.0
     whole = mesh.mesh.volumes
     other = _prescribed_pressure_error(case, mesh) * float(np.cbrt(whole.mean())) ** 2
     unit = case.material.shear_modulus / float(np.cbrt(whole.mean()))
@@ -62,7 +62,7 @@ def _prescribed_pressure_error(case: Case, mesh: DeformedMesh) -> float:
     corner[mesh.cells[:, : pressures.shape[1]]] = True
     size = float(np.abs(p).max(initial=0.0))
     for drain in case.drains:
-        where = held(replace(case, drains=(drain,)), mesh) & corner  # what two have is the first's
+        where = nodes_with_pressure(replace(case, drains=(drain,)), mesh) & corner  # what two have is the first's
         own = p[where] - drain.thing.pressure
         corner &= ~where
         if float(np.abs(own).max(initial=0.0)) > IMPOSED * size:
@@ -70,7 +70,7 @@ def _prescribed_pressure_error(case: Case, mesh: DeformedMesh) -> float:
     return found
 
 
-def held(case: Case, mesh: DeformedMesh) -> Any:
+def nodes_with_pressure(case: Case, mesh: DeformedMesh) -> Any:
     """Return which nodes have a prescribed pressure (n,): of selected facets, as they are or moved inward.
 
     Moved inward, nodes of a selection without its border are in it, but those of a curved side are not.

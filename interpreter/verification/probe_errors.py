@@ -75,7 +75,7 @@ class ProbeResultUnderTest:
     right: Callable[[], Any] | None = None  # stresses of the model that is taken as right
 
     def of(self, solution: Solution) -> ProbeResultUnderTest:
-        """Return the result of the same probe for another solution, at the same times. Raises Unknown."""
+        """Return the result of the same probe for another solution, at the same times. Raises NoErrorEstimate."""
         seen = replace(self, u=self._of(solution), field=solution.displacement, history=solution.history)
         return replace(seen, stress=solution.stress, at_rest=solution.at_rest)
 
@@ -183,7 +183,7 @@ class ProbeResultUnderTest:
 
     @property
     def value(self) -> float:
-        """Value of the metric. Raises Unknown."""
+        """Value of the metric. Raises NoErrorEstimate."""
         return self._measured(self, None)
 
     def _of(self, solution: Solution) -> Floats:
@@ -199,7 +199,10 @@ class ProbeResultUnderTest:
         return np.array(columns).T.reshape(len(self.times), *theirs.shape[1:])
 
     def apart(self, other: ProbeResultUnderTest) -> float:
-        """Return the distance of another solution, taken as correct, in the unit of the metric. Raises Unknown."""
+        """Return the distance of another solution, taken as correct, in the unit of the metric.
+
+        Raises NoErrorEstimate.
+        """
         if not np.all(np.isfinite(other.u)):
             raise NoErrorEstimate("another solution is not finite")
         if self.metric is None or self.times is not None:
@@ -279,7 +282,7 @@ class ProbeResultUnderTest:
         return float(np.sqrt(np.mean(distances**2)))
 
     def _measured(self, other: ProbeResultUnderTest, known: ReferenceData | None) -> float:
-        """Return the metric of another solution. Raises Unknown."""
+        """Return the metric of another solution. Raises NoErrorEstimate."""
         view, probe, metric = self.view, self.probe, self.metric
         if view is None or probe is None or metric is None:
             raise NoErrorEstimate(NO_ERROR)

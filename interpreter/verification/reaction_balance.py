@@ -31,16 +31,16 @@ ROUNDING = 100.0  # times eps, of all that acts at nodes
 UNTURNED = "internal forces of cells that turn as a whole (`rotation = element`) have a moment: it is left over"
 
 
-def checked(voucher: Verifier, found: VerifiedSolution) -> tuple[dict[str, Any], str | None]:
+def check_balance(verifier: Verifier, found: VerifiedSolution) -> tuple[dict[str, Any], str | None]:
     """Return facts of the balance of supports and loads, and why the state is invalid if they do not balance."""
     known = at_rest(found.declared, found.case, found.prepared, found.solution).reactions
     if not known or found.solution.carried is None:
         return {}, None
     carried = found.solution.carried()
     scale, allowed = _measures(carried, known, float(found.solution.facts.get("residual") or 0.0))
-    again, noise, unknown = _independent_reactions(voucher, found) if scale != 0.0 else ({}, 0.0, None)
+    again, noise, unknown = _independent_reactions(verifier, found) if scale != 0.0 else ({}, 0.0, None)
     if unknown is None and scale != 0.0:  # cells that turn as a whole have forces that are less than their rounding
-        allowed += voucher.rounding(found)
+        allowed += verifier.rounding(found)
     if scale <= noise:  # which is all that there is where a body is moved as a whole
         why = "what acts is less than rounding leaves" if scale > 0.0 else "nothing acts"
         nothing = {"force": 0.0, "moment": 0.0, "allowed": 0.0, "apart": None, "reason": why}
@@ -96,11 +96,11 @@ def _pair_moment_note(found: VerifiedSolution) -> str:
 
 
 def _independent_reactions(
-    voucher: Verifier, found: VerifiedSolution
+    verifier: Verifier, found: VerifiedSolution
 ) -> tuple[Mapping[str, Wrench], float, str | None]:
     """Return independent reactions, their rounding error, N, and why there are none, or None."""
     try:
-        return *voucher.reactions(found), None
+        return *verifier.reactions(found), None
     except NoIndependentFormula as unknown:
         return {}, 0.0, str(unknown)
 
@@ -158,7 +158,7 @@ def _reaction_distance(
     return most
 
 
-def summed(masks: Mapping[str, Any], left: Floats, x: Floats, axial: bool = False) -> dict[str, Wrench]:
+def sum_by_support(masks: Mapping[str, Any], left: Floats, x: Floats, axial: bool = False) -> dict[str, Wrench]:
     """Return the sum of residual forces (n, 6) at nodes x (n, 3) for each support by its mask (n, 6), first come first.
 
     `axial`: nodes are rings around the y axis, whose other forces cancel.

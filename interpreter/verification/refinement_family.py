@@ -35,7 +35,7 @@ APART = 2.0  # times the sum of two estimates: models farther apart than that co
 LARGEST = 0.05  # of the largest displacement: a reference with a larger error is none
 
 
-class Unsettled(Exception):
+class NoLimit(Exception):
     """The family has no limit that could serve as a reference; the message has the numbers."""
 
 
@@ -58,7 +58,7 @@ class Limit:
 
 
 @dataclass(frozen=True)
-class Settled:
+class ConvergedReference:
     """Field of the method with the smallest error estimate, m, with its error and the solutions behind it."""
 
     displacement: Field
@@ -67,7 +67,7 @@ class Settled:
 
 
 @dataclass(frozen=True)
-class Sampled:
+class SamplePoints:
     """Points X (n, 3) at which fields are compared, the first `len(weights)` of them with the volume of each."""
 
     X: Floats
@@ -83,7 +83,7 @@ class Sampled:
         return float(self.weights @ np.sum(u[:count] * v[:count], axis=1))
 
 
-def largest(u: Floats) -> float:
+def largest_norm(u: Floats) -> float:
     """Return the largest norm of displacements (n, 3)."""
     return float(np.linalg.norm(u, axis=1).max(initial=0.0))
 
@@ -103,7 +103,7 @@ class Family:
     unfit: str | None = None  # why its meshes cannot be extrapolated, if they cannot
 
 
-def limit(family: Family, where: Sampled) -> Limit:
+def extrapolate_limit(family: Family, where: SamplePoints) -> Limit:
     """Return the limit of one method."""
     u = [field(where.X) for field in family.fields]
     changes = [b - a for a, b in pairwise(u)]
@@ -111,14 +111,14 @@ def limit(family: Family, where: Sampled) -> Limit:
     # distances of the finest three from the finest, as values of one quantity
     found = estimate_convergence(list(zip(family.sizes[-3:], (fine + coarse, fine, 0.0), strict=True)))
     doubt = family.unfit or found.reason or _not_asymptotic(found.order or 0.0, family, where, changes)
-    left = family.tolerance * largest(u[-1])  # what the solver leaves
+    left = family.tolerance * largest_norm(u[-1])  # what the solver leaves
     if doubt is None and found.order is not None:
         return _extrapolate(family, found.order, changes[-2:], left, where.X)
-    apart = max(largest(b - a) for a, b in combinations(u, 2))
+    apart = max(largest_norm(b - a) for a, b in combinations(u, 2))
     return Limit(family.name, family.fields[-1], SAFETY_TWO * apart + left, found.order, False, doubt)
 
 
-def _not_asymptotic(order: float, family: Family, where: Sampled, changes: list[Floats]) -> str | None:
+def _not_asymptotic(order: float, family: Family, where: SamplePoints, changes: list[Floats]) -> str | None:
     """Return why a family is not in the asymptotic range, or None."""
     if not LOWEST <= order <= family.formal + ABOVE:
         return f"far from the {family.formal:g} of theory"
@@ -145,7 +145,7 @@ def _extrapolate(family: Family, order: float, changes: list[Floats], left: floa
     orders = _local_orders(family, [_local_mean(X, change) for change in changes], min(order, family.formal))
     change = np.linalg.norm(changes[-1], axis=1)
     cautious = SAFETY_THREE * float((change / np.expm1(orders * finer)).max(initial=0.0))
-    hidden = largest(changes[-1]) / float(np.expm1(FIRST * finer))
+    hidden = largest_norm(changes[-1]) / float(np.expm1(FIRST * finer))
     return Limit(family.name, displacement, max(cautious, hidden) + left, order, True, None)
 
 
@@ -179,21 +179,21 @@ def _local_orders(family: Family, changes: list[Floats], highest: float) -> Floa
     return high
 
 
-def combined(limits: Sequence[Limit], where: Sampled) -> tuple[Limit, float]:
-    """Return the best limit, and its error, m. Raises Unsettled."""
+def combine_limits(limits: Sequence[Limit], where: SamplePoints) -> tuple[Limit, float]:
+    """Return the best limit, and its error, m. Raises NoLimit."""
     fields = [own.displacement(where.X) for own in limits]
     for (a, u), (b, v) in combinations(zip(limits, fields, strict=True), 2):
-        apart = largest(u - v)
+        apart = largest_norm(u - v)
         if apart > APART * (a.estimate + b.estimate):
-            raise Unsettled(f"its methods contradict each other: they are {units.format_value(apart, units.LENGTH)} apart; "
-                            f"{a.words()}; {b.words()}")  # fmt: skip
+            raise NoLimit(f"its methods contradict each other: they are {units.format_value(apart, units.LENGTH)} "
+                            f"apart; {a.words()}; {b.words()}")  # fmt: skip
     best = min(range(len(limits)), key=lambda i: limits[i].estimate)
-    error = max(limits[best].estimate, *(largest(u - fields[best]) for u in fields))
-    whole = largest(fields[best])
+    error = max(limits[best].estimate, *(largest_norm(u - fields[best]) for u in fields))
+    whole = largest_norm(fields[best])
     if error > LARGEST * whole:
         told = "; ".join(own.words() for own in limits)
         size, most = units.format_value(error, units.LENGTH), units.format_value(whole, units.LENGTH)
-        raise Unsettled(f"its error of {size} is more than {100 * LARGEST:g} % of the largest displacement, {most}; "
+        raise NoLimit(f"its error of {size} is more than {100 * LARGEST:g} % of the largest displacement, {most}; "
                         f"{told}; refine further")  # fmt: skip
     return limits[best], error
 
@@ -212,12 +212,12 @@ class Member:
     facts: Mapping[str, Any]
 
 
-def settled(
+def find_reference(
     scene: Scene, reference: Declared, points: Floats, measured: Mapping[str, Any], say: Callable[[str, str], None]
-) -> Settled:
+) -> ConvergedReference:
     """Return the limit of the models that a reference names, at `points` (n, 3) and over the body.
 
-    Raises Fault if a model cannot be built, and Unsettled without a limit.
+    Raises Fault if a model cannot be built, and NoLimit without a limit.
     """
     sizes = reference.thing.sizes.values
     methods = methods_of(scene, reference)
@@ -231,11 +231,11 @@ def settled(
     where = _sample_mesh(families[0][0].mesh, points)
     shop = BuildContext(scene=scene, measured=measured)
     limits = [_limit_of(m, f, where, shop) for m, f in zip(methods, families, strict=True)]
-    best, error = combined(limits, where)
-    return Settled(best.displacement, error, _facts(methods, families, limits, best))
+    best, error = combine_limits(limits, where)
+    return ConvergedReference(best.displacement, error, _facts(methods, families, limits, best))
 
 
-def _limit_of(method: Method, members: Sequence[Member], where: Sampled, workshop: BuildContext) -> Limit:
+def _limit_of(method: Method, members: Sequence[Member], where: SamplePoints, workshop: BuildContext) -> Limit:
     """Return the limit of one method; its error includes parts of supports that the meshes miss."""
     unheld = _support_mismatch(method.case, members)
     family = Family(
@@ -249,11 +249,11 @@ def _limit_of(method: Method, members: Sequence[Member], where: Sampled, worksho
             method.case.shape, [m.size for m in members], method.declared.thing.cuts(method.case)
         ),
     )
-    found = limit(family, where)
+    found = extrapolate_limit(family, where)
     if unheld is None:
         return found
     wide = _member(replace(method, case=replace(method.case, wide=True)), members[-1].size, workshop)
-    apart = largest(wide.displacement(where.X) - members[-1].displacement(where.X))
+    apart = largest_norm(wide.displacement(where.X) - members[-1].displacement(where.X))
     return replace(found, estimate=found.estimate + apart)
 
 
@@ -268,7 +268,7 @@ def _support_mismatch(case: Case, members: Sequence[Member]) -> str | None:
 
 
 def _member(method: Method, size: float, workshop: BuildContext) -> Member:
-    """Solve one model at one size. Raises Fault, and Unsettled without an equilibrium."""
+    """Solve one model at one size. Raises Fault, and NoLimit without an equilibrium."""
     declared = method.at(size)
     model_builders.load(declared.thing)
     prepared = model_builders.build(declared, method.case, workshop)
@@ -278,13 +278,13 @@ def _member(method: Method, size: float, workshop: BuildContext) -> Member:
     spent = {"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}
     if solution.displacement is None or solution.mesh is None:
         where = f"`{declared.name}` at a size of {units.format_value(size, units.LENGTH)}"
-        raise Unsettled(f"{where} has no solution: {solution.message}")
+        raise NoLimit(f"{where} has no solution: {solution.message}")
     mesh = solution.mesh.mesh
     actual = float(mesh.volumes.sum() / len(mesh.cells)) ** (1 / 3)
     return Member(size, actual, solution.displacement, mesh, {**prepared.size, **spent})
 
 
-def _sample_mesh(mesh: Any, points: Floats) -> Sampled:
+def _sample_mesh(mesh: Any, points: Floats) -> SamplePoints:
     """Return random points in a mesh's cells with the volume of each, and the requested ones.
 
     Regular points would be nodes of the finer meshes, whose errors are not typical of the field.
@@ -292,7 +292,7 @@ def _sample_mesh(mesh: Any, points: Floats) -> Sampled:
     each = -(-STREWN // len(mesh.cells))
     xi = mesh.element.strewn(np.random.default_rng(0), each)
     X = np.einsum("qa,mai->mqi", mesh.element.shape(xi), mesh.points[mesh.cells]).reshape(-1, 3)
-    return Sampled(np.concatenate([X, points]), np.repeat(mesh.volumes / each, each))
+    return SamplePoints(np.concatenate([X, points]), np.repeat(mesh.volumes / each, each))
 
 
 def _facts(

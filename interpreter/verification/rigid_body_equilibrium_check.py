@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.interpreter.verification.contact_forces_check import of_contact
+from softmark.interpreter.verification.contact_forces_check import contact_forces
 from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.interpreter.vocabulary.load_words import BodyForce
 
@@ -23,7 +23,7 @@ EXACT = 1e-7  # of the forces on it: what may be left
 NOTHING = 1e-10  # of Young's modulus times the square of the size of the body that deforms: no force
 
 
-def checked(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Any], str | None]:
+def check_rigid_bodies(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Any], str | None]:
     """Return facts of the balance of force-driven rigid bodies, and why a state is invalid, or None.
 
     u (n, 3), m, are the displacements of the deformable body.
@@ -34,7 +34,7 @@ def checked(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Any], 
     first = touches[0]
     try:
         sizes = _loads(first)
-        each = [of_contact(case, touch, mesh, u) for touch in touches]
+        each = [contact_forces(case, touch, mesh, u) for touch in touches]
     except NoIndependentFormula as unknown:
         return {"pressed": {"residual": None, "reason": str(unknown)}}, None
     borne = sum(float(f[:, first.along].sum()) for f, _ in each)
@@ -48,7 +48,10 @@ def checked(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Any], 
 
 
 def _loads(touch: Touch) -> Floats:
-    """Return forces of all loads on a rigid body along its direction (k,), N. Raises Unchecked without its volume."""
+    """Return forces of all loads on a rigid body along its direction (k,), N.
+
+    Raises NoIndependentFormula without its volume.
+    """
     assert touch.along is not None
     found, thing = [0.0], touch.rigid.thing
     for load in touch.loads:

@@ -10,21 +10,23 @@ from softmark.interpreter.models.shared.material_regions import representative_m
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.results.run_report import ModelResult
-from softmark.interpreter.verification.frequency_errors import ToneAnswer
+from softmark.interpreter.verification.frequency_errors import FrequencyUnderTest
 from softmark.interpreter.verification.grid_convergence import COARSE
-from softmark.interpreter.verification.probe_errors import Floats, ProbeResultUnderTest, NoErrorEstimate
+from softmark.interpreter.verification.probe_errors import Floats, NoErrorEstimate, ProbeResultUnderTest
 
 EPS = float(np.finfo(np.float64).eps)
 USUAL = 1e6 * EPS  # what rounding does at least where the stiffness was not looked at: a condition number of 1e6
 LOST = 1e-6  # of a cell that the rounding of coordinates may take: with more, nobody knows what it does
 
 
-def part(result: ModelResult, case: Case, mesh: DeformedMesh | None, cells: int, seen: ProbeResultUnderTest) -> float:
-    """Return the rounding error in the metric's unit. Raises Unknown."""
+def rounding_error(
+    result: ModelResult, case: Case, mesh: DeformedMesh | None, cells: int, seen: ProbeResultUnderTest
+) -> float:
+    """Return the rounding error in the metric's unit. Raises NoErrorEstimate."""
     facts, (far, cell) = result.solve, _coordinate_range(case, mesh, cells, seen)
     if EPS * far > LOST * cell:
         raise NoErrorEstimate(f"it lies so far from the origin that rounding takes {EPS * far / cell:.1g} of a cell")
-    if isinstance(seen, ToneAnswer):
+    if isinstance(seen, FrequencyUnderTest):
         return seen.lost(representative_materials(case, None if mesh is None else mesh.mesh), far, cell)
     if facts.get("rounding") is not None:
         return float(facts["rounding"]) * seen.acting

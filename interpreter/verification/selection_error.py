@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 
 
-def reactions(case: Case, prepared: Prepared, known: EquilibriumForces) -> dict[str, SupportResult]:
+def support_facts(case: Case, prepared: Prepared, known: EquilibriumForces) -> dict[str, SupportResult]:
     """Return facts of a model's supports, by name: the held share of the selection, and the reaction."""
     grips, found = _support_selections(case, prepared), {}
     for name in (support.name for support in case.named_supports):
@@ -36,7 +36,7 @@ def reactions(case: Case, prepared: Prepared, known: EquilibriumForces) -> dict[
     return found
 
 
-def selection(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
+def selection_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
     """Return the part of the stated error due to selections; none if exactly the selections are held."""
     grips = _support_selections(whole.case, whole.prepared)
     left = max((max(1.0 - own.held, own.beyond) for own in grips.values()), default=0.0)

@@ -8,7 +8,7 @@ import numpy as np
 
 from softmark.interpreter.models.shared.rigid_contact_setup import size_of
 from softmark.interpreter.models.shared.self_contact_setup import pairs_on
-from softmark.interpreter.verification.load_forces_check import sampled, selected
+from softmark.interpreter.verification.load_forces_check import sample_facets, select_facets
 from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.interpreter.vocabulary.self_contact_words import Tied
 from softmark.solvers.contact.contact_surface import number_mesh_pieces
@@ -27,11 +27,11 @@ FACING = -0.5  # of two unit normals: surfaces that look at each other
 NEWTON = 6  # iterations for local coordinates of a point on a facet
 
 
-def of_pairs(case: Case, mesh: DeformedMesh, u: Floats) -> dict[str, Floats]:
+def pair_forces(case: Case, mesh: DeformedMesh, u: Floats) -> dict[str, Floats]:
     """Return nodal forces (n, 3), N, of every self-contact and tie, by name.
 
     They are the solver's own if they agree with independent forces within the accuracy of these: a barrier also acts
-    weakly between edges, and a tie is sampled here where the solver cuts polygons. Raises Unchecked.
+    weakly between edges, and a tie is sampled here where the solver cuts polygons. Raises NoIndependentFormula.
     """
     found = {}
     each: dict[str, Any] = pairs_on(case, mesh.mesh)
@@ -43,18 +43,21 @@ def of_pairs(case: Case, mesh: DeformedMesh, u: Floats) -> dict[str, Floats]:
         else:
             pressing = pair.pressing if pair.rubs else pair
             pressing.add_gradient(u.ravel(), g)
-            again, little = _pressed(pressing, u.ravel()), LITTLE * pressing.stiffness * float(pressing.skin.A.sum())
+            again, little = (
+                _barrier_forces(pressing, u.ravel()),
+                LITTLE * pressing.stiffness * float(pressing.skin.A.sum()),
+            )
         apart = float(np.linalg.norm(g + again.ravel()))
         if apart > AGREE * float(np.linalg.norm(g)) + little:
-            raise NoIndependentFormula(f"the forces of `{name}` are {apart / float(np.linalg.norm(g)):.1e} of them away from "
-                            "those of other formulas, which vouch for no less")  # fmt: skip
+            raise NoIndependentFormula(f"the forces of `{name}` are {apart / float(np.linalg.norm(g)):.1e} of them "
+                            "away from those of other formulas, which vouch for no less")  # fmt: skip
         if pair.rubs:
             g -= _friction_forces(name, pair, mesh, u.ravel())
         found[name] = -g.reshape(-1, 3)
     return found
 
 
-def _pressed(pressing: Any, u: Floats) -> Floats:
+def _barrier_forces(pressing: Any, u: Floats) -> Floats:
     """Return nodal forces (3 n,), N, of a contact barrier, from samples of both surfaces, each with half its area."""
     from softmark.solvers.independent_forces import deformable_friction_forces
 
@@ -74,7 +77,7 @@ def _tie_forces(case: Case, tie: Any, pair: Any, mesh: DeformedMesh, u: Floats) 
     """Return nodal forces (n, 3), N, of a tie: springs from points of one surface straight across to the other."""
     from softmark.interpreter.vocabulary.self_contact_words import REACH
 
-    swept = selected(tie.where, case, mesh.mesh)
+    swept = select_facets(tie.where, case, mesh.mesh)
     facets = np.unique(np.concatenate([np.concatenate([whole, parts[0]]) for whole, parts, _ in swept]), axis=0)
     of, reach = number_mesh_pieces(mesh.mesh), tie.reach or REACH * size_of(case, mesh.mesh)
     piece, found = of[facets[:, 0]], np.zeros_like(u)
@@ -92,7 +95,7 @@ def _spring_forces(points: Floats, one: Ints, other: Ints, u: Floats, k: float, 
     found, kind = np.zeros_like(u), other.shape[1]
     split = np.array(FACETS[kind].triangles)
     triangles, home = other[:, split].reshape(-1, 3), np.repeat(np.arange(len(other)), len(split))
-    for facets, xi, w in sampled(one):
+    for facets, xi, w in sample_facets(one):
         N, dN = solid_forces.shape_functions(facets.shape[1], xi), solid_forces.shape_derivatives(facets.shape[1], xi)
         X = np.einsum("pa,pai->pi", N, points[facets])
         n = np.cross(*np.einsum("pai,paj->jpi", points[facets], dN))

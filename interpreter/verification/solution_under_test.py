@@ -55,7 +55,7 @@ class SolutionUnderTest:
         return self.declared if of is None else self.scene.declared[of]
 
     def once(self, key: str, make: Callable[[], Any]) -> Any:
-        """Return the result of `make`, computed once. Raises Unknown, again if it did before."""
+        """Return the result of `make`, computed once. Raises NoErrorEstimate, again if it did before."""
         if key not in self._kept:
             try:
                 self._kept[key] = make()
@@ -76,7 +76,10 @@ class SolutionUnderTest:
     def solved(
         self, key: str, declared: Declared, case: Case, costs: float = 1.0, slight: bool = False
     ) -> tuple[Solution, dict[str, int]]:
-        """Solve another model, which `costs` so many times this solution; return it and its size. Raises Unknown."""
+        """Solve another model, which `costs` so many times this solution; return it and its size.
+
+        Raises NoErrorEstimate.
+        """
 
         def solve() -> tuple[Solution, dict[str, int]]:
             self.budget.must_hold(costs, slight)
@@ -104,14 +107,14 @@ class SolutionUnderTest:
         return replace(self.solid, thing=self.solid.thing.plain(**size, **changes))
 
     def on_nodes(self, costs: float = 1.0) -> DeformedMesh:
-        """Return the deformed mesh for work that `costs` so many times the solution. Raises Unknown."""
+        """Return the deformed mesh for work that `costs` so many times the solution. Raises NoErrorEstimate."""
         self.budget.must_hold(costs)
         if self.mesh is None:
             raise NoErrorEstimate("the displacements of its nodes are not known")
         return self.mesh
 
     def next_step(self) -> Floats | None:
-        """Return the next Newton step (n, 3); None if not known. Raises Unknown."""
+        """Return the next Newton step (n, 3); None if not known. Raises NoErrorEstimate."""
         if self.mesh is not None and self.mesh.left is not None:
             return self.mesh.left
         full = self._full
@@ -137,7 +140,7 @@ class SolutionUnderTest:
         return np.ascontiguousarray(self.mesh.displacement, dtype=np.float64).ravel()
 
     def tangent(self) -> tuple[Any, Any]:
-        """Return the assembly and a factor of its tangent in the state. Raises Unknown."""
+        """Return the assembly and a factor of its tangent in the state. Raises NoErrorEstimate."""
         from softmark.solvers.linear.factorisations import Singular, factor
 
         def find() -> tuple[Any, Any]:

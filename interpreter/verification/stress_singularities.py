@@ -23,7 +23,7 @@ from softmark.interpreter.metrics.work import LoadWork
 from softmark.interpreter.models.shared.support_selection import grip
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.grid_convergence import HOPELESS
-from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest, NoErrorEstimate
+from softmark.interpreter.verification.probe_errors import NoErrorEstimate, ProbeResultUnderTest
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
 from softmark.solvers.mesh.nearest_points import build_point_search
@@ -43,7 +43,7 @@ TRIFLE = 1e-3  # relative: what refinement adds without a word to a displacement
 UNSETTLED = 0.25  # relative: what refinement may change by more than that may have no limit
 
 
-def limitless(metric: Metric | None, case: Case, mesh: Mesh | None, X: Floats) -> str | None:
+def singular_stress(metric: Metric | None, case: Case, mesh: Mesh | None, X: Floats) -> str | None:
     """Return why a metric of stress or strain is singular: it is evaluated within a cell of a singularity, or None."""
     if not isinstance(metric, TensorMetric) or metric.over == "mean" or mesh is None or not len(X):
         return None
@@ -55,8 +55,8 @@ def limitless(metric: Metric | None, case: Case, mesh: Mesh | None, X: Floats) -
     return None
 
 
-def settled(answer: SolutionUnderTest, seen: ProbeResultUnderTest, voucher: Verifier) -> float:
-    """Return the mesh error of a stress or strain metric. Raises Unknown if it does not seem to converge.
+def converged_mesh_error(answer: SolutionUnderTest, seen: ProbeResultUnderTest, verifier: Verifier) -> float:
+    """Return the mesh error of a stress or strain metric. Raises NoErrorEstimate if it does not seem to converge.
 
     At a re-entrant corner, stresses of the cells around a point differ by more on every finer mesh, as the stress
     itself
@@ -64,10 +64,10 @@ def settled(answer: SolutionUnderTest, seen: ProbeResultUnderTest, voucher: Veri
     """
     metric = seen.metric
     assert isinstance(metric, TensorMetric)
-    if place := limitless(metric, answer.case, answer.prepared.mesh, seen.place.looked_at(metric.over)):
+    if place := singular_stress(metric, answer.case, answer.prepared.mesh, seen.place.looked_at(metric.over)):
         raise NoErrorEstimate(f"it looks at {place}, where every refinement finds a larger stress")
-    found = voucher.discretisation(answer, seen)
-    if found > HOPELESS * seen.size or (found > UNSETTLED * seen.size and voucher.is_singular(answer, seen)):
+    found = verifier.discretisation(answer, seen)
+    if found > HOPELESS * seen.size or (found > UNSETTLED * seen.size and verifier.is_singular(answer, seen)):
         raise NoErrorEstimate(
             f"it is not settled: refinement may change it by {100 * found / seen.size:.2g} % and more"
         )
@@ -105,7 +105,7 @@ def _singular_points(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
             yield place_of(load), _points_along(load.thing.action, _edge_length(mesh))
 
 
-def unbounded(case: Case, mesh: Mesh | None, X: Floats, u: Floats) -> Declared | None:
+def unbounded_displacement(case: Case, mesh: Mesh | None, X: Floats, u: Floats) -> Declared | None:
     """Return the point or line force at which X (n, 3), m, moved by u (n, 3) or (t, n, 3), m, is singular, or None.
 
     None also if refinement adds only TRIFLE of the displacement: a force at the end of a long bar dents it by less than
@@ -124,7 +124,7 @@ def unbounded(case: Case, mesh: Mesh | None, X: Floats, u: Floats) -> Declared |
     return None
 
 
-def endless(metric: Metric, case: Case, mesh: Mesh | None, value: float) -> Declared | None:
+def unbounded_work(metric: Metric, case: Case, mesh: Mesh | None, value: float) -> Declared | None:
     """Return the point or line force whose work, J, makes a metric infinite, or None."""
     if mesh is None or not isinstance(metric, LoadWork | StrainEnergy):
         return None

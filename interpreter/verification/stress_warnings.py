@@ -32,12 +32,12 @@ APART = 0.25  # of the recovered stress, in the mean square over the cells aroun
 CANCELLED = 1e-8
 
 
-def asks(scene: Scene) -> bool:
+def asks_for_stress(scene: Scene) -> bool:
     """Return whether a scene has metrics of stress or strain."""
     return any(isinstance(m.thing, TensorMetric) for m in scene.of_kind("metric").values())
 
 
-def unresolved(scene: Scene, view: View, prepared: Prepared) -> tuple[Diagnostic, ...]:
+def stress_warnings(scene: Scene, view: View, prepared: Prepared) -> tuple[Diagnostic, ...]:
     """Return warnings about metrics of stress and strain that are singular, or where adjacent cells disagree."""
     asked = [m for m in scene.of_kind("metric").values() if isinstance(m.thing, TensorMetric)]
     found = [d for metric in asked for d in _metric_warnings(metric, view, prepared, scene.declared[view.name].thing)]
@@ -50,11 +50,11 @@ def unresolved(scene: Scene, view: View, prepared: Prepared) -> tuple[Diagnostic
 
 def _sharp_edge_warnings(scene: Scene, view: View) -> Iterator[Diagnostic]:
     """Yield warnings about contact pressures at sharp edges and tips."""
-    from softmark.interpreter.verification.contact_accuracy_limits import limitless_pressure
+    from softmark.interpreter.verification.contact_accuracy_limits import singular_pressure
 
     for metric in scene.of_kind("metric").values():
         seen = view.probes.get(metric.thing.looked_at or "")
-        if place := limitless_pressure(
+        if place := singular_pressure(
             metric.thing, view.case, view.at_rest, np.zeros((0, 3)) if seen is None else seen.points
         ):
             yield diagnostic(
@@ -68,7 +68,7 @@ def _sharp_edge_warnings(scene: Scene, view: View) -> Iterator[Diagnostic]:
 
 def _point_force_warnings(scene: Scene, view: View, prepared: Prepared) -> Iterator[Diagnostic]:
     """Yield warnings about displacements of a solid under a point or line force."""
-    from softmark.interpreter.verification.stress_singularities import place_of, unbounded
+    from softmark.interpreter.verification.stress_singularities import place_of, unbounded_displacement
 
     for metric in scene.of_kind("metric").values():
         seen = view.probes.get(metric.thing.looked_at or "")
@@ -77,7 +77,7 @@ def _point_force_warnings(scene: Scene, view: View, prepared: Prepared) -> Itera
         last = slice(-1 if metric.thing.last else 0, None)
         if seen.displacement is None:
             continue
-        if load := unbounded(view.case, prepared.mesh, seen.points[last], seen.displacement[last]):
+        if load := unbounded_displacement(view.case, prepared.mesh, seen.points[last], seen.displacement[last]):
             line = isinstance(load.thing.action, LineForce) or view.case.planar
             grows = "by the logarithm of the size of cells" if line else "as one over the size of cells"
             yield diagnostic(
@@ -184,13 +184,13 @@ def mismatch_of(metric: TensorMetric, view: View) -> TractionMismatch | None:
 def _metric_warnings(metric: Declared, view: View, prepared: Prepared, thing: Any) -> Iterator[Diagnostic]:
     if view.message is not None or metric.thing.probe not in view.probes:
         return
-    from softmark.interpreter.verification.stress_singularities import limitless
+    from softmark.interpreter.verification.stress_singularities import singular_stress
 
     if prepared.mesh is None and view.stress is not None:
         if not (thing.even or isinstance(thing.stress_law, str)):
             yield from _beam_end_warnings(metric, view, thing)
         return
-    place = limitless(
+    place = singular_stress(
         metric.thing, view.case, prepared.mesh, place_of_metric(metric.thing, view).looked_at(metric.thing.over)
     )
     if place and view.stress is not None:

@@ -23,7 +23,7 @@ PLACED = 1e-6  # of the motion that a support imposes: what may be lacking of it
 ROUNDED = 1e-9  # of the size of the body: what rounding may leave
 
 
-def held(case: Case, mesh: DeformedMesh) -> NDArray[np.bool_]:
+def held_components(case: Case, mesh: DeformedMesh) -> NDArray[np.bool_]:
     """Return which degrees of freedom supports hold (n, 3): of selected nodes, and of whole cells and facets.
 
     Cells and facets count as selected if all their corners are, moved slightly inward: a selection without its border
@@ -52,7 +52,7 @@ def held(case: Case, mesh: DeformedMesh) -> NDArray[np.bool_]:
     return found
 
 
-def misplaced(case: Case, mesh: DeformedMesh) -> tuple[float, str | None]:
+def support_deviation(case: Case, mesh: DeformedMesh) -> tuple[float, str | None]:
     """Return the largest deviation of supported nodes from their prescribed motion, relative to the size; its support.
 
     The prescribed motion is computed again, as a vector or a rotation by quaternions. Supports that follow measured
@@ -67,7 +67,7 @@ def misplaced(case: Case, mesh: DeformedMesh) -> tuple[float, str | None]:
         asked = move_points(
             X, np.array(thing.displacement), np.array(thing.rotation), np.array(getattr(thing, "through", X[0]))
         )
-        own = held(replace(case, supports=(support,)), mesh)
+        own = held_components(replace(case, supports=(support,)), mesh)
         size = mesh.mesh.extent + float(np.abs(asked - X).max(initial=0.0))
         off = float(np.abs((u - (asked - X))[own]).max(initial=0.0)) / size
         moved = float(np.abs((asked - X)[own]).max(initial=0.0)) / size
@@ -77,7 +77,7 @@ def misplaced(case: Case, mesh: DeformedMesh) -> tuple[float, str | None]:
     return worst, name
 
 
-def motion(touch: Touch) -> tuple[Floats, Floats, Floats]:
+def rigid_motion(touch: Touch) -> tuple[Floats, Floats, Floats]:
     """Return the motion of a rigid body: its shift, m, its rotation, rad, and the centre of rotation, m."""
     shift, rotation, through = np.zeros(3), np.zeros(3), np.zeros(3)
     if touch.along is not None:

@@ -27,8 +27,8 @@ from softmark.solvers.independent_forces.stress_by_differences import EnergyStre
 MOST = 2e9  # numbers that a past may be looked through
 
 
-def course_of(case: Case, strain: str, mesh: DeformedMesh, points: int) -> DisplacementHistory:
-    """Return the deformation history of a viscoelastic body of one material. Raises Unchecked."""
+def deformation_history(case: Case, strain: str, mesh: DeformedMesh, points: int) -> DisplacementHistory:
+    """Return the deformation history of a viscoelastic body of one material. Raises NoIndependentFormula."""
     material = case.material
     past = getattr(mesh, "past", None)
     if past is None:
@@ -49,7 +49,10 @@ def _measure(material: Any, strain: str) -> Measure:
 
 
 def _part(material: Any, strain: str) -> solid_forces.Stress:
-    """Return the stress that relaxes: Hooke's law, or differences of the energy at finite strain. Raises Unchecked."""
+    """Return the stress that relaxes: Hooke's law, or differences of the energy at finite strain.
+
+    Raises NoIndependentFormula.
+    """
     E, nu = material.young, material.poisson
     mu, lam = E / (2.0 * (1.0 + nu)), 0.0 if nu == 0.5 else E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
     if strain != "finite":
@@ -61,7 +64,7 @@ def _part(material: Any, strain: str) -> solid_forces.Stress:
     return EnergyStress(part.psi)
 
 
-def remembering(made: Any, course: DisplacementHistory) -> Any:
+def with_history(made: Any, course: DisplacementHistory) -> Any:
     """Return a body under verification with its history."""
     cls = ViscoelasticMixedBody if isinstance(made, MixedBody) else ViscoelasticBody
     known = {f.name: getattr(made, f.name) for f in fields(made)}
@@ -71,10 +74,10 @@ def remembering(made: Any, course: DisplacementHistory) -> Any:
 # ------------------------------------------------------------------ beams
 
 
-def gone_of(material: Any, displacement: Any, strains: Callable[[Any], Floats]) -> Floats:
+def relaxed_strain(material: Any, displacement: Any, strains: Callable[[Any], Floats]) -> Floats:
     """Return the relaxed part (e, 6) of the `strains` (e, 6) of a beam, a function of displacements.
 
-    Raises Unchecked.
+    Raises NoIndependentFormula.
     """
     times, past = getattr(displacement, "times", None), getattr(displacement, "past", None)
     if times is None or past is None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from softmark.solvers.assembly.pressure_predictor import MixedPoints, volumetric
+from softmark.solvers.assembly.pressure_predictor import MixedPoints, is_volumetric
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic_energy import Elastic, ElasticLaw, EnergySum
 from softmark.solvers.energies.energy import Energy
@@ -18,7 +18,7 @@ from softmark.solvers.mesh.mesh import Mesh
 def elastic_energy(mesh: Mesh, elastic: Elastic, material: Isotropic, strain: str, selective: bool = False) -> Energy:
     """Return the elastic energy for a strain measure; `elastic` has the cells and integration points."""
     parts = elastic_parts(mesh, elastic, material, strain, selective)
-    first, *others = (_mixed(part, material, strain) for part in parts)
+    first, *others = (_with_pressure_prediction(part, material, strain) for part in parts)
     if others:
         return EnergySum((first, *others))
     if isinstance(first.law, Corotational) and mesh.element.constant:
@@ -42,7 +42,7 @@ def elastic_parts(
         return (replace(elastic, law=law_for(material, strain), drag=whole),)
     once, mean = mean_gradients(mesh, type(elastic) is not Elastic), _mean_of_cell(material, elastic)
     of_volume, (_, volume) = parts_for(mean, strain) or laws, drags_for(mean, strain) or (None, None)
-    return replace(elastic, law=laws[0], drag=None), elsewhere(elastic, mesh, once, of_volume[1], volume)
+    return replace(elastic, law=laws[0], drag=None), energy_at_other_points(elastic, mesh, once, of_volume[1], volume)
 
 
 def _mean_of_cell(material: Isotropic, elastic: Elastic) -> Isotropic:
@@ -54,7 +54,7 @@ def _mean_of_cell(material: Isotropic, elastic: Elastic) -> Isotropic:
     return average_moduli(material, elastic.w)
 
 
-def elsewhere(elastic: Elastic, mesh: Mesh, at: Integration, law: ElasticLaw, drag: Any = None) -> Elastic:
+def energy_at_other_points(elastic: Elastic, mesh: Mesh, at: Integration, law: ElasticLaw, drag: Any = None) -> Elastic:
     """Return the energy of another law over the same cells at other points; axisymmetric if the first is."""
     made = Elastic(mesh.cells, at.dNdX, at.w, law, drag=drag)
     if type(elastic) is Elastic:
@@ -68,10 +68,10 @@ def elsewhere(elastic: Elastic, mesh: Mesh, at: Integration, law: ElasticLaw, dr
     )
 
 
-def _mixed(part: Elastic, material: Isotropic, strain: str) -> Elastic:
+def _with_pressure_prediction(part: Elastic, material: Isotropic, strain: str) -> Elastic:
     """Return the same energy, able to use predicted pressures, if its law has a purely volumetric part."""
     laws = parts_for(material, strain) if strain == "finite" else None
-    if laws is None or not volumetric(laws[1]) or part.law == laws[0] or type(part) is not Elastic:
+    if laws is None or not is_volumetric(laws[1]) or part.law == laws[0] or type(part) is not Elastic:
         return part
-    volume = part.law if volumetric(part.law) else laws[1]
+    volume = part.law if is_volumetric(part.law) else laws[1]
     return MixedPoints(part.cells, part.dNdX, part.w, part.law, drag=part.drag, volume=volume)

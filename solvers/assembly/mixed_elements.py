@@ -12,7 +12,7 @@ from softmark.solvers.mesh.mesh import Floats, Mesh
 from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 
 
-def with_pressures(mesh: Mesh, parts: Integration, split: Split, mu: float) -> MixedSolid:
+def mixed_energy(mesh: Mesh, parts: Integration, split: Split, mu: float) -> MixedSolid:
     """Return the mixed energy of a mesh: displacements followed by the pressures of its element.
 
     The unit of pressures is the shear modulus `mu` (Pa) divided by the edge of a mean cell, so that the blocks of the

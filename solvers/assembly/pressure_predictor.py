@@ -97,7 +97,7 @@ class MixedPoints(Elastic):
 
 
 @dataclass(frozen=True)
-class Slack(Energy):
+class ZeroPressureEnergy(Energy):
     """Corotational tetrahedra whose tangent has zero pressure, tr(S - I) = 0 in every cell."""
 
     tets: CorotationalTets
@@ -130,17 +130,17 @@ class Slack(Energy):
         self.tets.add_both_lagged(x, np.zeros_like(x), data, slots, none)
 
 
-def slack(assembly: Assembly) -> Assembly:
+def with_zero_pressures(assembly: Assembly) -> Assembly:
     """Return the assembly with zero pressure in its tangent, for states of which only the shape is reliable."""
-    return assembly.with_internal([_slack(e) for e in assembly.internal])
+    return assembly.with_internal([_zero_pressure_energy(e) for e in assembly.internal])
 
 
-def _slack(energy: Energy) -> Energy:
+def _zero_pressure_energy(energy: Energy) -> Energy:
     """Return an energy with zero pressure in its tangent."""
     if isinstance(energy, EnergySum):
-        return replace(energy, parts=tuple(_slack(part) for part in energy.parts))
+        return replace(energy, parts=tuple(_zero_pressure_energy(part) for part in energy.parts))
     if isinstance(energy, CorotationalTets):
-        return Slack(energy)
+        return ZeroPressureEnergy(energy)
     if isinstance(energy, MeanDilatation):
         return energy.slack()
     if isinstance(energy, MixedPoints):
@@ -148,27 +148,27 @@ def _slack(energy: Energy) -> Energy:
     return energy
 
 
-def promised(assembly: Assembly, x: Floats, d: Floats | None) -> Assembly | None:
+def with_predicted_pressures(assembly: Assembly, x: Floats, d: Floats | None) -> Assembly | None:
     """Return the assembly with the pressures predicted by a step d from x, or without d those of the corotational twin.
 
     Return None if none of its energies can use them.
     """
-    if not any(_mixed(e) for e in assembly.internal):
+    if not any(_uses_pressures(e) for e in assembly.internal):
         return None
-    return assembly.with_internal([_expecting(e, x, d) for e in assembly.internal])
+    return assembly.with_internal([_with_expected_pressures(e, x, d) for e in assembly.internal])
 
 
-def _mixed(energy: Energy) -> bool:
+def _uses_pressures(energy: Energy) -> bool:
     """Return whether an energy can use predicted pressures."""
     if isinstance(energy, EnergySum):
-        return any(_mixed(part) for part in energy.parts)
+        return any(_uses_pressures(part) for part in energy.parts)
     return isinstance(energy, MixedPoints | MeanDilatation)
 
 
-def _expecting(energy: Energy, x: Floats, d: Floats | None) -> Energy:
+def _with_expected_pressures(energy: Energy, x: Floats, d: Floats | None) -> Energy:
     """Return an energy with predicted pressures."""
     if isinstance(energy, EnergySum):
-        return replace(energy, parts=tuple(_expecting(part, x, d) for part in energy.parts))
+        return replace(energy, parts=tuple(_with_expected_pressures(part, x, d) for part in energy.parts))
     if not isinstance(energy, MixedPoints | MeanDilatation):
         return energy
     if d is not None:
@@ -176,7 +176,7 @@ def _expecting(energy: Energy, x: Floats, d: Floats | None) -> Energy:
     return energy.under(CorotationalDilatation(), x) if isinstance(energy, MeanDilatation) else energy.corotated(x)
 
 
-def volumetric(law: ElasticLaw) -> bool:
+def is_volumetric(law: ElasticLaw) -> bool:
     """Return whether a law depends only on det F, tested by zero stress at rest and in volume-preserving shear."""
     F = np.eye(3)[None].copy()
     F[0, 0, 1], F[0, 2, 0] = 0.5, -0.3

@@ -21,17 +21,17 @@ RATIO = float(np.finfo(np.float32).eps / np.finfo(np.float64).eps)
 GEOMETRY = ("dNdX", "w", "f", "p", "points", "bulk")  # fields that are numbers of the body and its loads
 
 
-def single(energy: Energy) -> Energy:
+def round_to_single(energy: Energy) -> Energy:
     """Return the same energy with its numbers rounded to single precision."""
     known: Any = energy
     if isinstance(energy, EnergySum):
-        return EnergySum(tuple(single(part) for part in energy.parts))
-    rounded = {f.name: _rounded(getattr(known, f.name)) for f in fields(known) if f.name in GEOMETRY}
+        return EnergySum(tuple(round_to_single(part) for part in energy.parts))
+    rounded = {f.name: _round_arrays(getattr(known, f.name)) for f in fields(known) if f.name in GEOMETRY}
     found: Energy = replace(known, **rounded)
     return found
 
 
-def _rounded(value: Any) -> Any:
+def _round_arrays(value: Any) -> Any:
     """Return a value with its arrays rounded to single precision."""
     return value.astype(np.float32) if isinstance(value, np.ndarray) else value
 
@@ -48,8 +48,8 @@ class SingleAssembly(Assembly):
         made = cls.__new__(cls)
         made.__dict__.update(copy(whole).__dict__)
         made.whole = whole
-        made.internal = tuple(single(e) for e in whole.internal)
-        made.loads = tuple(single(e) for e in whole.loads)
+        made.internal = tuple(round_to_single(e) for e in whole.internal)
+        made.loads = tuple(round_to_single(e) for e in whole.loads)
         return made
 
     @cached_property

@@ -39,9 +39,7 @@ class ContactResultant:
     step: float = 0.0
 
     def after(self, before: ContactResultant, step: float, given: tuple[float, float]) -> ContactResultant:
-        """Return the resultant over the step after `before`, with the contact impulse of the integrator
-        (`Motion.given`).
-        """
+        """Return the resultant over the step after `before`, with the integrator's impulse (`Motion.given`)."""
         old, new = given[0] * before.step / step, given[1]
         if not old:
             return replace(self, step=step)
@@ -60,8 +58,9 @@ def rigid_contact_resultant(contact: Any, x: Floats) -> ContactResultant:
 
 
 def pair_contact_resultant(contact: Any, x: Floats) -> ContactResultant:
-    """Return the resultant of contact between two deformable surfaces, on all parts but the first; `left` is not
-    computed.
+    """Return the resultant of contact between two deformable surfaces, on all parts but the first.
+
+    `left` is not computed.
     """
     pressing = getattr(contact, "pressing", contact)
     g = np.zeros(len(x))
@@ -107,8 +106,9 @@ class ContactSurface:
 
 
 class SurfaceRecord:
-    """Record of the contact surfaces at selected times: `kept` holds pairs of time index and surfaces; the last is
-    included.
+    """Record of the contact surfaces at selected times: `kept` holds pairs of time index and surfaces.
+
+    The last is included.
     """
 
     def __init__(self, contacts: Sequence[Any], meets: Sequence[Any] = ()) -> None:

@@ -41,8 +41,9 @@ def largest_mode(K: sparse.csr_matrix, mass: Floats, start: Floats | None = None
 
 
 def _arpack(A: sparse.csr_matrix, start: Floats | None) -> tuple[float, Floats]:
-    """Return the largest eigenvalue and its vector; if the iteration does not converge, the matrix norm, an upper
-    bound.
+    """Return the largest eigenvalue and its vector.
+
+    If the iteration does not converge, the matrix norm, an upper bound.
     """
     first = np.random.default_rng(0).standard_normal(A.shape[0]) if start is None else start
     try:
@@ -90,11 +91,11 @@ class CriticalStepTracker:
         self._age, self._interval = 0, SOONEST
 
     def critical_step(self, x: Floats, time: float) -> float:
-        """Return the stable step of central differences in state x, including earlier states, s; infinite without
-        stiffness.
+        """Return the stable step of central differences in state x, including earlier states, s.
 
-        2/w (sqrt(1 + z^2) - z), z = b w / 2 with damping b K (Belytschko et al. 2014, section 6.2). If the tangent K
-        and the definite tangent K', from which damping is made, differ: the h with h^2 w^2 + 2 b h w'^2 = 4.
+        Infinite without stiffness. 2/w (sqrt(1 + z^2) - z), z = b w / 2 with damping b K (Belytschko et al. 2014,
+        section 6.2). If the tangent K and the definite tangent K', from which damping is made, differ: the h with h^2
+        w^2 + 2 b h w'^2 = 4.
         """
         before, spent = self.omega, self._age
         K = self.forces.tangent(x, self.forces.factors(time))

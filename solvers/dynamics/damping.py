@@ -11,12 +11,11 @@ from softmark.solvers.energies.energy import DampedEnergy, Floats
 
 
 class Damping:
-    """Damping C = alpha M + beta K plus the matrix of dashpots; M excludes free rigid bodies, which only contact
-    brakes.
+    """Damping C = alpha M + beta K plus the matrix of dashpots.
 
-    K is the definite stiffness of the internal forces in the state to which the velocity belongs. In any other state, a
-    volume-preserving velocity seems to change the volume by O(h), and the bulk modulus of a nearly incompressible body
-    would turn that into a spurious brake.
+    M excludes free rigid bodies, which only contact brakes. K is the definite stiffness of the internal forces in the
+    state to which the velocity belongs. In any other state, a volume-preserving velocity seems to change the volume by
+    O(h), and the bulk modulus of a nearly incompressible body would turn that into a spurious brake.
     """
 
     def __init__(self, forces: DynamicForces, rayleigh: Rayleigh, target: Floats) -> None:
@@ -55,7 +54,10 @@ class Damping:
             self._towing = self._stiffness_times(self.direction)
 
     def predict(self, stage: Stage) -> None:
-        """Set C for a step from a prediction of its end state; without stiffness-proportional damping, from its start."""
+        """Set C for a step from a prediction of its end state.
+
+        Without stiffness-proportional damping, from its start.
+        """
         start = stage.start
         self.begin(stage.acting(start.x + stage.step * start.v))
         if not np.all(np.isfinite(self.data)):
@@ -91,8 +93,9 @@ class Damping:
         return f
 
     def reaction(self, v: Floats) -> Floats:
-        """Return C v on the supports, zero elsewhere (dofs,), N, by a difference of forces; relative accuracy about
-        1e-7.
+        """Return C v on the supports, zero elsewhere (dofs,), N, by a difference of forces.
+
+        Relative accuracy about 1e-7.
         """
         f = np.zeros_like(v)
         if self.active and self.length:

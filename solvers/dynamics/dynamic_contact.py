@@ -50,7 +50,10 @@ STIFFEST = 1e9  # largest total stiffening factor in double precision
 
 
 class DynamicContacts:
-    """All contacts of a dynamic analysis, with the amplitudes of their rigid bodies; barriers are stiffened as needed."""
+    """All contacts of a dynamic analysis, with the amplitudes of their rigid bodies.
+
+    Barriers are stiffened as needed.
+    """
 
     def __init__(
         self,
@@ -148,7 +151,10 @@ class DynamicContacts:
         self._add_contact_points(start, end, here)
 
     def _add_contact_points(self, start: Motion, end: Motion, here: ContactsAtTime) -> None:
-        """Add contact points to facets that penetrate a rigid body between points. Raises CutsIn, to repeat the step."""
+        """Add contact points to facets that penetrate a rigid body between points.
+
+        Raises CutsIn, to repeat the step.
+        """
         if self.couple is None or self._rounds > ROUNDS or all(c.facing is None for c in here.posed):
             return
         from softmark.solvers.contact.facet_penetration import MOST, find_penetrating_points, presses_off_surface
@@ -317,9 +323,7 @@ class ContactsAtTime:
             contact.add_hessian(x, data, slots, scale, projected)
 
     def coupled(self, x: Floats, J: sparse.csr_matrix, free: Ints, scale: float, projected: bool) -> sparse.csr_matrix:
-        """Return J (free, free) plus scale times the stiffness of contacts between deformable surfaces, with new
-        entries.
-        """
+        """Return J (free, free) plus scale times the stiffness of deformable contacts, with new entries."""
         for energy in self.meets:
             J = (J + scale * energy.matrix(x, projected)[free][:, free]).tocsr()
         return J

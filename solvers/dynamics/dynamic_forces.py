@@ -1,4 +1,4 @@
-"""Forces and matrices of a dynamic problem at a given time: an `Assembly` with one factor per load, and a mass matrix."""
+"""Forces and matrices of a dynamic problem at a time: an `Assembly` with load factors, and a mass matrix."""
 
 from __future__ import annotations
 
@@ -117,8 +117,9 @@ class DynamicForces:
         )
 
     def within(self, x: Floats) -> Floats:
-        """Return the gradient of the internal energies (dofs,), N; the last state is cached, as steps need it several
-        times.
+        """Return the gradient of the internal energies (dofs,), N.
+
+        The last state is cached, as steps need it several times.
         """
         if not self._repeats:
             return self._gradient(self.internal, x)
@@ -178,9 +179,7 @@ class DynamicForces:
 
 
 def _block_places(pattern: Pattern, free: Ints, where: Ints) -> tuple[Ints, Ints]:
-    """Return which entries of blocks (n, 3, 3) over unknowns `where` (n, 3) are free, and their positions in the
-    pattern.
-    """
+    """Return the free entries of blocks (n, 3, 3) over unknowns `where` (n, 3), and their positions in the pattern."""
     number = np.full(max(int(where.max(initial=0)), int(free.max(initial=0))) + 1, -1)
     number[free] = np.arange(len(free))
     rows, columns = np.broadcast_arrays(number[where][:, :, None], number[where][:, None, :])
@@ -215,8 +214,9 @@ def _entry_positions(pattern: Pattern, M: sparse.csr_matrix) -> Ints | None:
 
 
 def _entry_numbers(size: int, M: Pattern | sparse.csr_matrix) -> Ints:
-    """Return row times size plus column of each entry (nnz,), size that of the matrix; ascending, because both are
-    sorted.
+    """Return row times size plus column of each entry (nnz,), size that of the matrix.
+
+    Ascending, because both are sorted.
     """
     numbers: Ints = np.repeat(np.arange(size), np.diff(M.indptr)) * size + M.indices
     return numbers

@@ -52,8 +52,7 @@ class DirectStepSolver:
 
 @dataclass(frozen=True)
 class Rayleigh:
-    """Rayleigh damping C = alpha M + beta K, `alpha` in 1/s, `beta` in s (Rayleigh 1877; Clough and Penzien 1993,
-    12-5).
+    """Rayleigh damping C = alpha M + beta K, `alpha` in 1/s, `beta` in s (Clough and Penzien 1993, 12-5).
 
     A mode of angular frequency w gets the damping ratio alpha/(2 w) + beta w/2. K is the tangent, made positive
     semi-definite so that damping never adds energy, in the state to which the velocity in the equations belongs: the
@@ -69,8 +68,9 @@ class Rayleigh:
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Dynamic problem M a + C v + dE/dx = 0, E(x, t) = internal energies + sum_i courses_i(t) loads_i, from `rest` at
-    time 0.
+    """Dynamic problem M a + C v + dE/dx = 0, E(x, t) = internal energies + sum_i courses_i(t) loads_i.
+
+    The motion starts from `rest` at time 0.
 
     A state is its own vector of degrees of freedom (`VectorSpace`): displacements of solids or of particles; with
     `turning` also rotation vectors, counted from every accepted step (rotational_inertia.py). `mass` is a sparse matrix

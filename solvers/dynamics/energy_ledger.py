@@ -72,7 +72,7 @@ def _barrier_energy(system: DynamicSystem, motion: Motion) -> float | None:
 
 
 def next_entry(system: DynamicSystem, last: EnergyEntry, motion: Motion) -> EnergyEntry:
-    """Return the entry after a step: work by the trapezoidal rule, loads by their mean, damping by the mean velocity."""
+    """Return the entry after a step: trapezoidal work, loads by their mean, damping by the mean velocity."""
     here = open_entry(system, motion)
     h, way = motion.time - last.motion.time, motion.x - last.motion.x
     drag = system.damping.force(way / h) + system.damping.reaction(way / h)

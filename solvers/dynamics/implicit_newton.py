@@ -237,8 +237,9 @@ class StageEquations:
         return Motion(self.end, trial.x, v, a, self.stage.load.last)
 
     def stored(self, x: Floats) -> float:
-        """Return the energy of the contact barriers at the end x, J; infinite if a point has passed through a rigid
-        body.
+        """Return the energy of the contact barriers at the end x, J.
+
+        Infinite if a point has passed through a rigid body.
         """
         if self.touches is None:
             return 0.0
@@ -253,7 +254,7 @@ class StageEquations:
         return self.share * x + self.stage.alpha_f * self.stage.start.x if self.stage.between else x
 
     def met(self, trial: StageTrial, scale: float, before: float) -> bool:
-        """Return whether the tolerance is met, or the last iteration made no progress and only rounding error is left."""
+        """Return whether the tolerance is met, or only rounding error is left after an iteration without progress."""
         if trial.size <= self.tolerance * scale:
             return True
         return 0.3 * before < trial.size <= 4.0 * (self._rounding(trial.x) + self._inertia_rounding(trial))
@@ -366,7 +367,7 @@ class StageEquations:
         return d
 
     def _jacobian(self, x: Floats, projected: bool) -> sparse.csr_matrix:
-        """Return dr/dx = (1 - alpha_m) A M + (1 - alpha_f) (B C + K), in the shared pattern, with rotational inertia."""
+        """Return dr/dx = (1 - alpha_m) A M + (1 - alpha_f) (B C + K) plus rotational inertia, in the shared pattern."""
         stage, turning = self.stage, self.system.problem.turning
         J = self.forces.tangent(self.weighted(x), self.factors, projected)
         J.data *= self.share
@@ -381,7 +382,7 @@ class StageEquations:
         return J if self.touches is None else self.touches.coupled(x, J, self.forces.free, stage.touch, projected)
 
     def _along(self, trial: StageTrial, d: Floats) -> tuple[StageTrial, float] | None:
-        """Return the full step, or the fraction that lowers the potential enough (Armijo 1966); None if there is none."""
+        """Return the full step, or the fraction that lowers the potential enough (Armijo 1966), or None."""
         way, slope = np.zeros_like(trial.x), float(trial.r @ d)
         way[self.forces.free] = d
         length = self.reach(trial.x, way)

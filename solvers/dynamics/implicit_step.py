@@ -189,8 +189,9 @@ class DynamicSystem:
     # ------------------------------------------------------------------ implicit steps
 
     def solve(self, stage: Stage) -> Motion:
-        """Return the end of an implicit step; damping uses the stiffness of the state in which it acts. Raises
-        StepFailed.
+        """Return the end of an implicit step; damping uses the stiffness of the state in which it acts.
+
+        Raises StepFailed.
         """
         if not self.problem.damping.beta or self.problem.cap is not None:
             return self._solved(stage)

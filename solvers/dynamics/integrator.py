@@ -87,7 +87,10 @@ class Stage:
 
 
 class Integrator(Protocol):
-    """Interface of a time integrator. `explicit` ones solve no equations, need a lumped mass and have a critical step."""
+    """Interface of a time integrator.
+
+    `explicit` ones solve no equations, need a lumped mass and have a critical step.
+    """
 
     explicit: ClassVar[bool]
 

@@ -49,13 +49,13 @@ class LaggedTangentSolver:
     """Solver of implicit stages by lagged tangents; it stores the preceding states."""
 
     def __init__(self, system: DynamicSystem) -> None:
-        from softmark.solvers.linear.symbolic_cache import plan_of
+        from softmark.solvers.linear.symbolic_cache import cached_plan
         from softmark.solvers.sparse.sparse_cholesky import Cholesky
 
         self.system, self.forces = system, system.forces
         pattern = self.forces.pattern
         self.data = np.zeros(len(pattern.indices))
-        self.cholesky = Cholesky(plan_of(pattern.matrix(self.data)), "single")
+        self.cholesky = Cholesky(cached_plan(pattern.matrix(self.data)), "single")
         self.states = BackwardDifferences(ORDER, self.forces.dofs)
         self.failures = 0  # number of failed attempts
         self._traces: list[Floats] = []  # lagged values of the last two accepted states, latest first

@@ -52,9 +52,7 @@ def newmark_stage(
     alpha_m: float = 0.0,
     alpha_f: float = 0.0,
 ) -> Stage:
-    """Return the stage equations of Newmark's formulas solved for a1 and v1: a1 = (x1 - coast) / (beta h^2), v1 as in
-    `Stage`.
-    """
+    """Return the stage equations of Newmark's formulas: a1 = (x1 - coast) / (beta h^2), v1 as in `Stage`."""
     now = system.under(before, load.first)
     coast = now.x + h * now.v + h**2 * (0.5 - beta) * now.a
     speed = now.v + h * (1.0 - gamma) * now.a

@@ -43,7 +43,7 @@ class RotationChart(Protocol):
 
 
 class RotationalInertia:
-    """Rotational inertia: rotation vectors at the unknowns `where` (n, 3), with moments of inertia `J` (n, 3), kg m^2."""
+    """Rotational inertia of rotation vectors at the unknowns `where` (n, 3), with moments `J` (n, 3), kg m^2."""
 
     def __init__(self, chart: RotationChart, where: Ints, J: Floats) -> None:
         self.chart, self.where, self.J = chart, where, J

@@ -98,9 +98,7 @@ def estimate_step_error(problem: Dynamics, points: Floats, duration: float, step
 def _modes(
     forces: DynamicForces, problem: Dynamics, points: Floats
 ) -> tuple[Floats, Floats, Floats, list[Amplitude], Floats] | None:
-    """Return frequencies (k,), shapes (free, k), modal loads (k, l) with their amplitudes, and initial modal velocities
-    (k,).
-    """
+    """Return frequencies (k,), shapes (free, k), modal loads (k, l), amplitudes, initial modal velocities (k,)."""
     free = forces.free
     patterns, courses = _excitation_forces(forces, problem, points)
     K, M = forces.tangent(problem.rest, forces.factors(0.0)), forces.M_free
@@ -187,7 +185,7 @@ class _Modal:
     courses: list[Amplitude]
 
     def loads(self, begin: float, end: float, weight: float = 0.5, ahead: float = 0.0) -> list[Floats]:
-        """Return modal loads (k,) of a step: at its start, end and mean, and those of its first and last acceleration."""
+        """Return modal loads (k,) of a step: at start and end, mean, and those of first and last acceleration."""
         load = linear_step_load(self.courses, begin, end, weight, ahead)
         return [self.pushes @ f for f in (load.start, load.end, load.mean, load.first, load.last)]
 

@@ -110,7 +110,7 @@ def _resolve_overdamped(integrator: Integrator, w: float, rate: float, duration:
 
 
 def amplification(integrator: Integrator, wh: float) -> complex | None:
-    """Return the principal eigenvalue of one step of an undamped vibration: exp(i w h) to the order of the integrator."""
+    """Return the principal eigenvalue of a step of an undamped vibration, about exp(i w h)."""
     match integrator:
         case ImplicitEuler():
             return 1.0 / complex(1.0, -wh)
@@ -223,8 +223,9 @@ def _inverse_iteration(
     rigid: Floats | None,
     least: float,
 ) -> float | None:
-    """Return the frequency by inverse iteration from the static deflection, without rigid motions; None if none is
-    left.
+    """Return the frequency by inverse iteration from the static deflection, without rigid motions.
+
+    None if none is left.
     """
 
     def strained(u: Floats) -> Floats:

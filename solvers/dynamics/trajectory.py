@@ -99,8 +99,9 @@ class Trajectory:
 
 
 class MotionNotConverged(static_problem.NotConverged):
-    """A step failed at its shortest length; `trajectory` holds the preceding motion, `iterations` every Newton
-    iteration.
+    """A step failed at its shortest length.
+
+    `trajectory` holds the preceding motion, `iterations` every Newton iteration.
     """
 
     def __init__(self, reason: str, trajectory: Trajectory, iterations: tuple[StepIteration, ...]) -> None:

@@ -1,1 +1,1 @@
-"""Energies of solids, rods, springs and loads over plain arrays: value, gradient and Hessian of each (`energy.Energy`)."""
+"""Energies of solids, rods, springs and loads over plain arrays: value, gradient, Hessian (`energy.Energy`)."""

@@ -115,9 +115,7 @@ class AxisymmetricElastic(Elastic):
         add_blocks(B.reshape(flat).swapaxes(1, 2) @ (each @ B).reshape(flat), slots, data)
 
     def slope(self, G: Floats, some: slice = slice(None)) -> Floats:
-        """Return dg/du (c, q, 3a), 1/m, by the chain rule from G = dg/dF (c, q, 3, 3) at the points of the cells
-        `some`.
-        """
+        """Return dg/du (c, q, 3a), 1/m, from G = dg/dF (c, q, 3, 3) at the points of the cells `some`."""
         found: Floats = (G.reshape(*G.shape[:2], 1, 9) @ self._strains(some))[:, :, 0]
         return found
 
@@ -134,8 +132,7 @@ class AxisymmetricElastic(Elastic):
 
 @dataclass(frozen=True)
 class AxisymmetricPressure(FollowerPressure):
-    """Follower pressure on an axisymmetric surface: it acts along the current inward normal on rings of the current
-    radius.
+    """Follower pressure on an axisymmetric surface, along the inward normal of rings of the current radius.
 
     Force on node a: -p int N_a (2 pi x_r / depth) (dx/dxi x dx/deta) dxi deta.
     """
@@ -149,7 +146,7 @@ class AxisymmetricPressure(FollowerPressure):
         return w * circumference_in_slices(y @ N.T, self.depth)
 
     def _slopes(self, x: Floats) -> Floats:
-        """Return the derivative of the forces of the slice, including the change of ring circumference with the radius."""
+        """Return the derivative of the slice forces, including the change of ring circumference."""
         block = super()._slopes(x)
         N, _, _, w = self._rule
         areas = w[:, :, None] * np.cross(*self._tangents(x))

@@ -1,5 +1,4 @@
-"""Corotational four-node tetrahedra, assembled in one pass per cell: same result as `Elastic` with `Corotational`,
-faster.
+"""Corotational four-node tetrahedra in one pass per cell: as `Elastic` with the law `Corotational`, but faster.
 
 The block of nodes a and b of a cell is w (2 mu g_a.g_b I + lam r_a r_b^T + [r_a] Y [r_b]^T) with g = dN/dX, r = R g,
 [r] the cross-product matrix of r, and Y = c R (tr S I - S)^-1 R^T, c = lam tr(S - I) - 2 mu. These are the terms of
@@ -156,8 +155,7 @@ class CorotationalTets(LaggedTangentEnergy):
         return np.ascontiguousarray(self.w[:, 0])
 
     def _rows(self, slots: Ints) -> Rows:
-        """Return the positions of the three entries of each block row (m, 4, 4, 3, 1), or of every entry (m, 4, 4, 3,
-        3).
+        """Return the positions of each block row (m, 4, 4, 3, 1), or of every entry (m, 4, 4, 3, 3).
 
         They are prepared once for each array of slots. The three columns of a block are adjacent unless a node is fixed
         in only some directions.
@@ -203,9 +201,7 @@ def invariants(
 
 @part
 def stretch_sums(count: int, det: Floats, q: Floats, x: Floats, step: Floats) -> None:
-    """Find the largest roots x of (x^2 - 1)^2 = 8 det x + q, and the last Newton step, as
-    `materials.polar_decomposition`.
-    """
+    """Find the largest roots x of (x^2 - 1)^2 = 8 det x + q, and the last step (`polar_decomposition`)."""
     for j in range(count):
         x[j] = math.sqrt(1.0 + math.sqrt(q[j] + 8.0 * math.sqrt(3.0) * max(det[j], 0.0)))
     for _ in range(12):
@@ -225,9 +221,7 @@ def rotation(
     f00: float, f01: float, f02: float, f10: float, f11: float, f12: float, f20: float, f21: float, f22: float,
     norm: float, det: float, x: float, step: float, memory: Floats,
 ) -> Nine:  # fmt: skip
-    """Return the rotation nearest to F, row by row, as `materials.polar_decomposition.rotation`; NaN if F is not
-    finite.
-    """
+    """Return the rotation nearest to F, row by row (`polar_decomposition.rotation`); NaN if F is not finite."""
     s = 1.0 / norm if norm > 0.0 else 0.0
     g00, g01, g02 = s * f00, s * f01, s * f02
     g10, g11, g12 = s * f10, s * f11, s * f12
@@ -292,9 +286,7 @@ def rotation(
 def _twist_matrix(
     a00: float, a11: float, a22: float, a01: float, a02: float, a12: float, c: float, lowest: float, memory: Floats
 ) -> Six:  # fmt: skip
-    """Return the six entries of Y = c A^-1 for symmetric A; eigenvalues of A are kept above FLOOR, those of Y above
-    `lowest`.
-    """
+    """Return six entries of Y = c A^-1, A symmetric; eigenvalues of A are >= FLOOR, of Y >= `lowest`."""
     k00, k11, k22 = a11 * a22 - a12 * a12, a00 * a22 - a02 * a02, a00 * a11 - a01 * a01
     k01, k02, k12 = a02 * a12 - a01 * a22, a01 * a12 - a02 * a11, a01 * a02 - a00 * a12
     det = a00 * k00 + a01 * k01 + a02 * k02
@@ -381,7 +373,7 @@ def _add_forces(e: int, cells: Ints, G: Floats, P: Nine, forces: Floats) -> None
 def _fill_blocks(
     e: int, G: Floats, R: Nine, Y: Six, mu: float, lam: float, factor: float, r: Floats, block: Floats
 ) -> None:
-    """Fill the blocks of nodes 1 <= a <= b <= 3 of one cell: factor (2 mu r_a.r_b I + lam r_a r_b^T + [r_a] Y [r_b]^T)."""
+    """Fill blocks of nodes 1 <= a <= b <= 3 of a cell: factor (2 mu r_a.r_b I + lam r_a r_b^T + [r_a] Y [r_b]^T)."""
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = R
     k00, k11, k22, k01, k02, k12 = Y
     for a in range(3):

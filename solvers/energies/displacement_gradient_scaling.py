@@ -51,8 +51,9 @@ def is_linear(law: Any, many: int = 1) -> bool:
 
 
 def first_piola_stress(law: Any, H: Floats) -> Floats:
-    """Return the first Piola-Kirchhoff stress (n, 3, 3), Pa, of displacement gradients (n, 3, 3); small ones are
-    magnified.
+    """Return the first Piola-Kirchhoff stress (n, 3, 3), Pa, of displacement gradients (n, 3, 3).
+
+    Small ones are magnified.
     """
     reach = float(np.abs(H).max(initial=0.0))
     up = 1.0

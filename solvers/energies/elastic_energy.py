@@ -41,7 +41,7 @@ class VaryingLaw(Protocol):
         """Return the law of some of the cells, with its constants in the floating-point type `kind`."""
 
     def at_rest(self, measure: Callable[[Floats], Floats]) -> Floats:
-        """Apply `measure` to dP/dF of the undeformed state (k, 3, 3, 3, 3) and return the result at every point (m, q)."""
+        """Return `measure` of dP/dF in the undeformed state (k, 3, 3, 3, 3), at every point (m, q)."""
 
 
 class DampedLaw(Protocol):
@@ -70,8 +70,7 @@ class InvariantLaw(Protocol):
 
 @dataclass(frozen=True)
 class Elastic(Energy):
-    """Elastic energy: sum over integration points of w psi(F), F = I + sum_a u_a (x) dN_a/dX (Bonet and Wood 2008, ch.
-    9).
+    """Elastic energy: sum over integration points of w psi(F), F = I + sum_a u_a (x) dN_a/dX.
 
     `cells` (m, a), `dNdX` (m, q, a, 3) in 1/m, `w` (m, q) in m^3; the state x is the displacement (3 nodes,). `drag` is
     the law used for stiffness-proportional damping; None uses the definite tangent of `law`.
@@ -148,7 +147,7 @@ class Elastic(Energy):
         return displacement_gradient_scaling.is_linear(self.law, self.w.size if self.varies else 1)
 
     def magnification(self, x: Floats) -> float:
-        """Return the power of two c, 1 or more, by which displacements are magnified: psi is divided by c^2 and P by c."""
+        """Return the power of two c >= 1 by which displacements are magnified: psi is divided by c^2 and P by c."""
         reach = float(np.abs(x).max(initial=0.0)) * self._steepest
         if (
             not 0.0 < reach < 1.0
@@ -228,9 +227,7 @@ class Elastic(Energy):
         element_kernels.add_stiffness(each, self.dNdX[some], self.w[some], scale, np.ascontiguousarray(slots), data)
 
     def slope(self, G: Floats, some: slice = slice(None)) -> Floats:
-        """Return dg/du (c, q, 3a), 1/m, by the chain rule from G = dg/dF (c, q, 3, 3) at the points of the cells
-        `some`.
-        """
+        """Return dg/du (c, q, 3a), 1/m, from G = dg/dF (c, q, 3, 3) at the points of the cells `some`."""
         rows: Floats = np.einsum("mqiJ,mqaJ->mqai", G, self.dNdX[some], optimize=True)
         return rows.reshape(*G.shape[:2], -1)
 

@@ -111,9 +111,7 @@ def _stacked_cross(v: Floats) -> Floats:
 
 
 def element_stiffness(dNdX: Floats, w: Floats, A: Floats) -> Floats:
-    """Return K_aibk = sum_q w dN_a/dX_J A_iJkL dN_b/dX_L of each cell (m, 3a, 3a), N/m, for constant A (3, 3, 3, 3),
-    Pa.
-    """
+    """Return sum_q w dN_a/dX_J A_iJkL dN_b/dX_L of each cell (m, 3a, 3a), N/m, for constant A, Pa."""
     m, _, a, _ = dNdX.shape
     B = np.einsum("iJkL,mqbL->mqiJbk", A, dNdX, optimize=True)
     K = np.einsum("mqaJ,mqiJbk->maibk", dNdX * w[:, :, None, None], B, optimize=True)

@@ -104,7 +104,7 @@ def _scatter(e: int, block: Floats, slots: Ints, data: Floats) -> None:
 def compute_invariants(
     u: Floats, cells: Ints, dNdX: Floats, begin: int, h: Floats, stretch: Floats, j: Floats
 ) -> None:  # fmt: skip
-    """Compute h = du/dX (c, q, 9), I1 - 3 = 2 tr h + h:h and J - 1 = tr h + tr cof h + det h in cells from `begin` on."""
+    """Compute h = du/dX (c, q, 9), I1 - 3 = 2 tr h + h:h and J - 1 = tr h + tr cof h + det h from cell `begin` on."""
     for e in range(h.shape[0]):
         for p in range(h.shape[1]):
             h00 = h01 = h02 = h10 = h11 = h12 = h20 = h21 = h22 = 0.0
@@ -201,7 +201,7 @@ def _node_vectors(
 
 @part
 def _couple_nodes(vectors: Floats, g: Floats, mixed: bool, block: Floats) -> None:
-    """Fill the 3x3 blocks of a cell on and above the diagonal, from the vectors of `_node_vectors` and dN/dX g (q, a, 3)."""
+    """Fill the 3x3 blocks of a cell on and above the diagonal, from `_node_vectors` and dN/dX g (q, a, 3)."""
     t, r, turned = vectors[0], vectors[1], vectors[2]
     grown, stretched, pulled = vectors[3], vectors[4], vectors[5]
     for m in range(t.shape[0]):

@@ -24,8 +24,7 @@ from softmark.solvers.energies.rod_state import lengths
 
 @dataclass(frozen=True)
 class RodElastic(RodElementEnergy):
-    """Rod strain energy: E = sum of l/2 (eps - eps0) . C (eps - eps0), eps = (Gamma, K) at the middle of each element,
-    J.
+    """Rod strain energy, J: sum of l/2 (eps - eps0) . C (eps - eps0), eps = (Gamma, K) at element middles.
 
     eps0 are the strains of the undeformed state `rest` (nodes * 7,), which may be bent, twisted and placed anywhere;
     C = diag(EA, GA2, GA3, GJ, EI2, EI3), shared or per element. A rigid motion changes neither energy nor resultants.

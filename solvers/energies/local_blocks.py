@@ -11,15 +11,16 @@ from softmark.solvers.energies.energy import Energy, Floats, Ints
 
 
 def add_blocks(blocks: Floats, slots: Ints, data: Floats) -> None:
-    """Add blocks to the matrix values: data[slots] += blocks, both (m, k, l); fixed entries have slot -1 and are
-    skipped.
+    """Add blocks to the matrix values: data[slots] += blocks, both (m, k, l).
+
+    Fixed entries have slot -1 and are skipped.
     """
     # that is shifted by one and dropped
     data += np.bincount(slots.ravel() + 1, blocks.ravel(), len(data) + 1)[1:]
 
 
 def project_semidefinite(blocks: Floats) -> Floats:
-    """Return the nearest positive semi-definite blocks of symmetric blocks (m, k, k): negative eigenvalues become zero."""
+    """Return the nearest positive semi-definite blocks (m, k, k): negative eigenvalues become zero."""
     w, V = np.linalg.eigh(blocks)
     found: Floats = (V * np.maximum(w, 0.0)[:, None, :]) @ V.swapaxes(1, 2)
     return found

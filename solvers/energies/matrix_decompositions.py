@@ -48,8 +48,7 @@ def orthogonalise(M: Floats) -> None:
 
 @part
 def nearest_rotation(M: Floats) -> Nine:
-    """Return the rotation that maximises tr(R^T F), row by row, from U S and V in M (6, 3) as `orthogonalise` left
-    them.
+    """Return the rotation that maximises tr(R^T F), row by row, from U S and V in M (6, 3) (`orthogonalise`).
 
     R = U V^T; if det F < 0 the axis of the smallest singular value is reversed. So R = u1 v1^T + u2 v2^T + (u1 x u2)
     (v1 x v2)^T of the two largest. If F has rank one or zero, one of the maximising rotations is chosen.

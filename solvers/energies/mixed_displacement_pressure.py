@@ -126,8 +126,9 @@ class MixedSolid(Energy):
         np.add.at(g, self.pressures, (scale * self.unit) * self._integrate(self.w * lacking))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the saddle-point matrix, N/m. If projected, make the displacement block definite and omit the pressure
-        stress.
+        """Add the saddle-point matrix, N/m.
+
+        If projected, its displacement block is definite, without pressure stress.
         """
         p, width = self.pressure(x), 3 * self.cells.shape[1]
         F = self.F(x).reshape(*self.w.shape, 3, 3)
@@ -152,7 +153,7 @@ class MixedSolid(Energy):
 
 
 def _magnified(shape: Elastic, u: Floats) -> tuple[Floats, float]:
-    """Return deformation gradients (m q, 3, 3) with very small displacements magnified, and the magnification factor."""
+    """Return F (m q, 3, 3) with very small displacements magnified, and the magnification factor."""
     up = shape.magnification(u)
     return shape.F(u if up == 1.0 else u * u.dtype.type(up)), up
 
@@ -247,9 +248,7 @@ class MeanDilatation(Energy):
         self._shape.add_stresses(stress, g, scale)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the tangent stiffness, N/m. If projected, make the shape part definite and omit the curvature of the
-        mean.
-        """
+        """Add the tangent, N/m. If projected, make the shape part definite and omit the curvature of the mean."""
         F = self.F(x).reshape(*self.w.shape, 3, 3)
         each = self.expected
         if each is None:

@@ -50,8 +50,7 @@ class PermeabilityLaw(Protocol):
 
 @dataclass(frozen=True)
 class PoroelasticSolid(MixedSolid):
-    """Mixed energy of a porous solid whose fluid flows for `span` s; `owed` (b,), m^3, is the fluid volume due to each
-    pressure.
+    """Mixed energy of a porous solid whose fluid flows for `span` s; `owed` (b,), m^3, is its fluid volume.
 
     It is a `MixedSolid` without compliance. `dNpdX` (m, q, b, 3), 1/m, are the gradients of the pressure shape
     functions. With small strains `turns` is False and K = k. Pressures in the state are positive in tension, as in
@@ -65,7 +64,7 @@ class PoroelasticSolid(MixedSolid):
     owed: Floats | None = None
 
     def value(self, x: Floats) -> float:
-        """Return the energy of the skeleton, J; infinite outside the domain of its law, and where the pores are closed."""
+        """Return the energy of the skeleton, J; infinite outside the domain of its law, and if pores are closed."""
         if self.turns and not bool(np.all(self._constraint(x) > self.pores.solid - 1.0)):
             return np.inf
         return self._shape.value(self.displacements(x))
@@ -173,8 +172,7 @@ class FirstStage:
 
 @dataclass(frozen=True, eq=False)
 class PoreFluid(EnergyHistory):
-    """Pore-fluid state of a porous solid: fluid volume `account` (b,), m^3, gained since rest, and outflow `out` (b,),
-    m^3.
+    """Pore-fluid state of a porous solid: volume `account` (b,) gained since rest, and outflow `out` (b,), m^3.
 
     `out` leaves through the prescribed (`held`) pressures. The balance error of a step stays in `account`, so that the
     next step corrects it. `lost` is the dissipated energy and `pumped` the work of prescribed pressures, J; `moved` is
@@ -208,9 +206,7 @@ class PoreFluid(EnergyHistory):
         return self.account if self.stage is None else self.account + AFTER * self.stage.gained
 
     def over(self, h: float) -> Energy:
-        """Return the energy of the next stage for a stage end h s from here: the first ends at INNER of a step, the
-        second at 1.
-        """
+        """Return the energy of the next stage, h s long: the first ends at INNER of a step, the second at its end."""
         return replace(self.energy, owed=self._owed, span=h if self.stage is None else self.stage.span)
 
     def accepted(self, x: Floats, h: float) -> PoreFluid:

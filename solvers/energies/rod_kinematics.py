@@ -38,9 +38,7 @@ _EYE3, _EYE4 = np.eye(3), np.eye(4)
 
 
 def _steps_map() -> Floats:
-    """Return the constant map (12, 96) from (q_a, q_b, c) to the derivatives of p and c by the 12 dofs, read as (8,
-    12).
-    """
+    """Return the constant map (12, 96) from (q_a, q_b, c) to the derivatives (8, 12) of p and c by the 12 dofs."""
     S = np.zeros((3, 4, 2, 4, 12))
     behind = PRODUCT[:, :, 1:].transpose(1, 0, 2) / 2  # q times half a rotation vector, (4, 4, 3)
     S[0, :, 0, :, 3:6] = S[1, :, 0, :, 9:] = S[2, :, 1, :, 9:] = behind

@@ -32,8 +32,7 @@ def _to_material_axes(x: Floats, nodes: Ints, vectors: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class EccentricRodForces(Energy):
-    """Dead forces (k, 3), N, at material points off the axis, offset by `arms` (k, 3), m in material axes, from nodes
-    (k,).
+    """Dead forces (k, 3), N, at points offset from nodes (k,) by `arms` (k, 3), m, in material axes.
 
     E = -sum of f . (x + R a), minus its value at rest, J: the arm rotates with the section, the force does not.
     """

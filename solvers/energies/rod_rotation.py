@@ -50,8 +50,7 @@ def relative_rotation(p: Floats, q: Floats) -> Floats:
 
 
 def outer(a: Floats, b: Floats) -> Floats:
-    """Return all products of components, (..., i * j) of (..., i) and (..., j), to turn bilinear maps into matrix
-    products.
+    """Return all products of components, (..., i * j) of (..., i) and (..., j), for bilinear maps.
 
     Rows are contiguous in memory, so that numpy's inner loops are as long as the number of rows.
     """

@@ -37,8 +37,7 @@ class RodStiffness:
         return np.array([self.EA, self.GA2, self.GA3, self.GJ, self.EI2, self.EI3])
 
     def without(self, length: float, *, shear: bool, axial: bool, ratio: float = 1e6) -> RodStiffness:
-        """Return the stiffness of a rod of this `length` (m) with shear or stretch suppressed; True leaves a mode
-        flexible.
+        """Return the stiffness of a rod of this `length` (m) without shear or stretch; True leaves a mode flexible.
 
         A suppressed mode gets the penalty stiffness max(its own stiffness, ratio B / length^2), B the largest of GJ,
         EI2 and EI3. A cantilever whose load has P length^2 / B = 10 then stores 20 / ratio of its strain energy in such
@@ -97,9 +96,7 @@ class RodSection:
 
 
 def circular(radius: float, young: float, poisson: float) -> RodSection:
-    """Return the solid circular section: A = pi R^2, I = pi R^4 / 4, J = 2 I, k = 6 (1 + nu) / (7 + 6 nu) (Cowper
-    1966).
-    """
+    """Return the circular section: A = pi R^2, I = pi R^4 / 4, J = 2 I, k = 6 (1 + nu) / (7 + 6 nu) (Cowper 1966)."""
     I = pi * radius**4 / 4
     k = 6 * (1 + poisson) / (7 + 6 * poisson)
     return RodSection(pi * radius**2, I, I, 2 * I, k, k, young, young / (2 * (1 + poisson)))

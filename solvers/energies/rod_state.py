@@ -58,9 +58,7 @@ class RodSpace:
 
 
 def updated_axis_vectors(before: RodElements, step: Floats, turns: ElementRotations) -> Floats:
-    """Return the axis vectors l R(new) (Gamma + dGamma . d), (n, 3), m, of elements after a step d (n, 12) to new
-    `turns`.
-    """
+    """Return the axis vectors l R(new) (Gamma + dGamma . d), (n, 3), m, after a step d (n, 12) to new `turns`."""
     Gamma = before.strains[:, :3] + np.einsum("eij,ej->ei", before.gradients[:, :3], step)
     return np.asarray(np.einsum("eki,ei->ek", turns.middle, Gamma) * before.l[:, None])
 
@@ -137,9 +135,7 @@ class RodChain:
 
     @cached_property
     def _between(self) -> tuple[Ints, Ints, Floats]:
-        """For components of nodes (nodes, 3): flat indices of the held ones before and after, and the interpolation
-        weight.
-        """
+        """Flat indices of the held components before and after each (nodes, 3), and the interpolation weight."""
         s = np.concatenate([[0.0], np.cumsum(self.lengths)])
         below, above = np.zeros((2, *self.held.shape), dtype=np.int64)
         part = np.zeros(self.held.shape)

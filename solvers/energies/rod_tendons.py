@@ -103,9 +103,7 @@ class RodTendons(RodElementEnergy):
         return segments.forces(self._carried(segments))
 
     def local_hessians(self, x: Floats) -> Floats:
-        """Return the Hessian of each element (m, 12, 12): (1 - t t^T) / |y| of |y| by the strains, plus the strain
-        curvature.
-        """
+        """Return the Hessian of each element (m, 12, 12), from (1 - t t^T) / |y| and the strain curvature."""
         segments = cached_elements(x, self.elements, self.lengths)
         y, size = self._directions(segments)
         t = y / size[:, :, None]

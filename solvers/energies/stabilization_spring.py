@@ -14,8 +14,7 @@ from softmark.solvers.energies.local_blocks import add_blocks
 
 @dataclass(frozen=True)
 class StabilizationSpring(Energy):
-    """Stabilisation spring: E = k/2 sum_i w_i |u_i - a_i|^2 over nodes with weights `shares` w (n,) that sum to 1; k in
-    N/m.
+    """Stabilisation spring: E = k/2 sum_i w_i |u_i - a_i|^2 over nodes; `shares` w (n,) sum to 1; k in N/m.
 
     `place` a (dofs,), m, is the anchor position. An equilibrium with u = a is also an equilibrium without the spring;
     the proximal point method (Martinet 1970; Rockafellar 1976) moves a there.

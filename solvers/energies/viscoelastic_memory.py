@@ -174,7 +174,7 @@ class ViscoelasticHistory(EnergyHistory):
         return np.where(np.abs(S).max(axis=(1, 2)) < LINEAR * known.mu, small, total)
 
     def _linear_loss(self, S: Floats, h: float) -> Floats:
-        """Return int sum_i H : C^-1 : H / (g tau) dt over a step (n,), J/m^3 >= 0; exact, since H = A exp(-s/tau) + B."""
+        """Return int sum_i H : C^-1 : H / (g tau) dt over a step (n,), J/m^3; exact for H = A exp(-s/tau) + B."""
         known = self.series
         total = np.zeros(len(S))
         if h <= 0.0:
@@ -189,8 +189,7 @@ class ViscoelasticHistory(EnergyHistory):
         return total
 
     def _loss(self, springs: BranchSprings, S: Floats, E: Floats, h: float) -> Floats:
-        """Return the dissipation of a step for a law with known `springs`, by Gauss quadrature in panels that grow with
-        tau.
+        """Return the dissipation of a step for a law with known `springs`, by Gauss quadrature in panels.
 
         S and the strain vary linearly in time, as the branch stresses assume; C is scaled if its volume is kept.
         """
@@ -280,5 +279,5 @@ class BodyHistory:
 
 
 def largest_decrease(lost: Floats) -> float:
-    """Return the largest decrease of the dissipated energy below an earlier value, J; `lost` (t,) is its time history."""
+    """Return the largest decrease of the dissipated energy `lost` (t,) below an earlier value, J."""
     return float((np.maximum.accumulate(lost) - lost).max(initial=0.0))

@@ -23,7 +23,7 @@ from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.runtime import parallel_compilation
 from softmark.solvers.runtime.thread_limits import ALONE
-from softmark.solvers.sparse.banded_cholesky import NEUTRAL, NegativePivot, banded
+from softmark.solvers.sparse.banded_cholesky import NEUTRAL, NegativePivot, factorise_banded
 from softmark.solvers.sparse.rigid_body_modes import Modes
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ class Factor(Protocol):
 
 
 @dataclass(frozen=True)
-class Triangular:
+class LuFactor:
     """LU factorisation K = L U with a permutation, by SuperLU."""
 
     lu: Any  # scipy.sparse.linalg.SuperLU
@@ -129,7 +129,7 @@ class Triangular:
 
 
 @dataclass(frozen=True)
-class Waiting:
+class DeferredFactor:
     """Symmetric K known to have a negative eigenvalue; it is factorised only if needed."""
 
     K: sparse.csr_matrix
@@ -138,9 +138,9 @@ class Waiting:
     iterations: int = 0
 
     @cached_property
-    def factor(self) -> Triangular:
+    def factor(self) -> LuFactor:
         """Factorisation, made on first use. Raises Singular."""
-        return _triangular(self.K, True)
+        return _lu_factor(self.K, True)
 
     def solve(self, b: Floats) -> Floats:
         """Return x with K x = b. Raises Singular."""
@@ -153,7 +153,7 @@ class Waiting:
 
 
 @dataclass(frozen=True)
-class Definite:
+class CholeskyFactor:
     """Cholesky factorisation K = L L^T: every pivot is positive."""
 
     cholesky: Cholesky
@@ -168,7 +168,7 @@ class Definite:
 
 
 @dataclass(frozen=True)
-class Signed:
+class SignedFactor:
     """Factorisation K = L S L^T, S = diag(+-1), in a sparse order: refined once, since pivots may be small."""
 
     cholesky: Cholesky
@@ -206,7 +206,7 @@ class RefinedFactor:
         size = float(np.linalg.norm(b))
         # single precision overflows where forces in N are far from one
         x, self.iterations, done = conjugate_gradients(self.K, b, self._scaled, self.tolerance * size, FRESH)
-        return x if done else _settled(self.K, x, b, self.tolerance)
+        return x if done else _accept_rounding(self.K, x, b, self.tolerance)
 
     def _scaled(self, r: Floats) -> Floats:
         """Return the solution of the single-precision factor for r, scaled against overflow."""
@@ -215,7 +215,7 @@ class RefinedFactor:
 
 
 @dataclass(frozen=True)
-class Iterative:
+class MultigridSolver:
     """Conjugate gradients with multigrid, and a fallback if they fail."""
 
     multigrid: Multigrid
@@ -235,10 +235,10 @@ class Iterative:
         x, done = self.multigrid.solve(b, self.tolerance)
         if done:
             return x
-        return self.otherwise().solve(b) if self.otherwise else _settled(self.K, x, b, self.tolerance)
+        return self.otherwise().solve(b) if self.otherwise else _accept_rounding(self.K, x, b, self.tolerance)
 
 
-def _settled(K: sparse.csr_matrix, x: Floats, b: Floats, tolerance: float) -> Floats:
+def _accept_rounding(K: sparse.csr_matrix, x: Floats, b: Floats, tolerance: float) -> Floats:
     """Return x, if only rounding keeps it from its tolerance. Raises Unsolved."""
     size, residual = float(np.linalg.norm(b)), float(np.linalg.norm(b - K @ x))
     rounding = 8 * float(np.finfo(np.float64).eps) * float(np.linalg.norm(abs(K) @ np.abs(x)) + size)
@@ -268,15 +268,15 @@ def factor(
     """
     must_be_finite(K)
     if method == "auto":
-        return _chosen(K, symmetric, precision, modes)
+        return _choose_factor(K, symmetric, precision, modes)
     if method == "superlu":
-        return _triangular(K, symmetric)
+        return _lu_factor(K, symmetric)
     if method == "pardiso":
-        return _asked_pardiso(K, symmetric, precision, modes)
+        return _requested_pardiso(K, symmetric, precision, modes)
     if method == "multigrid":
-        return _multigrid(K, _made(modes))
+        return _multigrid_solver(K, _computed_modes(modes))
     if method == "cholesky" and symmetric:
-        return _needed(K, precision, modes)
+        return _required_cholesky(K, precision, modes)
     raise Singular("the matrix is not symmetric, as Cholesky's method wants it")
 
 
@@ -286,95 +286,95 @@ def must_be_finite(K: sparse.csr_matrix) -> None:
         raise Singular("the stiffness matrix holds numbers that are not finite")
 
 
-def _made(modes: Modes) -> Floats | None:
+def _computed_modes(modes: Modes) -> Floats | None:
     """Return the rigid motions, computed if they are given as a function."""
     return modes() if callable(modes) else modes
 
 
-def _chosen(K: sparse.csr_matrix, symmetric: bool, precision: Precision, modes: Modes) -> Factor:
+def _choose_factor(K: sparse.csr_matrix, symmetric: bool, precision: Precision, modes: Modes) -> Factor:
     """Return the factor of the method that `auto` chooses."""
     if K.nnz < LARGE:
         try:
-            return (banded(K) if symmetric else None) or _triangular(K, symmetric)
+            return (factorise_banded(K) if symmetric else None) or _lu_factor(K, symmetric)
         except NegativePivot:
-            return Waiting(K)
+            return DeferredFactor(K)
     if symmetric:
-        return _symmetric(K, precision, modes) or _triangular(K, symmetric)
+        return _symmetric_factor(K, precision, modes) or _lu_factor(K, symmetric)
     from softmark.solvers.sparse import pardiso
 
-    return _pardiso(K, symmetric, precision) if pardiso.installed() else _triangular(K, symmetric)
+    return _pardiso_factor(K, symmetric, precision) if pardiso.installed() else _lu_factor(K, symmetric)
 
 
-def _symmetric(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor | None:
+def _symmetric_factor(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor | None:
     """Return a factor by memory and estimated time; None if the pattern is unsymmetric or signed pivots fail."""
-    from softmark.solvers.linear.symbolic_cache import known_of
+    from softmark.solvers.linear.symbolic_cache import cached_pattern
     from softmark.solvers.sparse import multigrid
 
     try:
-        sketch = known_of(K, modes).sketch
+        sketch = cached_pattern(K, modes).sketch
     except ValueError:
         return None
-    fits = _fits(sketch.bytes(8 if precision == "double" else 4))
+    fits = _fits_memory(sketch.bytes(8 if precision == "double" else 4))
     long = (1.0 if precision == "double" else 2.0) * LONG * K.shape[0]
-    if (not fits or sketch.flops > long) and multigrid.installed() and (motions := _made(modes)) is not None:
-        return _multigrid(K, motions, (lambda: _needed(K, precision, motions)) if fits else None)
-    if not fits and _fits(sketch.bytes(4)):
+    if (not fits or sketch.flops > long) and multigrid.installed() and (motions := _computed_modes(modes)) is not None:
+        return _multigrid_solver(K, motions, (lambda: _required_cholesky(K, precision, motions)) if fits else None)
+    if not fits and _fits_memory(sketch.bytes(4)):
         precision = "single"
-    return _definite(K, precision, modes)
+    return _cholesky_factor(K, precision, modes)
 
 
-def _fits(needed: float) -> bool:
+def _fits_memory(needed: float) -> bool:
     """Return whether a factor of `needed` bytes fits; small ones are not checked, to save time."""
     return needed <= LITTLE or needed <= SHARE * memory.available_memory()
 
 
-def _needed(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor:
+def _required_cholesky(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor:
     """Return our Cholesky factor. Raises Singular if it does not exist."""
-    return _definite(K, precision, modes) or _triangular(K, True)
+    return _cholesky_factor(K, precision, modes) or _lu_factor(K, True)
 
 
-def _definite(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor | None:
+def _cholesky_factor(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor | None:
     """Return our factor; None if it is inaccurate without pivoting, or the pattern is unsymmetric. Raises TooLarge."""
-    from softmark.solvers.linear.symbolic_cache import known_of
+    from softmark.solvers.linear.symbolic_cache import cached_pattern
     from softmark.solvers.sparse.sparse_cholesky import Cholesky, Indefinite
 
     try:
-        known = known_of(K, modes)
-        _must_fit(known.sketch.bytes(8 if precision == "double" else 4), modes)
+        known = cached_pattern(K, modes)
+        _require_memory(known.sketch.bytes(8 if precision == "double" else 4), modes)
         cholesky = Cholesky(known.plan(K), precision)
         cholesky.factorise(K.data, indefinite=precision == "double")
     except ValueError:
         return None
     except Indefinite:
-        return None if precision == "double" else _definite(K, "double", modes)
+        return None if precision == "double" else _cholesky_factor(K, "double", modes)
     if precision == "single":
         return RefinedFactor(cholesky, K)
     if cholesky.definite:
-        return Definite(cholesky)
-    return Signed(cholesky, K) if _accurate(cholesky, K) else None
+        return CholeskyFactor(cholesky)
+    return SignedFactor(cholesky, K) if _is_accurate(cholesky, K) else None
 
 
-def _must_fit(needed: float, modes: Modes) -> None:
+def _require_memory(needed: float, modes: Modes) -> None:
     """Raise TooLarge if a factor would take more than its share of memory."""
-    if _fits(needed):
+    if _fits_memory(needed):
         return
     from softmark.solvers.sparse import multigrid
 
     if not multigrid.installed():
         why = "with pyamg it could be solved by iterations: install softmark[fast]"
     else:
-        why = "use a coarser mesh" if _made(modes) is None else "choose multigrid, or a coarser mesh"
+        why = "use a coarser mesh" if _computed_modes(modes) is None else "choose multigrid, or a coarser mesh"
     raise TooLarge(needed, memory.available_memory(), why)
 
 
-def _accurate(cholesky: Cholesky, K: sparse.csr_matrix) -> bool:
+def _is_accurate(cholesky: Cholesky, K: sparse.csr_matrix) -> bool:
     """Return whether refinement converges: without pivoting, pivots may have grown."""
     b = np.random.default_rng(0).standard_normal(K.shape[0])
     residual = np.linalg.norm(b - K @ cholesky.solve(b))
     return bool(residual <= UNSTABLE * np.linalg.norm(b))
 
 
-def _triangular(K: sparse.csr_matrix, symmetric: bool) -> Triangular:
+def _lu_factor(K: sparse.csr_matrix, symmetric: bool) -> LuFactor:
     """Return an LU factor, with a minimum-degree order for symmetric patterns. Raises Singular."""
     from scipy.sparse.linalg import splu  # 0.14 s that what our own factorisation solves need not wait for
 
@@ -387,33 +387,35 @@ def _triangular(K: sparse.csr_matrix, symmetric: bool) -> Triangular:
         raise Singular(str(error)) from error
     except MemoryError:
         raise Singular("SuperLU ran out of memory") from None
-    return Triangular(lu)
+    return LuFactor(lu)
 
 
-def _multigrid(K: sparse.csr_matrix, modes: Floats | None, otherwise: Callable[[], Factor] | None = None) -> Iterative:
+def _multigrid_solver(
+    K: sparse.csr_matrix, modes: Floats | None, otherwise: Callable[[], Factor] | None = None
+) -> MultigridSolver:
     """Return a multigrid solver with a fallback. Raises NotInstalled."""
     from softmark.solvers.sparse import multigrid
 
     if not multigrid.installed():
         raise NotInstalled("multigrid", "pyamg")
-    return Iterative(multigrid.Multigrid(K, modes), K, multigrid.NAME, otherwise)
+    return MultigridSolver(multigrid.Multigrid(K, modes), K, multigrid.NAME, otherwise)
 
 
-def _asked_pardiso(K: sparse.csr_matrix, symmetric: bool, precision: Precision, modes: Modes) -> Factor:
+def _requested_pardiso(K: sparse.csr_matrix, symmetric: bool, precision: Precision, modes: Modes) -> Factor:
     """Return a Pardiso factor; our own if its library is missing. Raises NotInstalled, Singular.
 
     The name of the factor says which it is.
     """
     from softmark.solvers.sparse import pardiso
 
-    if not pardiso.packaged():
+    if not pardiso.is_packaged():
         raise NotInstalled("Pardiso", "pypardiso")
     if pardiso.installed():
-        return _pardiso(K, symmetric, precision)
-    return _chosen(K, symmetric, precision, modes)
+        return _pardiso_factor(K, symmetric, precision)
+    return _choose_factor(K, symmetric, precision, modes)
 
 
-def _pardiso(K: sparse.csr_matrix, symmetric: bool, precision: Precision) -> Pardiso:
+def _pardiso_factor(K: sparse.csr_matrix, symmetric: bool, precision: Precision) -> Pardiso:
     """Return a Pardiso factor. Raises Singular."""
     from softmark.solvers.sparse import pardiso
 
@@ -421,7 +423,7 @@ def _pardiso(K: sparse.csr_matrix, symmetric: bool, precision: Precision) -> Par
     for kind in kinds:
         try:
             return pardiso.Pardiso(K, kind)
-        except pardiso.Failed as error:
+        except pardiso.PardisoError as error:
             reason = error
     raise Singular(str(reason)) from reason
 
@@ -470,7 +472,7 @@ def _inverse_norm(solve: Callable[[Floats], Floats], n: int) -> float:
 
 
 @contextmanager
-def warming(entries: int) -> Iterator[None]:
+def warm_up_in_parallel(entries: int) -> Iterator[None]:
     """Load solvers as `warm`, in parallel with compilation in the block if another process can help."""
     with parallel_compilation.helper_process(BESIDE.format(entries)) if entries >= LARGE else nullcontext():
         yield
@@ -481,14 +483,14 @@ def warm(entries: int) -> None:
     """Load the solvers for a system with that many entries, outside any timing."""
     if entries < LARGE:
         K = sparse.diags([-1.0, 2.0, -1.0], [-1, 0, 1], (9, 9), "csr")
-        for known in (banded(K), _triangular(K, True)):
+        for known in (factorise_banded(K), _lu_factor(K, True)):
             if known is not None:
                 known.solve(np.ones(9))  # the first call of either is slow, too
         return
     for middle in (2.0, -2.0):  # definite and not
         diagonal = np.diag([2.0, middle, 2.0])
         K = sparse.csr_matrix(diagonal - np.diag([1.0, 1.0], 1) - np.diag([1.0, 1.0], -1))
-        _definite(K, "double", None)
+        _cholesky_factor(K, "double", None)
     if entries >= DISSECTED:
         from softmark.solvers.sparse.ordering import warm as orders
 

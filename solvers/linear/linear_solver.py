@@ -73,9 +73,9 @@ class Systems:
         self.solves += 1
         found: Any
         if self.choice.method == "conjugate_gradients":
-            found = Iterated(self, K, goal, symmetric)
+            found = DiagonalConjugateGradients(self, K, goal, symmetric)
         elif self.choice.reuse and symmetric:
-            found = Reused(self, K, goal)
+            found = ReusedFactor(self, K, goal)
         else:
             found = self._factor(K, symmetric)
         self.name = found.name
@@ -99,8 +99,8 @@ class Systems:
             return saddle_point.factor(K, self.choice.spare, lambda K: factor(K, own, method), halved)
         found = factor(K, symmetric, method, self.choice.precision, self.choice.modes)
         if isinstance(found, linear.RefinedFactor) and K.dtype == np.float32:
-            return Single(found)  # single precision has no residual to refine by
-        return Counted(self, found) if found.tolerance else found
+            return SinglePrecisionFactor(found)  # single precision has no residual to refine by
+        return CountedFactor(self, found) if found.tolerance else found
 
     def goal(self, residual: float, before: float, last: float, tolerance: float) -> float:
         """Return the relative residual for the next linear system, from Newton's residuals now and before.
@@ -138,7 +138,7 @@ def warm(choice: Linear, kind: Any) -> None:
 
 
 @dataclass(frozen=True)
-class Counted:
+class CountedFactor:
     """Iterative factor whose iterations are added to a counter."""
 
     systems: Systems
@@ -172,7 +172,7 @@ class Counted:
 
 
 @dataclass(frozen=True)
-class Single:
+class SinglePrecisionFactor:
     """Cholesky factor in single precision without refinement; scaled, since single numbers overflow sooner."""
 
     refined: linear.RefinedFactor
@@ -188,7 +188,7 @@ class Single:
 
 
 @dataclass
-class Iterated:
+class DiagonalConjugateGradients:
     """Conjugate gradients with the diagonal as preconditioner (Hestenes and Stiefel 1952), without a factor.
 
     If the curvature along a direction is not positive they stop with the present x, as a truncated Newton method does
@@ -244,7 +244,7 @@ class Iterated:
 
 
 @dataclass
-class Reused:
+class ReusedFactor:
     """Conjugate gradients with the factor of this matrix or of an earlier one, whichever costs less."""
 
     systems: Systems

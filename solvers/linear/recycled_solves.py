@@ -9,7 +9,7 @@ from scipy import sparse
 
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Unsolved, factor
-from softmark.solvers.linear.symbolic_cache import plan_of
+from softmark.solvers.linear.symbolic_cache import cached_plan
 from softmark.solvers.sparse.sparse_cholesky import Cholesky, Indefinite, Precision
 
 EPS = float(np.finfo(np.float64).eps)
@@ -76,7 +76,7 @@ class LinearSolver:
         self._ready, self._failed = False, {}
         self.statistics.analyses += 1
         try:
-            self._cholesky = Cholesky(plan_of(K), self._precision)
+            self._cholesky = Cholesky(cached_plan(K), self._precision)
         except ValueError:  # the pattern is not symmetric
             self._cholesky = None
 

@@ -24,7 +24,7 @@ ROUNDS, ENOUGH, USABLE = 20, 1e-13, 1e-8  # of refinement: at most, and relative
 
 
 @dataclass
-class Saddle:
+class SaddlePointFactor:
     """Factor of a slightly more compressible system, with refinement."""
 
     factor: Factor
@@ -95,4 +95,4 @@ def factor(
     near = (0.5 * (K + K.T)).tocsr() if halved else K
     softened: Any = sparse.csr_matrix((near.data.copy(), near.indices, near.indptr), shape=K.shape)
     softened.setdiag(near.diagonal() - spare)  # which the pattern holds: its structure stays that of K
-    return Saddle(make(softened), K, int(np.count_nonzero(spare)))
+    return SaddlePointFactor(make(softened), K, int(np.count_nonzero(spare)))

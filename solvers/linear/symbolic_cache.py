@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy import sparse
 
-from softmark.solvers.sparse.symbolic_factorization import Sketch, Symbolic, plan, sketch
+from softmark.solvers.sparse.symbolic_factorization import FactorEstimate, Symbolic, estimate_factor, plan_fronts
 
 if TYPE_CHECKING:
     from softmark.solvers.sparse.rigid_body_modes import Modes
@@ -21,7 +21,7 @@ _LOCK = threading.Lock()
 class KnownPattern:
     """Analysis of a pattern: the cost of its factor and, once needed, its symbolic factorisation."""
 
-    def __init__(self, found: Sketch) -> None:
+    def __init__(self, found: FactorEstimate) -> None:
         """Store the estimate of the factor."""
         self.sketch = found
         self._plan: Symbolic | None = None
@@ -29,7 +29,7 @@ class KnownPattern:
     def plan(self, K: sparse.csr_matrix) -> Symbolic:
         """Return the symbolic factorisation for K, which has the pattern."""
         if self._plan is None:
-            self._plan = plan(K, self.sketch)
+            self._plan = plan_fronts(K, self.sketch)
         return self._plan
 
 
@@ -37,7 +37,7 @@ class KnownPattern:
 _KNOWN: list[tuple[Any, Any, KnownPattern]] = []
 
 
-def known_of(K: sparse.csr_matrix, motions: Modes = None) -> KnownPattern:
+def cached_pattern(K: sparse.csr_matrix, motions: Modes = None) -> KnownPattern:
     """Return the cached analysis of the pattern of K. Raises ValueError unless it is symmetric with a full diagonal.
 
     A pattern is identified by its two arrays, which must not be modified, or by equal ones, and removed with the array
@@ -47,26 +47,26 @@ def known_of(K: sparse.csr_matrix, motions: Modes = None) -> KnownPattern:
     """
     with _LOCK:
         for entry in _KNOWN:
-            if _same(entry[0](), K.indptr) and _same(entry[1], K.indices):
+            if _is_same_array(entry[0](), K.indptr) and _is_same_array(entry[1], K.indices):
                 return entry[2]
-    known = KnownPattern(sketch(K, motions() if callable(motions) else motions))
+    known = KnownPattern(estimate_factor(K, motions() if callable(motions) else motions))
     with _LOCK:
         alive = [e for e in _KNOWN if e[0]() is not None]
-        entry = (weakref.ref(K.indptr, _forget), K.indices, known)
+        entry = (weakref.ref(K.indptr, _remove_pattern), K.indices, known)
         _KNOWN[:] = [entry, *alive[: KEPT - 1]]
     return known
 
 
-def plan_of(K: sparse.csr_matrix, motions: Modes = None) -> Symbolic:
-    """Return the symbolic factorisation for the pattern of K. Raises ValueError as `known_of` does."""
-    return known_of(K, motions).plan(K)
+def cached_plan(K: sparse.csr_matrix, motions: Modes = None) -> Symbolic:
+    """Return the symbolic factorisation for the pattern of K. Raises ValueError as `cached_pattern` does."""
+    return cached_pattern(K, motions).plan(K)
 
 
-def _same(known: Any, array: Any) -> bool:
+def _is_same_array(known: Any, array: Any) -> bool:
     """Return whether an array equals a known one."""
     return known is array or (known is not None and np.array_equal(known, array))
 
 
-def _forget(reference: Any) -> None:
+def _remove_pattern(reference: Any) -> None:
     """Remove a pattern when its array is collected, at any time: one atomic change, without a lock."""
     _KNOWN[:] = [e for e in _KNOWN if reference is not e[0]]

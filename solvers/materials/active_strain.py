@@ -66,7 +66,7 @@ class ActiveStrain(ActiveMaterial):
 
 
 def _transform_tangent(H: Array, A: Array) -> None:
-    """Transform a tangent by Fa^-1: H_iJkL <- H_iMkN A_MJ A_NL, on and above the diagonal; A (3, 3, m or 1) symmetric."""
+    """Transform a tangent by A = Fa^-1: H_iJkL <- H_iMkN A_MJ A_NL, upper triangle; A (3, 3, m or 1) symmetric."""
     for r in range(9):
         H[r + 1 :, r] = H[r, r + 1 :]
     whole = np.empty_like(H)

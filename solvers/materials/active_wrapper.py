@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class ActiveMaterial(Anisotropic):
-    """A passive `law` that is activated along its fibres, or along its `own`; the field named `does` is the activation."""
+    """A passive `law` activated along its fibres, or along its `own`; the field named `does` is the activation."""
 
     law: Any
     own: Any
@@ -107,8 +107,9 @@ class ActiveMaterial(Anisotropic):
         return bool(self.law.sampled) or bool(own)
 
     def placed(self, X: Array, read: Any = None) -> Any:
-        """Return the material with directions evaluated at points X (m, q, 3), m; `read` reads fields. Raises
-        NoDirection.
+        """Return the material with directions evaluated at points X (m, q, 3), m; `read` reads fields.
+
+        Raises NoDirection.
         """
         law = self.law.placed(X, read) if hasattr(self.law, "placed") else self.law
         new: dict[str, Any] = {"law": law}

@@ -145,8 +145,9 @@ class Anisotropic(BatchedLaw):
         return isinstance(self.fibres, MaterialFrame) and self.fibres.sampled
 
     def placed(self, X: Array, read: Any = None) -> Any:
-        """Return the material with directions evaluated at points X (m, q, 3), m; `read` reads fields. Raises
-        NoDirection.
+        """Return the material with directions evaluated at points X (m, q, 3), m; `read` reads fields.
+
+        Raises NoDirection.
         """
         if not self.turning:
             return self
@@ -219,7 +220,7 @@ def lacks_sheets(material: Any) -> bool:
 
 
 def depends_on_position(direction: Any) -> bool:
-    """Return whether a direction is a function of position (expressions or a rule), and not an evaluated `MaterialFrame`."""
+    """Return whether a direction is a function of position (expressions or a rule), not an evaluated frame."""
     return hasattr(direction, "at") and not isinstance(direction, MaterialFrame)
 
 

@@ -24,7 +24,7 @@ BLOCK = 4096  # points per block
 
 @dataclass(frozen=True, eq=False)
 class VolumePressure:
-    """Volume constraint besides a law: pressures (m,), Pa, on a constraint, and its modulus, infinite or one per state."""
+    """Volume constraint besides a law: pressures (m,), Pa, the constraint, and its modulus (may be infinite)."""
 
     constraint: Constraint
     modulus: Any
@@ -38,7 +38,7 @@ class VolumePressure:
 
 def evaluate_by_law(look: Callable[[Any, Array, VolumePressure | None], Bools | None], law: Any, F: Array,
                held: VolumePressure | None) -> Bools | None:  # fmt: skip
-    """Evaluate `look`; for a plate with the law of its solid, for varying constants in blocks with their own constants."""
+    """Evaluate `look`, using the solid's law for a plate, and blocks with their own constants if these vary."""
     if hasattr(law, "solid"):  # a plate (plane_stress.py)
         return evaluate_by_law(look, law.solid, law.opened(F), None)
     if not hasattr(law, "at_rest"):

@@ -59,9 +59,7 @@ class BatchedLaw(ABC):
 
 
 def tensors(F: Array, write: Callable[[Array, Array], None]) -> Array:
-    """Return tensors (m, 3, 3, 3, 3) from `write`, which fills the upper triangle H (9, 9, m) for components f (3, 3,
-    m).
-    """
+    """Return tensors (m, 3, 3, 3, 3) from `write`, which fills the upper triangle H (9, 9, m) for f (3, 3, m)."""
     out = np.empty((len(F), 3, 3, 3, 3), dtype=precision(F))
     scratch = np.empty((9, 9, min(len(F), BLOCK)), dtype=precision(F))
     with np.errstate(all="ignore"):

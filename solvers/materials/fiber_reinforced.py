@@ -154,9 +154,7 @@ class FiberReinforced(Anisotropic):
         return P
 
     def _set_shape(self, f: Array, axes: Array, H: Array) -> None:
-        """Write delta_ik M_JL + sum psi'' G (x) G and the matrix term, G = dE/dF, M the second derivatives of I4 and
-        I8.
-        """
+        """Write delta_ik M_JL + sum psi'' G (x) G and the matrix term, G = dE/dF, M from I4 and I8."""
         stretch, j = invariants(f)
         C, rows, k = cofactor(f).reshape(9, -1), f.reshape(9, -1), self.dispersion
         _, a, c = self._matrix(stretch)

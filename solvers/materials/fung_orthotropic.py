@@ -37,9 +37,7 @@ PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # index pairs of f, s 
 
 
 class ExponentialStrainLaw(Anisotropic):
-    """Exponential law psi = C/2 (exp Q - 1), Q = sum b_ab E_ab^2 over a and b of f, s, n, b_ab = b_ba and E_ab = a . E
-    b.
-    """
+    """Exponential law psi = C/2 (exp Q - 1), Q = sum b_ab E_ab^2 over a, b of f, s, n, E_ab = a . E b."""
 
     stiffness: float
 

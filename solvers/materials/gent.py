@@ -33,7 +33,7 @@ class Gent(IsochoricInvariantMaterial):
 
     @property
     def ends(self) -> str | None:
-        """Limit stretch in isochoric uniaxial tension: t^2 + 2/t - 3 = limit, the largest of three roots t by cosines."""
+        """Limit stretch in isochoric uniaxial tension: the largest root t of t^2 + 2/t - 3 = limit."""
         third = 1.0 + self.limit / 3.0
         t = 2.0 * third**0.5 * math.cos(math.acos(-(third**-1.5)) / 3.0)
         return (

@@ -93,7 +93,7 @@ class HeterogeneousLaw:
         return self._each("opened", F, (3, 3))
 
     def at_rest(self, measure: Callable[[Array], Array]) -> Array:
-        """Apply `measure` to dP/dF of the undeformed state (k, 3, 3, 3, 3) and return the result at every point (m, q)."""
+        """Return `measure` of dP/dF in the undeformed state (k, 3, 3, 3, 3), at every point (m, q)."""
         found = np.empty(int(np.prod(self.shape)))
         eye = np.eye(3)[None]
         for some, law in self._blocks(found.size):

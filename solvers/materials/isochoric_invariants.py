@@ -76,11 +76,11 @@ class IsochoricInvariantMaterial(IsochoricMaterial):
 
 @dataclass(frozen=True)
 class IsochoricInvariantLaw(Hyperelastic):
-    """Law of a material with W(i, k) and bulk modulus K. Source: Holzapfel (2000), "Nonlinear Solid Mechanics", section
-    6.4.
+    """Law of a material with W(i, k) and bulk modulus K.
 
-    With B = I1 F - F F^T F = dI2/dF / 2 and C = cof F = dJ/dF, per point,
-    di/dF = 2 x, x = J^(-2/3) F - (i + 3)/(3 J) C, and dk/dF = 2 y, y = J^(-4/3) B - 2 (k + 3)/(3 J) C.
+    Source: Holzapfel (2000), "Nonlinear Solid Mechanics", section 6.4. With B = I1 F - F F^T F = dI2/dF / 2 and C = cof
+    F = dJ/dF, per point, di/dF = 2 x, x = J^(-2/3) F - (i + 3)/(3 J) C, and dk/dF = 2 y, y = J^(-4/3) B - 2 (k + 3)/(3
+    J) C.
     """
 
     material: IsochoricInvariantMaterial

@@ -77,8 +77,9 @@ class IsochoricMaterial(Isotropic):
         """Return the law with the bulk modulus `modulus`, Pa."""
 
     def __post_init__(self) -> None:
-        """Derive Young's modulus and, from `bulk`, Poisson's ratio. Raises ValueError if neither bulk nor ratio is
-        given.
+        """Derive Young's modulus and, from `bulk`, Poisson's ratio.
+
+        Raises ValueError if neither bulk nor ratio is given.
         """
         mu, nu = self.rest_shear, self.poisson
         if nu is None and self.bulk is None:
@@ -129,7 +130,7 @@ class IsochoricMaterial(Isotropic):
         return self.with_bulk(0.0)
 
     def finite_parts(self) -> tuple[Law, Law] | None:
-        """Return the two parts; the shape part keeps 5 mu/3 of K, as at nu = 1/4, else it would be unstable in tension."""
+        """Return the two parts; the shape part keeps 5 mu/3 of K (as at nu = 1/4) to be stable in tension."""
         kept = (2.0 / 3.0 + clamp_value(-1.0, self._ratio, 1.0)) * self.shear_modulus
         return self.with_bulk(kept), VolumetricLaw(self.constraint, self.bulk_modulus - kept)
 

@@ -41,10 +41,9 @@ class MaterialFrame:
 
     @classmethod
     def of(cls, fibres: tuple[float, float, float], sheets: tuple[float, float, float] | None = None) -> MaterialFrame:
-        """Return the frame of two directions, without numpy; `sheets` is made perpendicular, by default any
-        perpendicular.
+        """Return the frame of two directions, without numpy.
 
-        Raises NoDirection.
+        `sheets` is made perpendicular, by default any perpendicular. Raises NoDirection.
         """
         f = _unit(fibres)
         s = _perpendicular(f) if sheets is None else _unit(sheets)
@@ -56,8 +55,9 @@ class MaterialFrame:
 
     @classmethod
     def at(cls, fibres: Array, sheets: Array | None, shape: tuple[int, ...]) -> MaterialFrame:
-        """Return the frames of vectors (n, 3) of any length at n points, as arrays of shape `shape`. Raises
-        NoDirection.
+        """Return the frames of vectors (n, 3) of any length at n points, as arrays of shape `shape`.
+
+        Raises NoDirection.
         """
         f = _units(fibres)
         if sheets is None:

@@ -31,8 +31,9 @@ HALVED = 100  # largest number of bisections
 
 @dataclass(frozen=True)
 class FirstInvariantBranch:
-    """Branch energy for W(i), i = I1 - 3 of isochoric C: the energy (n,), J/m^3, and twice its derivative, Pa; else
-    NaN.
+    """Branch energy for W(i), i = I1 - 3 of isochoric C: the energy (n,), J/m^3, and twice its derivative, Pa.
+
+    Else NaN.
     """
 
     energy: Callable[[Array], Array]
@@ -180,8 +181,9 @@ def _root(C: Array) -> Array:
 
 
 def first_invariant_branch(material: Any) -> FirstInvariantBranch | None:
-    """Return the first-invariant branch energy of a material; None if W depends on more, or may not be convex and
-    increasing.
+    """Return the first-invariant branch energy of a material.
+
+    None if W depends on more, or may not be convex and increasing.
     """
     if isinstance(material, NeoHookeanIsochoric):
         mu: float = material.shear_modulus

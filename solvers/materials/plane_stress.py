@@ -37,9 +37,7 @@ class Plate(Isotropic):
 
     @classmethod
     def made(cls, of: Isotropic) -> Isotropic:
-        """Return the plate of a material; a material with fibres is returned unchanged, as plates of it are unsupported
-        (E365).
-        """
+        """Return the plate of a material; one with fibres is returned unchanged, as such plates are refused (E365)."""
         if isinstance(of, cls) or getattr(of, "directed", False):
             return of
         return cls(of.young, of.poisson, of.density, of)
@@ -76,10 +74,9 @@ class PlaneStress:
     solid: Law
 
     def opened(self, F: Array) -> Array:
-        """Return F (m, 3, 3) with the thickness stretch that makes the stress across the plate zero; NaN if there is
-        none.
+        """Return F (m, 3, 3) with the thickness stretch that makes the stress across the plate zero.
 
-        It uses Newton's method; each step changes the stretch by at most a factor of ten.
+        NaN if there is none. It uses Newton's method; each step changes the stretch by at most a factor of ten.
         """
         F = F.copy()
         F[:, 2, 2] = self._first(F)
@@ -109,9 +106,7 @@ class PlaneStress:
         return a * along + s * C, slope if c is None else slope + 2.0 * c * along * C
 
     def _at(self, which: Any) -> Any:
-        """Return the law of the solid at some of the points: the same for all unless its constants vary
-        (heterogeneous.py).
-        """
+        """Return the law of the solid at some of the points: the same for all unless constants vary."""
         if not any(is_array(v) for v in vars(self.solid).values()):
             return self.solid
         from softmark.solvers.materials.heterogeneous import map_arrays
@@ -139,8 +134,9 @@ class PlaneStress:
         return found
 
     def psi(self, F: Array) -> Array:
-        """Return the energy per undeformed volume, J/m^3 (m,); +inf if no thickness stretch gives zero stress across
-        the plate.
+        """Return the energy per undeformed volume, J/m^3 (m,).
+
+        +inf if no thickness stretch gives zero stress across the plate.
         """
         energy = self.solid.psi(self.opened(F))
         return np.where(np.isnan(energy), np.inf, energy)

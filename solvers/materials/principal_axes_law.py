@@ -18,7 +18,7 @@ Principal = tuple[Number, list[Number], list[list[Number]]]
 def deviatoric_derivatives(
     slopes: Sequence[Number], bends: Sequence[Number]
 ) -> tuple[list[Number], list[list[Number]]]:
-    """Return two derivatives by e of W(t), t = e minus its mean, from dW/dt_a and d2W/dt_a^2, if W is a sum over axes."""
+    """Return two derivatives by e of W(t), t = e minus its mean, from dW/dt_a and d2W/dt_a^2 of a sum W."""
     (p, q, r), (u, v, w) = slopes, bends
     mean, rest = (p + q + r) / 3.0, (u + v + w) / 9.0
     a, b, c = u / 3.0, v / 3.0, w / 3.0

@@ -42,7 +42,7 @@ class PrincipalStretchMaterial(IsochoricMaterial):
 
     @abstractmethod
     def slope(self, e: Array) -> Array:
-        """Return dw/de minus its value at e = 0, Pa; that constant is equal for all three and affects only the volume."""
+        """Return dw/de minus its value at e = 0, Pa; that constant would affect only the volume."""
 
     @abstractmethod
     def curvature(self, e: Array) -> Array:

@@ -18,8 +18,7 @@ else:
 
 @dataclass(frozen=True)
 class SmallStrain(BatchedLaw):
-    """Small-strain energy: mu eps : eps + lam/2 (tr eps)^2, eps = (F + F^T)/2 - I, with the moduli mu and lam at rest,
-    Pa.
+    """Small-strain energy: mu eps : eps + lam/2 (tr eps)^2, eps = (F + F^T)/2 - I, mu and lam at rest, Pa.
 
     P = 2 mu eps + lam tr(eps) I. It is not objective: a rotation by th gives eps_xx = cos th - 1.
     Source: Timoshenko, Goodier, "Theory of Elasticity", chapter 1.
@@ -47,9 +46,7 @@ class SmallStrain(BatchedLaw):
 
 
 def hooke(mu: float, lam: float) -> Array:
-    """Return mu (delta_ik delta_JL + delta_iL delta_kJ) + lam delta_iJ delta_kL (3, 3, 3, 3), Pa; (3, ..., n) for n
-    moduli.
-    """
+    """Return mu (delta_ik delta_JL + delta_iL delta_kJ) + lam delta_iJ delta_kL, Pa: (3, 3, 3, 3[, n])."""
     d = np.eye(3)
     pairs = d[:, None, :, None] * d[None, :, None, :]  # delta_ik delta_JL
     shear, volume = pairs + pairs.swapaxes(2, 3), d[:, :, None, None] * d

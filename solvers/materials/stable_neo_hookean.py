@@ -1,4 +1,4 @@
-"""Stable neo-Hookean material of computer graphics: finite energy and forces for every F, flat and inverted included."""
+"""Stable neo-Hookean material of computer graphics: finite energy and forces for every F."""
 
 from __future__ import annotations
 

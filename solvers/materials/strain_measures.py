@@ -21,8 +21,9 @@ else:
 
 
 class StrainMeasure(Protocol):
-    """Interface of a strain measure E (n, 3, 3) of deformation gradients F (n, 3, 3); H (n, 3, 3), Pa, is conjugate to
-    E.
+    """Interface of a strain measure E (n, 3, 3) of deformation gradients F (n, 3, 3).
+
+    H (n, 3, 3), Pa, is conjugate to E.
     """
 
     def strain(self, F: Array) -> Array:
@@ -78,8 +79,7 @@ class GreenStrain:
 
 @dataclass(frozen=True)
 class IsochoricStrain:
-    """Isochoric Green strain (J^(-2/3) F^T F - 1)/2, with J^(2/3) times the second Piola-Kirchhoff stress of an
-    isochoric law.
+    """Isochoric Green strain (J^(-2/3) F^T F - 1)/2, with J^(2/3) times the second Piola-Kirchhoff stress.
 
     Source: Simo (1987), Comput. Methods Appl. Mech. Eng. 60:153, equation 3.8.
     """

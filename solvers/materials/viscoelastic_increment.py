@@ -32,8 +32,7 @@ else:
 
 @dataclass(frozen=True, eq=False)
 class ViscoelasticStepLaw:
-    """Law of a viscoelastic step: psi = whole - lost part + held : E, over all points; `held` (m, q, 3, 3), Pa, per
-    point.
+    """Law of a viscoelastic step: psi = whole - lost part + held : E, with `held` (m, q, 3, 3), Pa, per point.
 
     The law `part` is reduced by the share `lost`; E is the strain in a `measure`.
     """
@@ -46,8 +45,9 @@ class ViscoelasticStepLaw:
 
     @property
     def law(self) -> ViscoelasticStepLaw:
-        """The law itself, for code that expects the wrapped law of a heterogeneous law; it has no constants to
-        distribute.
+        """The law itself, for code that expects the wrapped law of a heterogeneous law.
+
+        It has no constants to distribute.
         """
         return self
 

@@ -37,9 +37,7 @@ class Yeoh(IsochoricInvariantMaterial):
 
     @property
     def gives_way(self) -> tuple[str, str] | None:
-        """Reason for loss of stiffness: the shear stress 2 W' g of simple shear g = sqrt(i) peaks if c1 + 6 c2 i + 15
-        c3 i^2 = 0.
-        """
+        """Reason for loss of stiffness: stress in simple shear g = sqrt(i) peaks at c1 + 6 c2 i + 15 c3 i^2 = 0."""
         if self.c3 < 0.0:
             return "c3", "a shear stress that has a peak, for c3 is negative"
         if self.c2 < 0.0 and 3.0 * self.c2**2 >= 5.0 * self.c1 * self.c3:

@@ -20,9 +20,7 @@ HALVED = 200  # largest number of bisections: full precision
 
 
 def young_series(g: Array, tau: Array, shear: float, bulk: float) -> tuple[Array, Array]:
-    """Return shares and times, s, of Young's modulus from those of the shear modulus (`shear`, Pa, instantaneous) and
-    K.
-    """
+    """Return shares and times, s, of Young's modulus from those of the instantaneous shear modulus (Pa) and K."""
     if np.isinf(bulk):
         return g, tau
     rates, which = np.unique(1.0 / tau, return_inverse=True)

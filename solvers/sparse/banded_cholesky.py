@@ -37,7 +37,7 @@ class NegativePivot(Exception):
 
 
 @dataclass(frozen=True)
-class Banded:
+class BandedCholesky:
     """Banded Cholesky factor K = U^T U, U within the band of K: every pivot is positive."""
 
     band: Floats  # of U (diagonals, n), as LAPACK stores it
@@ -64,7 +64,7 @@ class _Band:
 _KNOWN: list[tuple[Any, Any, _Band | None]] = []
 
 
-def banded(K: sparse.csr_matrix) -> Banded | None:
+def factorise_banded(K: sparse.csr_matrix) -> BandedCholesky | None:
     """Return the factor of a symmetric matrix; None if its band is wide, or a pivot vanishes to rounding.
 
     Raises NegativePivot for a negative pivot. LAPACK stops at the first one that is not positive, and leaves it in
@@ -77,7 +77,7 @@ def banded(K: sparse.csr_matrix) -> Banded | None:
     filled = np.append(K.data, 0.0).take(band.entries)
     factor, info = _lapack().dpbtrf(filled.reshape(band.shape).T, overwrite_ab=1)
     if not info:
-        return Banded(factor)
+        return BandedCholesky(factor)
     pivots = factor[-1, :info]
     if pivots[-1] < -NEUTRAL * np.max(pivots[:-1] ** 2, initial=-pivots[-1]):
         raise NegativePivot
@@ -89,14 +89,14 @@ def _band_of(K: sparse.csr_matrix) -> _Band | None:
     for entry in _KNOWN:
         if entry[0]() is K.indptr and (entry[1] is K.indices or np.array_equal(entry[1], K.indices)):
             return entry[2]
-    band = _found(K)
+    band = _find_band(K)
     with _LOCK:
         alive = [e for e in _KNOWN if e[0]() is not None]
         _KNOWN[:] = [(weakref.ref(K.indptr), K.indices, band), *alive[: KEPT - 1]]
     return band
 
 
-def _found(K: sparse.csr_matrix) -> _Band | None:
+def _find_band(K: sparse.csr_matrix) -> _Band | None:
     """Return the band of a pattern; None if it is wide, as full as the whole matrix, or has duplicate entries."""
     n, columns = K.shape[0], K.indices.astype(np.int64)
     rows = np.repeat(np.arange(n), np.diff(K.indptr))

@@ -25,7 +25,7 @@ POTRF, TRSM, SYRK, TRSV, GEMV, GEMM = range(6)  # columns of the table
 
 
 @cache
-def table(letter: str) -> NDArray[np.int64]:
+def routine_addresses(letter: str) -> NDArray[np.int64]:
     """Return the addresses of ROUTINES for letter "d" (float64) or "s" (float32)."""
     for library in ("blas", "lapack"):
         import_submodule(f"scipy.linalg.cython_{library}")

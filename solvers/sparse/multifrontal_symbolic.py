@@ -14,7 +14,7 @@ Entries = NDArray[np.int32] | NDArray[np.int64]  # of a CSR pattern
 
 
 @kernel
-def tree(
+def build_elimination_tree(
     indptr: Ints, indices: Ints, order: Ints, weights: Ints, parent: Ints, counts: Ints, lists: Ints
 ) -> None:  # fmt: skip
     """Compute the postorder `order` (n,) in place, parents in the elimination tree, and column counts of the factor.
@@ -98,7 +98,7 @@ def tree(
             counts[parent[k]] += counts[k]
 
 
-def merge(parent: Ints, counts: Ints, weights: Ints, columns_up_to: Ints, shares: Floats) -> Ints:
+def merge_supernodes(parent: Ints, counts: Ints, weights: Ints, columns_up_to: Ints, shares: Floats) -> Ints:
     """Return the starts (fronts + 1,) of runs of columns that are eliminated together.
 
     These are fundamental supernodes, merged with their last child if few explicit zeros result: at most `shares` of a
@@ -130,7 +130,7 @@ def merge(parent: Ints, counts: Ints, weights: Ints, columns_up_to: Ints, shares
 
 
 @kernel
-def structures(
+def compute_front_structures(
     indptr: Ints, indices: Ints, order: Ints, place: Ints, owner: Ints, starts: Ints, offset: Ints, index_start: Ints,
     parents: Ints, filled: Ints, mark: Ints, index: Places, local: Places,
 ) -> None:  # fmt: skip
@@ -171,7 +171,7 @@ def structures(
 
 
 @kernel
-def entries(
+def assign_entries_to_fronts(
     indptr: Entries, indices: Entries, unknowns: Ints, place: Ints, first: Ints, pivots: Ints, rows: Ints,
     panel: Ints, index_start: Ints, index: Places, source: Places, target: Places, entry_start: Ints, position: Ints,
 ) -> None:  # fmt: skip
@@ -197,7 +197,7 @@ def entries(
     entry_start[len(first)] = at
 
 
-def stack(parents: Ints, sizes: Ints, update: Ints) -> int:
+def place_update_matrices(parents: Ints, sizes: Ints, update: Ints) -> int:
     """Compute positions of the update matrices in two stacks, by parity of depth, so that none overwrites its children.
 
     Returns the length of both together.
@@ -241,10 +241,10 @@ def dissect(indptr: Ints, indices: Ints, points: Floats, leaf: int, order: Ints)
             continue
         part = nodes[begin : begin + size].copy()
         best, cut, upper, fewest = part, 0, False, 0.3 * size
-        axes = _axes(points, part)
+        axes = _cut_directions(points, part)
         for axis in range(4):
-            by = part[np.argsort(_along(points, part, axes[axis]), kind="mergesort")]
-            at, above, cost = _cut(indptr, indices, by, rank)
+            by = part[np.argsort(_project_to_axis(points, part, axes[axis]), kind="mergesort")]
+            at, above, cost = _find_cut(indptr, indices, by, rank)
             if cost < fewest:
                 best, cut, upper, fewest = by, at, above, cost
         if cut == 0:
@@ -280,7 +280,7 @@ def dissect(indptr: Ints, indices: Ints, points: Floats, leaf: int, order: Ints)
 
 
 @maker
-def _cut(indptr: Ints, indices: Ints, by: Ints, rank: Ints) -> tuple[int, bool, float]:
+def _find_cut(indptr: Ints, indices: Ints, by: Ints, rank: Ints) -> tuple[int, bool, float]:
     """Return where to cut the nodes `by` (size,): nodes before it, whether the separator is behind it, and its cost."""
     size = len(by)
     reach = np.zeros((2, size + 2), np.int64)
@@ -313,7 +313,7 @@ def _cut(indptr: Ints, indices: Ints, by: Ints, rank: Ints) -> tuple[int, bool, 
 
 
 @maker
-def _along(points: Floats, part: Ints, axis: Floats) -> Floats:
+def _project_to_axis(points: Floats, part: Ints, axis: Floats) -> Floats:
     t = np.empty(len(part))
     for k in range(len(part)):
         t[k] = points[part[k], 0] * axis[0] + points[part[k], 1] * axis[1] + points[part[k], 2] * axis[2]
@@ -321,7 +321,7 @@ def _along(points: Floats, part: Ints, axis: Floats) -> Floats:
 
 
 @maker
-def _axes(points: Floats, part: Ints) -> Floats:
+def _cut_directions(points: Floats, part: Ints) -> Floats:
     """Return the three axes and the longest direction of the points of a part, by power iteration (4, 3)."""
     middle, spread = np.zeros(3), np.zeros((3, 3))
     for i in part:

@@ -53,7 +53,7 @@ class Multigrid:
         self.iterations = 0  # of the last solve
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # it warns of conversions and of its own versions
-            self._hierarchy = pyamg.smoothed_aggregation_solver(_blocked(K), B=modes, **OPTIONS)
+            self._hierarchy = pyamg.smoothed_aggregation_solver(_in_node_blocks(K), B=modes, **OPTIONS)
         self._cycle = self._hierarchy.aspreconditioner(cycle="V")
 
     @property
@@ -68,7 +68,7 @@ class Multigrid:
         return x, done
 
 
-def _blocked(K: sparse.csr_matrix) -> sparse.csr_matrix | sparse.bsr_matrix:
+def _in_node_blocks(K: sparse.csr_matrix) -> sparse.csr_matrix | sparse.bsr_matrix:
     """Return K in blocks of a node's three unknowns, unless some nodes are partly fixed."""
     if K.shape[0] % 3 or np.any(np.diff(K.indptr[::3]) % 9):
         return K

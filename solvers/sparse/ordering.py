@@ -19,23 +19,23 @@ ORDER = {"ColPerm": "MMD_AT_PLUS_A", "SymmetricMode": True, "DiagPivotThresh": 0
 DROP = {"ILU_DropTol": 1.0, "ILU_FillFactor": 1.0, "ILU_DropRule": "basic"}
 
 
-def by_degree(indptr: Ints, indices: Ints) -> list[Ints]:
+def minimum_degree_orders(indptr: Ints, indices: Ints) -> list[Ints]:
     """Return two minimum-degree orders (n,) of the nodes of a symmetric graph without loops.
 
     Ties go to the first node, which decides a third of the operations: in lattices the given numbering is better, for
     tetrahedra a random one.
     """
     graph = _graph(indptr, indices)
-    return [minimum_degree(graph, np.arange(graph.shape[0])), minimum_degree(graph, _chance(graph))]
+    return [minimum_degree(graph, np.arange(graph.shape[0])), minimum_degree(graph, _random_numbering(graph))]
 
 
-def dissected(indptr: Ints, indices: Ints, points: Floats) -> Ints:
+def nested_dissection_order(indptr: Ints, indices: Ints, points: Floats) -> Ints:
     """Return a nested dissection order (n,) of a large graph with nodes at `points` (n, 3): separators come last."""
     order = np.empty(len(indptr) - 1, dtype=np.int64)
     first = dissect(indptr, indices, points, LEAF, order)
     inside = order[:first].copy()
     graph = _graph(indptr, indices)[inside][:, inside]
-    order[:first] = inside[minimum_degree(graph, _chance(graph))]
+    order[:first] = inside[minimum_degree(graph, _random_numbering(graph))]
     return order
 
 
@@ -62,7 +62,7 @@ def _graph(indptr: Ints, indices: Ints) -> sparse.csr_matrix:
     return sparse.csr_matrix((np.ones(len(indices)), indices, indptr), shape=(len(indptr) - 1,) * 2)
 
 
-def _chance(graph: sparse.csr_matrix) -> Ints:
+def _random_numbering(graph: sparse.csr_matrix) -> Ints:
     """Return a random numbering."""
     return np.random.default_rng(0).permutation(graph.shape[0])
 

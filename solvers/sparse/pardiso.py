@@ -18,7 +18,7 @@ DEFINITE, INDEFINITE, GENERAL = 2, -2, 11  # its types of real matrices
 ANALYSE, FACTORISE, SOLVE, RELEASE = 11, 22, 33, -1  # its phases
 
 
-class Failed(Exception):
+class PardisoError(Exception):
     """Raised if Pardiso returns an error code."""
 
     def __init__(self, code: int) -> None:
@@ -26,18 +26,18 @@ class Failed(Exception):
         self.code = code
 
 
-def packaged() -> bool:
+def is_packaged() -> bool:
     """Return whether the package is installed; its library may be missing."""
     return find_spec("pypardiso") is not None
 
 
 def installed() -> bool:
     """Return whether the package is installed and finds its library."""
-    return packaged() and not lacking()
+    return is_packaged() and not missing_reason()
 
 
 @cache
-def lacking() -> str:
+def missing_reason() -> str:
     """Return why an installed package cannot be used; empty if it can."""
     try:
         _routine()
@@ -86,7 +86,7 @@ def _call(
         ctypes.c_void_p(x.ctypes.data), ctypes.byref(error),
     )  # fmt: skip
     if error.value:
-        raise Failed(error.value)
+        raise PardisoError(error.value)
 
 
 class Pardiso:

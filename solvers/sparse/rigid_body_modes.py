@@ -27,7 +27,7 @@ def rigid_motions(points: Floats, free: Ints) -> Floats:
     return found
 
 
-def places(motions: Floats, start: Ints) -> Floats:
+def positions_from_modes(motions: Floats, start: Ints) -> Floats:
     """Return positions of nodes (g, 3) from rigid motions (n, 6) of their unknowns; `start` (g + 1,) are first
     unknowns.
 

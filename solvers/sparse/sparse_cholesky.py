@@ -50,7 +50,7 @@ class Cholesky:
         self._x = np.zeros(plan.size, dtype=kind)
         work = np.zeros(int((plan.rows - plan.pivots).max(initial=1)), dtype=kind)
         numbers, reals = np.zeros(5, dtype=np.int32), np.array([1, -1, 0, 2], dtype=kind)
-        tables = (blas.table("s" if precision == "single" else "d"), LETTERS, numbers, reals)
+        tables = (blas.routine_addresses("s" if precision == "single" else "d"), LETTERS, numbers, reals)
         s = plan
         self._matrix = (
             s.source, s.target, s.entry_start, s.pivots, s.rows, s.panel, s.child_start, s.children, s.update,

@@ -8,8 +8,8 @@ from scipy import sparse
 
 from softmark.records import dataclass
 from softmark.solvers.sparse import multifrontal_symbolic
-from softmark.solvers.sparse.ordering import by_degree, dissected
-from softmark.solvers.sparse.rigid_body_modes import places
+from softmark.solvers.sparse.ordering import minimum_degree_orders, nested_dissection_order
+from softmark.solvers.sparse.rigid_body_modes import positions_from_modes
 
 Ints = NDArray[np.int64]
 Places = NDArray[np.uint64]
@@ -54,7 +54,7 @@ class Symbolic:
         return float(np.sum(k**3 / 3 + k**2 * m + k * m**2))
 
 
-def groups(K: sparse.csr_matrix) -> Ints:
+def group_unknowns(K: sparse.csr_matrix) -> Ints:
     """Return the starts (g + 1,) of runs of adjacent unknowns with the same pattern, such as those of a node."""
     salt = np.random.default_rng(1).integers(1, 2**62, K.shape[0], dtype=np.int64)
     digest = np.add.reduceat(salt[K.indices], K.indptr[:-1].astype(np.int64))
@@ -62,7 +62,7 @@ def groups(K: sparse.csr_matrix) -> Ints:
     return np.concatenate([[0], new, [K.shape[0]]]).astype(np.int64)
 
 
-def symmetric(K: sparse.csr_matrix) -> bool:
+def has_symmetric_pattern(K: sparse.csr_matrix) -> bool:
     """Return whether the pattern of K is sorted, symmetric and has every diagonal entry."""
     if K.shape[0] != K.shape[1] or not K.has_sorted_indices:
         return False
@@ -73,7 +73,7 @@ def symmetric(K: sparse.csr_matrix) -> bool:
 
 
 @dataclass(frozen=True)
-class Sketch:
+class FactorEstimate:
     """Order and elimination tree of the nodes, which give the cost of a factor before it is planned."""
 
     start: Ints  # (g + 1,) first unknown of each node
@@ -103,28 +103,28 @@ def analyse(K: sparse.csr_matrix, motions: Floats | None = None) -> Symbolic:
 
     Rigid motions (n, 6) of the unknowns, if given, provide their positions: large systems are dissected by these.
     """
-    return plan(K, sketch(K, motions))
+    return plan_fronts(K, estimate_factor(K, motions))
 
 
-def sketch(K: sparse.csr_matrix, motions: Floats | None = None) -> Sketch:
+def estimate_factor(K: sparse.csr_matrix, motions: Floats | None = None) -> FactorEstimate:
     """Return order and elimination tree for the pattern of K. Raises ValueError as `analyse` does."""
-    if not symmetric(K):
+    if not has_symmetric_pattern(K):
         raise ValueError("the pattern of the matrix is not symmetric with a full diagonal")
-    start = groups(K)
+    start = group_unknowns(K)
     graph, weights = _graph(K, start), np.diff(start)
     orders: list[Ints] = []
     if motions is None or len(weights) < LARGE:
-        orders += by_degree(*graph)
+        orders += minimum_degree_orders(*graph)
     if motions is not None and len(weights) >= DISSECTED:
-        orders.append(dissected(*graph, places(motions, start)))
+        orders.append(nested_dissection_order(*graph, positions_from_modes(motions, start)))
     return min((_tree(start, graph, order, weights) for order in orders), key=lambda found: found.flops)
 
 
-def _tree(start: Ints, graph: tuple[Ints, Ints], order: Ints, weights: Ints) -> Sketch:
+def _tree(start: Ints, graph: tuple[Ints, Ints], order: Ints, weights: Ints) -> FactorEstimate:
     """Return the elimination tree and column counts for an order."""
     parent, counts = np.empty_like(order), np.empty_like(order)
-    multifrontal_symbolic.tree(*graph, order, weights, parent, counts, np.full((11, len(order)), -1))
-    return Sketch(start, graph, order, parent, counts, weights[order])
+    multifrontal_symbolic.build_elimination_tree(*graph, order, weights, parent, counts, np.full((11, len(order)), -1))
+    return FactorEstimate(start, graph, order, parent, counts, weights[order])
 
 
 def _graph(K: sparse.csr_matrix, start: Ints) -> tuple[Ints, Ints]:
@@ -139,29 +139,31 @@ def _graph(K: sparse.csr_matrix, start: Ints) -> tuple[Ints, Ints]:
     return indptr.astype(np.int64), near[keep].astype(np.int64)
 
 
-def plan(K: sparse.csr_matrix, sketched: Sketch) -> Symbolic:
+def plan_fronts(K: sparse.csr_matrix, sketched: FactorEstimate) -> Symbolic:
     """Return the fronts and positions of all entries, in unknowns."""
-    begins = multifrontal_symbolic.merge(sketched.parent, sketched.counts, sketched.weights, *RELAXED)
+    begins = multifrontal_symbolic.merge_supernodes(sketched.parent, sketched.counts, sketched.weights, *RELAXED)
     count = len(begins) - 1
-    offset = _running(sketched.weights)
+    offset = _cumulative_sums(sketched.weights)
     unknowns = _expand(sketched.start[sketched.order], sketched.weights)
     place = np.empty_like(unknowns)
     place[unknowns] = np.arange(len(unknowns))
     last = begins[1:] - 1
     first, pivots = offset[begins[:-1]], np.diff(offset[begins])
     below = sketched.counts[last] - sketched.weights[last]
-    rows, panel, index_start = pivots + below, _running(pivots * (pivots + below)), _running(below)
+    rows, panel, index_start = pivots + below, _cumulative_sums(pivots * (pivots + below)), _cumulative_sums(below)
     owner = np.repeat(np.arange(count), np.diff(begins))
     parents = np.where(sketched.parent[last] >= 0, owner[sketched.parent[last]], -1)
     index, local = (np.zeros(int(index_start[-1]), dtype=np.uint64) for _ in range(2))
     nodes = np.empty_like(sketched.order)
     nodes[sketched.order] = np.arange(len(nodes))
     tree = (*sketched.graph, sketched.order, nodes, owner, begins, offset, index_start, parents)
-    multifrontal_symbolic.structures(*tree, index_start.copy(), np.full(count, -1), index, local)
+    multifrontal_symbolic.compute_front_structures(*tree, index_start.copy(), np.full(count, -1), index, local)
     source, target = (np.empty((K.nnz + K.shape[0]) // 2, dtype=np.uint64) for _ in range(2))
     entry_start, update = np.empty(count + 1, dtype=np.int64), np.empty(count, dtype=np.int64)
     arrays = (unknowns, place, first, pivots, rows, panel, index_start, index, source, target, entry_start)
-    multifrontal_symbolic.entries(K.indptr, K.indices, *arrays, np.zeros(len(unknowns), dtype=np.int64))
+    multifrontal_symbolic.assign_entries_to_fronts(
+        K.indptr, K.indices, *arrays, np.zeros(len(unknowns), dtype=np.int64)
+    )
     children = np.argsort(parents, kind="stable")
     return Symbolic(
         size=K.shape[0],
@@ -174,18 +176,18 @@ def plan(K: sparse.csr_matrix, sketched: Sketch) -> Symbolic:
         update=update,
         index_start=index_start,
         index=index,
-        child_start=_running(np.bincount(parents[parents >= 0], minlength=count)),
+        child_start=_cumulative_sums(np.bincount(parents[parents >= 0], minlength=count)),
         children=children[parents[children] >= 0],
         local=local,
         entry_start=entry_start,
         source=source,
         target=target,
         factor_size=int(panel[-1]),
-        stack_size=multifrontal_symbolic.stack(parents, below, update),
+        stack_size=multifrontal_symbolic.place_update_matrices(parents, below, update),
     )
 
 
-def _running(lengths: Ints) -> Ints:
+def _cumulative_sums(lengths: Ints) -> Ints:
     """Return cumulative sums of lengths, starting with 0."""
     return np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
 

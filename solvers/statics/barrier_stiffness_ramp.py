@@ -62,7 +62,9 @@ def _softest_fraction(assembly: Assembly) -> float:
     return max((SOFTEST, *softest))
 
 
-def solve_in_stiffness_steps(newton: Newton, x: Floats, load: float, softs: tuple[float, ...], find: Callable[..., Floats]) -> Floats:
+def solve_in_stiffness_steps(
+    newton: Newton, x: Floats, load: float, softs: tuple[float, ...], find: Callable[..., Floats]
+) -> Floats:
     """Return the equilibrium from `find` at a load, from x, for each of these fractions of the barrier stiffness in
     turn.
 

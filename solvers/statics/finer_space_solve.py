@@ -80,7 +80,9 @@ def solve_on_finer_space(
     raise StateLost(f"{STEPS} Newton steps on the finer space do not lead to its equilibrium")
 
 
-def solve_with_known_tangent(assembly: Assembly, x: Floats, known: Factor, watch: Callable[[], None] = lambda: None) -> Floats:
+def solve_with_known_tangent(
+    assembly: Assembly, x: Floats, known: Factor, watch: Callable[[], None] = lambda: None
+) -> Floats:
     """Return the equilibrium (dofs,) near x by modified Newton steps, with the factorised tangent of another law.
 
     Raises StateLost if a step is longer than half of the last one or leaves the domain of the law, and any error of

@@ -81,7 +81,9 @@ def _relative_spring_force(assembly: Assembly, ground: StabilizationSpring, x: F
 def _with_spring(problem: Statics, ground: StabilizationSpring) -> Statics:
     """Return the problem with another stabilising spring."""
     twin = problem.twin and _with_internal(problem.twin, [*problem.twin.internal[:-1], ground])
-    return replace(problem, assembly=_with_internal(problem.assembly, [*problem.assembly.internal[:-1], ground]), twin=twin)
+    return replace(
+        problem, assembly=_with_internal(problem.assembly, [*problem.assembly.internal[:-1], ground]), twin=twin
+    )
 
 
 def _with_internal(assembly: Assembly, internal: list[Energy]) -> Assembly:

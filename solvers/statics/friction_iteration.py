@@ -12,7 +12,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.statics.barrier_stiffness_ramp import SOFT, minimize_at_load, solve_in_stiffness_steps, solver_for, with_softer_barriers, copy_result
+from softmark.solvers.statics.barrier_stiffness_ramp import (
+    SOFT,
+    copy_result,
+    minimize_at_load,
+    solve_in_stiffness_steps,
+    solver_for,
+    with_softer_barriers,
+)
 from softmark.solvers.statics.static_problem import SLIDES, NotConverged
 
 if TYPE_CHECKING:
@@ -50,7 +57,9 @@ def _solve_sticking_first(newton: Newton, x: Floats, load: float, before: Assemb
     return _iterate_lagged_friction(newton, x, load, before, grips=before is None)
 
 
-def _iterate_lagged_friction(newton: Newton, x: Floats, load: float, before: Assembly | None, grips: bool = False) -> Floats:
+def _iterate_lagged_friction(
+    newton: Newton, x: Floats, load: float, before: Assembly | None, grips: bool = False
+) -> Floats:
     """Return the equilibrium of one stiffness, from that of the one before. Raises NotConverged."""
     residual = 1.0
     for _ in range(MOST):

@@ -23,8 +23,8 @@ from softmark.solvers.statics.material_point_state import (
     ROUNDING,
     SETTLED,
     STILL,
-    ImposedDeformation,
     Floats,
+    ImposedDeformation,
     PointState,
 )
 

@@ -27,8 +27,8 @@ from softmark.solvers.statics.material_point_state import (
     ROUNDING,
     SETTLED,
     STILL,
-    ImposedDeformation,
     Floats,
+    ImposedDeformation,
     NoState,
     PointState,
 )
@@ -135,7 +135,9 @@ class MaterialPoint:
 
     # ------------------------------------------------------------------ Newton's method on arrays, for any law
 
-    def newton(self, drive: ImposedDeformation, start: tuple[Any, float], most: int) -> tuple[Floats, float, int] | None:
+    def newton(
+        self, drive: ImposedDeformation, start: tuple[Any, float], most: int
+    ) -> tuple[Floats, float, int] | None:
         """Return stretches, pressure and iterations from a start; None if it does not converge."""
         free = np.flatnonzero(np.isnan(drive.stretches))
         t, p = np.where(np.isnan(drive.stretches), start[0], drive.stretches), start[1]

@@ -54,7 +54,7 @@ def scramble_nodes(body: PerturbedNodes, random: Random) -> Floats:
 
 def flatten_nodes(body: PerturbedNodes, random: Random) -> Floats:
     """Return positions projected to a random plane through the centre, scaled by the amount (n, 3)."""
-    n = _direction(random)
+    n = _random_direction(random)
     away = body.points - body.middle
     places: Floats = body.middle + body.amount * (away - np.outer(away @ n, n))
     return places
@@ -62,7 +62,7 @@ def flatten_nodes(body: PerturbedNodes, random: Random) -> Floats:
 
 def collapse_nodes(body: PerturbedNodes, random: Random) -> Floats:
     """Return all nodes at one random point of the box or, as often, on a random line through it, scaled (n, 3)."""
-    n, line = _direction(random), random.random() < 0.5
+    n, line = _random_direction(random), random.random() < 0.5
     point = body.low + random.random(3) * body.size
     along = (body.points - body.middle) @ n
     places: Floats = point + (body.amount * np.outer(along, n) if line else np.zeros_like(body.points))
@@ -71,7 +71,7 @@ def collapse_nodes(body: PerturbedNodes, random: Random) -> Floats:
 
 def invert_cells(body: PerturbedNodes, random: Random) -> Floats:
     """Return positions reflected by a random plane through the centre and scaled: every cell is inverted (n, 3)."""
-    n = _direction(random)
+    n = _random_direction(random)
     away = body.points - body.middle
     places: Floats = body.middle + body.amount * (away - 2.0 * np.outer(away @ n, n))
     return places
@@ -84,7 +84,7 @@ def spin_cells(body: PerturbedNodes, random: Random) -> Floats:
     """
     corners = body.points[body.cells]
     middles = corners.mean(axis=1, keepdims=True)
-    turned = middles + (corners - middles) @ turns(len(corners), random)
+    turned = middles + (corners - middles) @ random_rotations(len(corners), random)
     places = np.zeros_like(body.points)
     np.add.at(places, body.cells, turned)
     count = np.bincount(body.cells.ravel(), minlength=len(places))
@@ -103,7 +103,7 @@ def _twist(body: PerturbedNodes, places: Floats, random: Random) -> Floats:
     return places
 
 
-def turns(count: int, random: Random) -> Floats:
+def random_rotations(count: int, random: Random) -> Floats:
     """Return uniformly random rotations (count, 3, 3), from normal unit quaternions (Shoemake 1992)."""
     q = random.standard_normal((count, 4))
     w, x, y, z = (q / np.linalg.norm(q, axis=1, keepdims=True)).T
@@ -115,7 +115,7 @@ def turns(count: int, random: Random) -> Floats:
     return np.ascontiguousarray(np.array(rows).transpose(2, 0, 1))
 
 
-def _direction(random: Random) -> Floats:
+def _random_direction(random: Random) -> Floats:
     """Return a random unit vector."""
     n = random.standard_normal(3)
     unit: Floats = n / np.linalg.norm(n)
@@ -131,7 +131,7 @@ DISTURBANCES: dict[str, Callable[[PerturbedNodes, Random], Floats]] = {
 }
 
 
-def disturbed(kind: str, body: PerturbedNodes, seed: int) -> Floats:
+def perturb(kind: str, body: PerturbedNodes, seed: int) -> Floats:
     """Return perturbed positions of the nodes (n, 3), m, the same for the same seed. Raises KeyError for an unknown
     kind.
     """

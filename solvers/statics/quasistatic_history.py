@@ -16,7 +16,7 @@ from softmark.solvers.statics.static_equilibrium import Equilibrium, Iteration, 
 
 
 @dataclass(frozen=True)
-class Instant:
+class InstantLoading:
     """Loading at a time, s: factors of every load (l,), and imposed displacements (c,), m."""
 
     time: float
@@ -25,7 +25,7 @@ class Instant:
 
 
 @dataclass(frozen=True, eq=False)
-class Aged:
+class StateInTime:
     """State at a time: `x` at `time`, the history variables of its energies, and works since the start, J.
 
     `work` is that of internal forces and of pumped fluid; `times` and `states` are those of all steps so far, with
@@ -57,12 +57,12 @@ class Aged:
         return self.memories.dissipated
 
 
-def begun(problem: Statics, memories: BodyHistory) -> Aged:
+def state_at_rest(problem: Statics, memories: BodyHistory) -> StateInTime:
     """Return the state of rest before any loading."""
-    return Aged(problem.rest, 0.0, memories, np.zeros(problem.assembly.dofs))
+    return StateInTime(problem.rest, 0.0, memories, np.zeros(problem.assembly.dofs))
 
 
-def aged(problem: Statics, before: Aged, to: Instant) -> Aged:
+def advance_in_time(problem: Statics, before: StateInTime, to: InstantLoading) -> StateInTime:
     """Return the equilibrium at a later time, or at the same time after a jump. Raises NotConverged."""
     h = max(0.0, to.time - before.time)
     internal = before.memories.over(h)
@@ -83,7 +83,7 @@ def aged(problem: Statics, before: Aged, to: Instant) -> Aged:
     if (worked := memories.worked) is not None:
         work = worked - before.work
     elif h > 0.0:
-        work = 0.5 * float((before.forces + forces) @ _displaced(internal, x - before.x))
+        work = 0.5 * float((before.forces + forces) @ _without_pressures(internal, x - before.x))
         work += memories.pumped - before.memories.pumped
     else:  # at once it is elastic, and has an energy
         work = sum(e.value(x) - e.value(before.x) for e in internal)
@@ -93,18 +93,18 @@ def aged(problem: Statics, before: Aged, to: Instant) -> Aged:
     return replace(after, times=(*before.times, to.time), states=(*before.states, x), losses=(*before.losses, lost))
 
 
-def _displaced(internal: Sequence[Energy], d: Floats) -> Floats:
+def _without_pressures(internal: Sequence[Energy], d: Floats) -> Floats:
     """Return a motion (dofs,) with zeros for pressures, whose rows of the gradient are volumes."""
     for energy in [e for e in list[Any](internal) if e.saddle]:
         d[energy.pressures] = 0.0
     return d
 
 
-def followed(problem: Statics, before: Aged, instants: Sequence[Instant]) -> Aged:
+def advance_through(problem: Statics, before: StateInTime, instants: Sequence[InstantLoading]) -> StateInTime:
     """Return the state after all instants in turn. Raises NotConverged, with the time in its reason."""
     for to in instants:
         try:
-            before = aged(problem, before, to)
+            before = advance_in_time(problem, before, to)
         except NotConverged as failure:
             reason = f"at {to.time:.6g} s: {failure.reason}"
             raise NotConverged(reason, before.history + failure.history, failure.facts, failure.unstable,

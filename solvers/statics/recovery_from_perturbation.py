@@ -50,7 +50,7 @@ NO_CELLS: Ints = np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True)
-class Tangled:
+class PerturbedBody:
     """Body in a perturbed `state` that satisfies its supports.
 
     `cells` are its cells under any law; None for bodies whose cells cannot invert (springs, rods). `inverted` returns
@@ -66,22 +66,22 @@ class Tangled:
     seed: int = 1
 
 
-def inside_out(elastic: Elastic, x: Floats) -> Ints:
+def find_inverted_cells(elastic: Elastic, x: Floats) -> Ints:
     """Return the numbers of cells with det F <= 0 at any integration point."""
     J = np.linalg.det(elastic.F(x)).reshape(elastic.w.shape)
     return np.flatnonzero(~(J > 0.0).all(axis=1))
 
 
-def recovered(problem: Statics, tangled: Tangled) -> Equilibrium:
+def recover_equilibrium(problem: Statics, tangled: PerturbedBody) -> Equilibrium:
     """Return the equilibrium recovered from a perturbed body. Raises NotConverged, with what it found instead."""
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        return _Way(problem, tangled).walk()
+        return _Recovery(problem, tangled).walk()
 
 
-class _Way:
+class _Recovery:
     """Recovery of one perturbed state."""
 
-    def __init__(self, problem: Statics, tangled: Tangled) -> None:
+    def __init__(self, problem: Statics, tangled: PerturbedBody) -> None:
         self.problem = replace(problem, max_iterations=max(problem.max_iterations, STEPS))
         self.tangled = tangled
         self.random = np.random.default_rng([tangled.seed, 1])
@@ -90,7 +90,7 @@ class _Way:
         self.newton = Newton(self.problem, self.history, self.systems, "recovery")
         self.stable: bool | None = None
         self.attempts = self.filled = 0
-        self.soft = None if tangled.cells is None else _soft(problem, tangled.cells)
+        self.soft = None if tangled.cells is None else _stable_neo_hookean_assembly(problem, tangled.cells)
         self.moving = problem.space.dofs if self.soft is None else self.soft.dofs  # unknowns without pressures
         if self.resting:  # no load and no reaction to measure forces by: those of a strain of a thousandth
             self.newton.towed = 1e-3 * self._unit_force(problem.assembly) / RIGID
@@ -329,31 +329,31 @@ class _Way:
         if cells is None:
             return self._shaken(x, 0.02 * self.attempts)
         u = x[: self.moving]
-        nodes = _around(cells.cells, self._worst(cells, u), self.attempts // 2, len(u) // 3)
+        nodes = _nodes_around(cells.cells, self._worst(cells, u), self.attempts // 2, len(u) // 3)
         if nodes is None:
             return self._shaken(x, 0.02 * self.attempts)
         self.filled = max(self.filled, len(nodes))
         free = np.zeros(len(x), dtype=np.bool_)
         free[self.problem.assembly.free] = True
-        filled = np.concatenate([_filled_in(cells, u, nodes, free[: self.moving]), x[self.moving :]])
+        filled = np.concatenate([_interpolate_harmonically(cells, u, nodes, free[: self.moving]), x[self.moving :]])
         return self._shaken(filled, SHAKE)
 
     def _worst(self, cells: Elastic, x: Floats) -> Ints:
         """Return the cells that are inverted or strained most."""
         density = np.max(UNIT.psi(cells.F(x)).reshape(cells.w.shape), axis=1)
         bad = density > STRAINED * density.max()
-        bad[inside_out(cells, x)] = True
+        bad[find_inverted_cells(cells, x)] = True
         return np.flatnonzero(bad)
 
 
-def _soft(problem: Statics, cells: Elastic) -> Assembly:
+def _stable_neo_hookean_assembly(problem: Statics, cells: Elastic) -> Assembly:
     """Return the stable neo-Hookean energy of the same cells and supports, without loads."""
     energy, moving = Elastic(cells.cells, cells.dNdX, cells.w, UNIT), 3 * (int(cells.cells.max()) + 1)
     fixed = problem.fixed[problem.fixed < moving]
     return Assembly(moving, fixed, [energy], [], problem.assembly.points)
 
 
-def _around(cells: Ints, seeds: Ints, rings: int, nodes: int) -> Ints | None:
+def _nodes_around(cells: Ints, seeds: Ints, rings: int, nodes: int) -> Ints | None:
     """Return nodes of the cells `seeds` and of `rings` of cells around them, at most half of all nodes.
 
     Return None if the seeds alone have more.
@@ -371,7 +371,7 @@ def _around(cells: Ints, seeds: Ints, rings: int, nodes: int) -> Ints | None:
     return np.flatnonzero(chosen)
 
 
-def _filled_in(cells: Elastic, x: Floats, nodes: Ints, free: Any) -> Floats:
+def _interpolate_harmonically(cells: Elastic, x: Floats, nodes: Ints, free: Any) -> Floats:
     """Return displacements with those of `nodes` harmonic between all others: sum w grad N_a . grad N_b u_b = 0."""
     local = np.einsum("mq,mqai,mqbi->mab", cells.w, cells.dNdX, cells.dNdX)
     rows, columns = np.broadcast_arrays(cells.cells[:, :, None], cells.cells[:, None, :])

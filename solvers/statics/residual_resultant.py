@@ -36,7 +36,7 @@ def resultant_on(points: Floats) -> Callable[[Floats], float]:
     return of
 
 
-def out_of_balance(assembly: Assembly, x: Floats, fixed: Ints, without: Floats | None = None) -> float:
+def relative_residual(assembly: Assembly, x: Floats, fixed: Ints, without: Floats | None = None) -> float:
     """Return the norm of residual forces in any state x (dofs,), relative to the larger of load and reactions.
 
     `without` (dofs,) are forces to subtract first, such as those of another state. The result is not finite outside the
@@ -50,7 +50,7 @@ def out_of_balance(assembly: Assembly, x: Floats, fixed: Ints, without: Floats |
     return left / largest if largest > 0.0 else left
 
 
-def unrounded(problem: Statics, x: Floats) -> Floats:
+def residual_without_rounding(problem: Statics, x: Floats) -> Floats:
     """Return residual forces (dofs,) of a converged state, after the next Newton step, too small to represent.
 
     They are returned unchanged if that step is not small, so that the state could be better, or the tangent is

@@ -16,7 +16,7 @@ WHOLE = 0.9  # of the squares of a motion are those of a body as a whole: it def
 LEAST = 0.1  # of the greatest part of such a motion: the middle goes along
 
 
-def slipping(newton: Newton, x: Floats) -> str | None:
+def describe_rigid_instability(newton: Newton, x: Floats) -> str | None:
     """Return how a body leaves an unstable equilibrium x (dofs,) as a rigid body, as text; None if it deforms.
 
     This is the motion with the least stiffness. Raises NotConverged if no motion decreases the energy.
@@ -31,11 +31,11 @@ def slipping(newton: Newton, x: Floats) -> str | None:
         return None
     carried, turned = by[:3], by[3:]
     if np.linalg.norm(carried) < LEAST * np.linalg.norm(turned):
-        return f"it turns away about {_way(turned)}"
-    return f"it slips away along {_way(carried)}"
+        return f"it turns away about {_direction_text(turned)}"
+    return f"it slips away along {_direction_text(carried)}"
 
 
-def _way(motion: Floats) -> str:
+def _direction_text(motion: Floats) -> str:
     """Return a direction as text, with the sign that makes its first component of notable size positive."""
     v: Floats = motion / np.abs(motion).max()
     v = v * np.sign(v[np.flatnonzero(np.abs(v) > LEAST)[0]]) / np.linalg.norm(v)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from softmark.solvers.statics.static_problem import Statics
 
 
-def towed(problem: Statics, x: Floats) -> Floats:
+def predict_sticking_motion(problem: Statics, x: Floats) -> Floats:
     """Return the initial state x moved as if all points in contact stuck to the rigid bodies, which have moved.
 
     It solves (K + C) d = C v, with C the stiffness of sticking contacts and v the motion of each node with its body.
@@ -27,10 +27,10 @@ def towed(problem: Statics, x: Floats) -> Floats:
     C = Assembly(assembly.dofs, problem.fixed, [], [e for e in old if e.driven]).tangent(x, 1.0)
     change = np.zeros_like(x)
     change[assembly.free] = -C @ way[assembly.free]
-    return pushed(problem, assembly.acting(assembly.internal, old), x, change)
+    return linear_response(problem, assembly.acting(assembly.internal, old), x, change)
 
 
-def approach(assembly: Assembly, x: Floats, load: float, to: float) -> Floats:
+def force_change_of_rigid_motion(assembly: Assembly, x: Floats, load: float, to: float) -> Floats:
     """Return the first-order change of forces (dofs,), N, on x as rigid bodies move from one load to another."""
     found, known = np.zeros(assembly.dofs), list[Any](assembly.loads)
     for energy in known:
@@ -39,13 +39,13 @@ def approach(assembly: Assembly, x: Floats, load: float, to: float) -> Floats:
     return found
 
 
-def begun(problem: Statics, x: Floats) -> Floats:
+def predict_rigid_motion(problem: Statics, x: Floats) -> Floats:
     """Return an initial state (dofs,) moved with its rigid bodies, to first order.
 
     Points in contact move along. The state is returned unchanged if earlier positions are unknown, or that fails.
     """
     if any(energy.rubs for energy in problem.assembly.loads):
-        return towed(problem, x)
+        return predict_sticking_motion(problem, x)
     known: list[Any] = list(problem.assembly.loads)
     each = [energy.driven and energy.earlier is not None for energy in known]
     if not any(each):
@@ -55,10 +55,10 @@ def begun(problem: Statics, x: Floats) -> Floats:
     for energy, was, moves in zip(known, loads, each, strict=True):
         if moves:
             was.add_towed(x, energy.body, change)
-    return pushed(problem, problem.assembly.acting(problem.assembly.internal, loads), x, change)
+    return linear_response(problem, problem.assembly.acting(problem.assembly.internal, loads), x, change)
 
 
-def pushed(problem: Statics, before: Assembly, x: Floats, change: Floats) -> Floats:
+def linear_response(problem: Statics, before: Assembly, x: Floats, change: Floats) -> Floats:
     """Return x plus its first-order response to a change of the gradient (dofs,), N, with the tangent `before`.
 
     It is x for a singular tangent. The step ends before surfaces meet, and before points pass through a moving rigid

@@ -27,12 +27,12 @@ SHARE = 0.5  # of the distance from the middle of a rigid body to its surface: h
 MOST = 200  # substeps
 
 
-def substeps_of(problem: Statics) -> int:
+def count_substeps(problem: Statics) -> int:
     """Return the number of substeps for the rigid bodies; 1 if none is thin or the motion cannot be split."""
     contacts = _contacts(problem)
     if problem.rubs or problem.way is not None or problem.exact is not None or problem.cap is not None:
         return 1
-    return max((_needed(contact) for contact in contacts), default=1)
+    return max((_substeps_needed(contact) for contact in contacts), default=1)
 
 
 def presses_on_nodes(found: Equilibrium) -> bool:
@@ -40,22 +40,22 @@ def presses_on_nodes(found: Equilibrium) -> bool:
     return all(contact.presses_on_nodes(found.x) for contact in found.beside)
 
 
-def in_substeps(problem: Statics, find: Find, count: int) -> Equilibrium:
+def solve_in_substeps(problem: Statics, find: Find, count: int) -> Equilibrium:
     """Return the equilibrium after `count` substeps, each solved by `find` from the last one. Raises NotConverged."""
     contacts, history, x = _contacts(problem), tuple[Iteration, ...](), problem.start
     first = np.zeros_like(problem.target) if x is None else (x - problem.rest)[problem.fixed]
-    places, extras = [_start(c) for c in contacts], [c.extra for c in contacts]
+    places, extras = [_start_body(c) for c in contacts], [c.extra for c in contacts]
     found: Equilibrium | None = None
     for number in range(1, count + 1):
         share = number / count
         moved = []
         for contact, place, extra in zip(contacts, places, extras, strict=True):
-            end = _between(_start(contact), contact.posed(1.0), share)
-            own = replace(contact, posed=contact.posed if number == count else _Still(end), earlier=place)
+            end = _interpolate_motion(_start_body(contact), contact.posed(1.0), share)
+            own = replace(contact, posed=contact.posed if number == count else _FixedPosition(end), earlier=place)
             moved.append(own if extra is contact.extra else own.joining(extra, problem.rest if x is None else x))
         target = first + share * (problem.target - first)
         try:
-            found = find(replace(_with(problem, moved), target=target, start=x))
+            found = find(replace(_with_contacts(problem, moved), target=target, start=x))
         except NotConverged as failure:
             reason = f"{failure.reason} (in substep {number} of {count})"
             raise NotConverged(reason, (*history, *failure.history), failure.facts, failure.unstable) from failure
@@ -69,7 +69,7 @@ def in_substeps(problem: Statics, find: Find, count: int) -> Equilibrium:
     return replace(found, history=history, load_steps=count)
 
 
-class _Still:
+class _FixedPosition:
     """Function of the load fraction that returns one fixed position of a rigid body."""
 
     def __init__(self, body: Gap) -> None:
@@ -82,7 +82,7 @@ class _Still:
 
     def pose(self, share: float) -> RigidMotion:
         """Return the motion of the body from its declared place; it is the same at every share of the load."""
-        return _pose(self.body)
+        return _motion_of(self.body)
 
 
 def _contacts(problem: Statics) -> list[Any]:
@@ -90,7 +90,7 @@ def _contacts(problem: Statics) -> list[Any]:
     return [energy for energy in problem.assembly.loads if energy.driven]
 
 
-def _with(problem: Statics, contacts: list[Any]) -> Statics:
+def _with_contacts(problem: Statics, contacts: list[Any]) -> Statics:
     """Return the problem with these contacts in place of its own, which are the last loads."""
 
     def each(assembly: Any) -> Any:
@@ -100,31 +100,31 @@ def _with(problem: Statics, contacts: list[Any]) -> Statics:
     return replace(problem, assembly=each(problem.assembly), twin=problem.twin and each(problem.twin))
 
 
-def _needed(contact: Any) -> int:
+def _substeps_needed(contact: Any) -> int:
     """Return the number of substeps that one rigid body needs between its start and its end."""
-    start, end = _start(contact), contact.posed(1.0)
+    start, end = _start_body(contact), contact.posed(1.0)
     inner = depth_of_centroid(gap_as_declared(end))
     if not 0.0 < inner < math.inf:
         return 1
-    way: Floats = _pose(end).moved(contact.X) - _pose(start).moved(contact.X)
+    way: Floats = _motion_of(end).moved(contact.X) - _motion_of(start).moved(contact.X)
     travel = float(np.linalg.norm(way, axis=1).max(initial=0.0))
     return min(MOST, max(1, math.ceil(travel / (SHARE * inner))))
 
 
-def _start(contact: Any) -> Gap:
+def _start_body(contact: Any) -> Gap:
     """Return the rigid body at the start of the motion."""
     found: Gap = contact.posed(0.0) if contact.earlier is None else contact.earlier
     return found
 
 
-def _pose(body: Gap) -> RigidMotion:
+def _motion_of(body: Gap) -> RigidMotion:
     """Return the motion of a rigid body from its declared position."""
     return body.pose if isinstance(body, MovedGap) else RigidMotion()
 
 
-def _between(start: Gap, end: Gap, share: float) -> Gap:
+def _interpolate_motion(start: Gap, end: Gap, share: float) -> Gap:
     """Return a rigid body at a fraction of the motion from start to end."""
-    a, b = _pose(start), _pose(end)
+    a, b = _motion_of(start), _motion_of(end)
     shift, rotation = (
         tuple(((1.0 - share) * np.array(p) + share * np.array(q)).tolist())
         for p, q in ((a.shift, b.shift), (a.rotation, b.rotation))

@@ -31,8 +31,8 @@ from softmark.solvers.linear import factorisations
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.linear.linear_solver import Linear, Systems
 from softmark.solvers.statics.arc_length import PathFollower
-from softmark.solvers.statics.load_stepping import step_load, left_solution_branch
-from softmark.solvers.statics.rigid_motion_predictor import begun
+from softmark.solvers.statics.load_stepping import left_solution_branch, step_load
+from softmark.solvers.statics.rigid_motion_predictor import predict_rigid_motion
 from softmark.solvers.statics.static_newton import MEMORY, RIGID, TINY, Newton
 from softmark.solvers.statics.static_problem import (
     HELD,
@@ -45,7 +45,13 @@ from softmark.solvers.statics.static_problem import (
     Statics,
     Watch,
 )
-from softmark.solvers.statics.static_stability import critical_load, direct, loose_motion, rounding_error, softness
+from softmark.solvers.statics.static_stability import (
+    critical_load,
+    current_stiffness,
+    direct_newton,
+    loose_motion,
+    rounding_error,
+)
 
 __all__ = [
     "MEMORY", "RIGID", "TINY", "Criterion", "Equilibrium", "Iteration", "Linear", "NotConverged", "Statics", "Watch",
@@ -67,18 +73,18 @@ def equilibrium(problem: Statics) -> Equilibrium:
     systems = Systems(problem.linear)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         if problem.cap is not None or problem.linear.cap is not None:
-            return _capped(problem, history, systems)
+            return _capped_steps(problem, history, systems)
         try:
-            found = (_raised if problem.path == "load" else _followed)(problem, history, systems)
+            found = (_load_control if problem.path == "load" else _arc_length)(problem, history, systems)
         except NotConverged as failure:
-            raise _explained(problem, history, failure) from failure
+            raise _explain_failure(problem, history, failure) from failure
         if found.unstable is None or found.critical is not None:
             return found
         critical = critical_load(problem, history, found.unstable)
     return replace(found, critical=critical, history=tuple(history))
 
 
-def _explained(problem: Statics, history: list[Iteration], failure: NotConverged) -> NotConverged:
+def _explain_failure(problem: Statics, history: list[Iteration], failure: NotConverged) -> NotConverged:
     """Return the failure with the buckling load, or the motion that nothing resists, if either is the cause."""
     left, facts, reason = failure.unstable, failure.facts, failure.reason
     critical = None if left is None else critical_load(problem, history, left)
@@ -92,16 +98,16 @@ def _explained(problem: Statics, history: list[Iteration], failure: NotConverged
     return NotConverged(reason, tuple(history), facts, left, loose)
 
 
-def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _load_control(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Return the equilibrium at full load: by full steps first, then carefully."""
-    ways = [_started] if problem.start is not None and problem.longest == 1.0 else []
+    ways = [_warm_start] if problem.start is not None and problem.longest == 1.0 else []
     unstable = None
     turns = problem.longest < 1.0  # they would find another, by whole turns off
     crept = problem.touches and problem.assembly.saddle  # no energy falls on the way in and out of contact
     if problem.bold:
-        ways += [] if turns or crept else [_free]
-        ways += [] if problem.rubs else [_stepped]  # with friction whole steps come last, not first
-        ways += [_softly] if problem.beside and not (problem.rubs or turns) else []
+        ways += [] if turns or crept else [_full_load]
+        ways += [] if problem.rubs else [_load_steps]  # with friction whole steps come last, not first
+        ways += [_soft_barrier] if problem.beside and not (problem.rubs or turns) else []
     vain = None  # iterations from rest to the whole load that the careful way would go through again
     for way in ways:
         before = len(history)
@@ -111,35 +117,35 @@ def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
             raise
         except NotConverged as failure:  # what it tried is in the history; the careful way starts again from rest
             unstable = failure.unstable if unstable is None else unstable
-            vain = len(history) - before if problem.rubs and way is _free else vain
+            vain = len(history) - before if problem.rubs and way is _full_load else vain
     if unstable is not None and turns:
-        return _buckled(problem, history, systems, unstable)
+        return _buckle_after_rotation(problem, history, systems, unstable)
     if unstable is not None and problem.grounded:
-        found = _beside(problem, history, systems, unstable)
+        found = _rigid_instability(problem, history, systems, unstable)
     else:
-        found = _careful(problem, history, systems, vain)
+        found = _safeguarded(problem, history, systems, vain)
     return found if found.unstable is not None else replace(found, unstable=unstable)
 
 
 # ------------------------------------------------------------------ whole steps at full load
 
 
-def _free(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _full_load(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Solve at full load from rest, by full Newton steps or, with contact, by decreasing energy."""
     newton = Newton(problem, history, systems)
-    x = newton.descend(_begun(newton), 1.0) if problem.touches else newton.whole_steps(_begun(newton), BOLD)
-    return _settled(newton, x)
+    x = newton.descend(_start_state(newton), 1.0) if problem.touches else newton.whole_steps(_start_state(newton), BOLD)
+    return _accept_stable(newton, x)
 
 
-def _started(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _warm_start(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Solve at full load from the given state."""
     newton = Newton(problem, history, systems)
-    x = _given(newton)
-    x = newton.descend(begun(problem, x), 1.0) if problem.touches else newton.whole_steps(x, ROUGH)
-    return replace(_settled(newton, x), started=True)
+    x = _given_start(newton)
+    x = newton.descend(predict_rigid_motion(problem, x), 1.0) if problem.touches else newton.whole_steps(x, ROUGH)
+    return replace(_accept_stable(newton, x), started=True)
 
 
-def _down(newton: Newton, x: Floats, load: float) -> Floats:
+def _minimize_energy(newton: Newton, x: Floats, load: float) -> Floats:
     """Return the equilibrium at a load that minimises the energy from x; next to rigid bodies from soft barriers."""
     if not newton.problem.beside or newton.problem.rubs:
         return newton.descend(x, load)
@@ -148,21 +154,21 @@ def _down(newton: Newton, x: Floats, load: float) -> Floats:
     return ramp_barrier(newton, x, load)
 
 
-def _softly(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _soft_barrier(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Solve at full load with soft barriers first."""
     newton = Newton(problem, history, systems, "soft barriers")
-    x = newton.impose(problem.rest, 1.0) if problem.start is None else _given(newton)
-    return _settled(newton, _down(newton, x, 1.0))
+    x = newton.impose(problem.rest, 1.0) if problem.start is None else _given_start(newton)
+    return _accept_stable(newton, _minimize_energy(newton, x, 1.0))
 
 
-def _stepped(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _load_steps(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Solve by load stepping."""
     newton = Newton(problem, history, systems, "steps of load")
     x, steps = step_load(newton)
-    return replace(_settled(newton, x), load_steps=steps)
+    return replace(_accept_stable(newton, x), load_steps=steps)
 
 
-def _begun(newton: Newton, cap: int | None = None) -> Floats:
+def _start_state(newton: Newton, cap: int | None = None) -> Floats:
     """Return the start for full steps: the equilibrium of the corotational twin, or the linear response to supports.
 
     With a cap on linear systems it takes only as many steps to the twin as that allows. Raises NotConverged.
@@ -184,7 +190,7 @@ def _begun(newton: Newton, cap: int | None = None) -> Floats:
     return x
 
 
-def _given(newton: Newton) -> Floats:
+def _given_start(newton: Newton) -> Floats:
     """Return the given start, moved with the supports. Raises NotConverged if it is outside the domain of the law."""
     problem = newton.problem
     x = np.array(problem.start, dtype=problem.rest.dtype)
@@ -193,7 +199,7 @@ def _given(newton: Newton) -> Floats:
     newton.relax()
     left = problem.target - (x - problem.rest)[problem.fixed]
     if np.abs(left).max(initial=0.0) > AWAY * problem.extent:
-        x = _along(newton, x, left)  # without the body, whole cells beside a support would be squeezed
+        x = _follow_supports(newton, x, left)  # without the body, whole cells beside a support would be squeezed
     x[problem.fixed] = problem.rest[problem.fixed] + problem.target
     if not np.isfinite(newton.strain(x)):
         raise NotConverged("the state to start from is outside the domain of the law", tuple(newton.history))
@@ -201,7 +207,7 @@ def _given(newton: Newton) -> Floats:
     return x
 
 
-def _along(newton: Newton, x: Floats, left: Floats) -> Floats:
+def _follow_supports(newton: Newton, x: Floats, left: Floats) -> Floats:
     """Return a state moved with its supports by increments (c,); where surfaces may meet, by parts with equilibria.
 
     Friction limits the parts: otherwise corners interlock where they would have slid past. Raises NotConverged.
@@ -224,15 +230,15 @@ def _along(newton: Newton, x: Floats, left: Floats) -> Floats:
     return x
 
 
-def _settled(newton: Newton, x: Floats) -> Equilibrium:
+def _accept_stable(newton: Newton, x: Floats) -> Equilibrium:
     """Return the result of full steps as an equilibrium, if it is stable. Raises NotConverged."""
-    stable = True if newton.problem.convex else _stable(newton, x)
+    stable = True if newton.problem.convex else _is_stable(newton, x)
     if stable is False and newton.assembly.conservative:
         raise NotConverged("the equilibrium is unstable", tuple(newton.history), unstable=x)
-    return _kept(newton, x, 1, stable or None)
+    return _finalize(newton, x, 1, stable or None)
 
 
-def _stable(newton: Newton, x: Floats) -> bool | None:
+def _is_stable(newton: Newton, x: Floats) -> bool | None:
     """Return whether a state is stable; None if unknown."""
     if not newton.problem.rubs:
         return newton.definite(x)
@@ -241,7 +247,9 @@ def _stable(newton: Newton, x: Floats) -> bool | None:
     return is_stable_at_pressures(newton, x)
 
 
-def _buckled(problem: Statics, history: list[Iteration], systems: Systems, unstable: Floats) -> Equilibrium:
+def _buckle_after_rotation(
+    problem: Statics, history: list[Iteration], systems: Systems, unstable: Floats
+) -> Equilibrium:
     """Return the stable state near an unstable equilibrium at the end of a rotation, to which the body buckles.
 
     Raises NotConverged if none is found: the careful strategy would end at the same equilibrium.
@@ -252,42 +260,42 @@ def _buckled(problem: Statics, history: list[Iteration], systems: Systems, unsta
     except NotConverged as failure:
         reason = f"the turned body buckles, and no stable state was found beside its equilibrium: {failure.reason}"
         raise NotConverged(reason, tuple(history), systems.facts, unstable) from failure
-    return replace(_kept(newton, x, 1, stable), unstable=newton.left if newton.left is not None else unstable)
+    return replace(_finalize(newton, x, 1, stable), unstable=newton.left if newton.left is not None else unstable)
 
 
-def _beside(problem: Statics, history: list[Iteration], systems: Systems, unstable: Floats) -> Equilibrium:
+def _rigid_instability(problem: Statics, history: list[Iteration], systems: Systems, unstable: Floats) -> Equilibrium:
     """Return a stable state near an unstable equilibrium of a body held only by contact, if it deforms.
 
     Raises NotConverged if the body moves away as a rigid body: load stepping would not find it either.
     """
-    from softmark.solvers.statics.rigid_body_instability import slipping
+    from softmark.solvers.statics.rigid_body_instability import describe_rigid_instability
 
     newton = Newton(problem, history, systems)
     try:
         x, stable = newton.stable(unstable)
-        return replace(_kept(newton, x, 1, stable), unstable=newton.left)
+        return replace(_finalize(newton, x, 1, stable), unstable=newton.left)
     except NotConverged as failure:
-        away = slipping(newton, unstable)
+        away = describe_rigid_instability(newton, unstable)
         if away is not None:
             reason = f"in equilibrium it is balanced and not held: {away}"
             raise NotConverged(reason, tuple(history), systems.facts, unstable) from failure
-    return _careful(problem, history, systems)
+    return _safeguarded(problem, history, systems)
 
 
 # ------------------------------------------------------------------ whole steps, and no more than so many
 
 
-def _capped(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _capped_steps(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Return the state of full steps when the cap is reached, or the equilibrium. Raises NotConverged."""
     newton, started = Newton(problem, history, systems), problem.start is not None
     cap = problem.max_iterations if problem.cap is None else problem.cap
-    x = _given(newton) if started else _begun(newton, cap)
+    x = _given_start(newton) if started else _start_state(newton, cap)
     x, done, residual = newton.steps(x, max(0, cap - systems.solves))
     if not np.isfinite(residual):
         raise NotConverged("whole Newton steps lead to forces that are not finite", tuple(history), systems.facts)
     if done:
-        return replace(_settled(newton, x), started=started)
-    state, _, residual = _exactly(newton, x)
+        return replace(_accept_stable(newton, x), started=started)
+    state, _, residual = _in_double_precision(newton, x)
     sound = bool(problem.sound(state))
     found = Equilibrium(state, residual, tuple(history), 1, "cap", None, systems.name, systems.facts)
     return replace(found, sound=sound, started=started)
@@ -296,7 +304,7 @@ def _capped(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
 # --------------------------------------------------------- decreasing energy, loads in steps
 
 
-def _careful(problem: Statics, history: list[Iteration], systems: Systems, vain: int | None = None) -> Equilibrium:
+def _safeguarded(problem: Statics, history: list[Iteration], systems: Systems, vain: int | None = None) -> Equilibrium:
     """Return the equilibrium by load steps that are halved where none is found. Raises NotConverged.
 
     `vain` iterations were already spent from rest to full load, which is not tried again.
@@ -309,7 +317,7 @@ def _careful(problem: Statics, history: list[Iteration], systems: Systems, vain:
         target, before = min(1.0, load + step), len(history)
         try:
             begun = newton.impose(x, target - load, target)
-            there = _down(newton, begun, target)
+            there = _minimize_energy(newton, begun, target)
             if problem.way is not None and problem.bold and left_solution_branch(x, begun, there):
                 raise NotConverged("the turn is lost: the body springs back to another state", tuple(history))
             if lost := problem.lost(there, target):
@@ -325,17 +333,17 @@ def _careful(problem: Statics, history: list[Iteration], systems: Systems, vain:
             if step < 1e-3 * problem.longest or (problem.touches and wasted > WASTED):
                 reached = f"the load could be raised to {100 * load:.4g} % only: {failure.reason}"
                 raise NotConverged(
-                    f"{reached}{_why(problem, history, x, load)}", tuple(history), systems.facts
+                    f"{reached}{_likely_cause(problem, history, x, load)}", tuple(history), systems.facts
                 ) from failure
     if problem.assembly.conservative:
         x, stable = newton.stable(x)
-        return replace(_kept(newton, x, steps, stable), unstable=newton.left)
-    return _kept(newton, x, steps, _stable(newton, x) or None)
+        return replace(_finalize(newton, x, steps, stable), unstable=newton.left)
+    return _finalize(newton, x, steps, _is_stable(newton, x) or None)
 
 
-def _why(problem: Statics, history: list[Iteration], x: Floats, load: float) -> str:
+def _likely_cause(problem: Statics, history: list[Iteration], x: Floats, load: float) -> str:
     """Return a likely cause why a load cannot be raised: a limit point, a bifurcation, or "" if unknown."""
-    known = softness(problem, history, x, load) if load > 0.0 and problem.way is None else None
+    known = current_stiffness(problem, history, x, load) if load > 0.0 and problem.way is None else None
     if known is None or (known[0] > SOFT and not known[1]):
         return ""
     soft, negative = known
@@ -350,29 +358,29 @@ def _why(problem: Statics, history: list[Iteration], x: Floats, load: float) -> 
 # ------------------------------------------------------------------ along the path
 
 
-def _followed(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _arc_length(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Return the first equilibrium under full load along the arc-length path from rest. Raises NotConverged."""
-    newton = direct(problem, history, "path")
+    newton = direct_newton(problem, history, "path")
     newton.systems = systems
     follower = PathFollower(newton)
     x = follower.to_full_load()
     stable: bool | None = newton.definite(x) or None
     if problem.assembly.conservative:
         x, stable = newton.stable(x)
-    found = _kept(newton, x, len(follower.path.points), stable)
+    found = _finalize(newton, x, len(follower.path.points), stable)
     facts = found.facts | follower.path.facts
     meetings = [s.load for s in follower.path.limits if s.kind == "bifurcation"]
     critical = meetings[0] if meetings and newton.left is not None else None
     return replace(found, facts=facts, unstable=newton.left, critical=critical)
 
 
-def _kept(newton: Newton, x: Floats, steps: int, stable: bool | None) -> Equilibrium:
+def _finalize(newton: Newton, x: Floats, steps: int, stable: bool | None) -> Equilibrium:
     """Return the equilibrium; raises NotConverged if cells are inverted or single precision is too coarse."""
     problem, history, facts = newton.problem, tuple(newton.history), newton.systems.facts
     if not problem.sound(x):
         raise NotConverged("the equilibrium has inverted cells", history, facts)
     criterion = newton.criterion
-    x, left, residual = _balanced(newton, *_exactly(newton, x))
+    x, left, residual = _balance_resultant(newton, *_in_double_precision(newton, x))
     if problem.exact is not None:
         criterion = "residual" if residual <= problem.tolerance else "rounding"
         if residual > problem.rounded:
@@ -388,13 +396,13 @@ def _kept(newton: Newton, x: Floats, steps: int, stable: bool | None) -> Equilib
     return replace(found, follower=follower, condition=condition, rounding=rounding, left=left)
 
 
-def _balanced(newton: Newton, x: Floats, g: Floats, residual: float) -> tuple[Floats, Floats | None, float]:
+def _balance_resultant(newton: Newton, x: Floats, g: Floats, residual: float) -> tuple[Floats, Floats | None, float]:
     """Return a state whose resultant residual also meets the tolerance, after up to two more steps.
 
     Residuals at many nodes may each be small while their sum is not. Also returns the next step, and the residual.
     """
     problem = newton.problem
-    left = None if newton.left is not None else _left(newton, g)
+    left = None if newton.left is not None else _next_step(newton, g)
     if left is None or problem.resultant is None or residual > problem.tolerance:
         return x, left, residual
     for _ in range(2):
@@ -404,14 +412,14 @@ def _balanced(newton: Newton, x: Floats, g: Floats, residual: float) -> tuple[Fl
             break
         y = x + left
         there, nearer = newton.residual(y, 1.0)
-        step = _left(newton, there)
+        step = _next_step(newton, there)
         if not nearer < residual or step is None:  # it is as good as it can be written down
             break
         x, g, residual, left = y, there, nearer, step
     return x, left, residual
 
 
-def _left(newton: Newton, g: Floats) -> Floats | None:
+def _next_step(newton: Newton, g: Floats) -> Floats | None:
     """Return the next step (dofs,) under forces g (dofs,) with the last factor; None without one."""
     problem, last = newton.problem, newton.last
     if last is None or last.tolerance or problem.exact is not None or not isinstance(problem.space, VectorSpace):
@@ -464,7 +472,7 @@ def _energy_error(exact: Assembly, x: Floats) -> float:
     return float(np.sqrt(0.5 * size / energy)) if known else float("inf")
 
 
-def _exactly(newton: Newton, x: Floats) -> tuple[Floats, Floats, float]:
+def _in_double_precision(newton: Newton, x: Floats) -> tuple[Floats, Floats, float]:
     """Return the state with exact imposed values, its gradient and its residual, all in double precision."""
     problem = newton.problem
     if problem.exact is None:

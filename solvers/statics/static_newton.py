@@ -10,9 +10,9 @@ import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats, Space
-from softmark.solvers.linear.factorisations import Factor, Singular, Waiting
+from softmark.solvers.linear.factorisations import DeferredFactor, Factor, Singular
 from softmark.solvers.linear.linear_solver import TIGHTEST, Systems
-from softmark.solvers.statics.rigid_motion_predictor import approach
+from softmark.solvers.statics.rigid_motion_predictor import force_change_of_rigid_motion
 from softmark.solvers.statics.static_problem import Criterion, Iteration, NotConverged, Statics
 
 MEMORY = 10  # energies back that a step must stay below: bends are long curved valleys
@@ -137,7 +137,7 @@ class Newton:
         self.towed = max(self.towed, float(np.linalg.norm(coupling)))
         self._goal = TIGHTEST
         if to is not None and self.problem.touches:
-            coupling += approach(self.assembly, here, load, to)
+            coupling += force_change_of_rigid_motion(self.assembly, here, load, to)
         b = coupling[self.assembly.free].astype(x.dtype, copy=False)
         d[self.assembly.free] = -self._factor(x, load, projected).solve(b)
         return d.astype(x.dtype, copy=False)
@@ -287,7 +287,7 @@ class Newton:
     def _indefinite(self) -> bool:
         """Return whether the last tangent has negative eigenvalues; always False for follower loads."""
         last = self.last
-        return self.assembly.conservative and (isinstance(last, Waiting) or bool(last and last.negative_pivots))
+        return self.assembly.conservative and (isinstance(last, DeferredFactor) or bool(last and last.negative_pivots))
 
     def _moved(self, x: Floats, d: Floats, length: float) -> Floats:
         """Return the state after a fraction of a step, and add that to the length of motion."""

@@ -97,7 +97,7 @@ class Equilibrium:
         return self.criterion != "cap"
 
 
-class Way(Protocol):
+class SupportPath(Protocol):
     """Path of imposed values that are not proportional to the load: rotations about an axis."""
 
     @property
@@ -174,7 +174,7 @@ class Statics:
     cap: int | None = None
     exact: Assembly | None = None
     rounded: float = 1e-3
-    way: Way | None = None
+    way: SupportPath | None = None
     resultant: Callable[[Floats], float] | None = None
 
     @property

@@ -27,7 +27,7 @@ LOOSE = 1e-13  # of the stiffness: below it a motion is not resisted, to roundin
 
 
 @dataclass(frozen=True)
-class _State:
+class _PathState:
     """Equilibrium of the primary path, or a state assumed to be its end (`found` False)."""
 
     load: float
@@ -42,7 +42,7 @@ class _State:
         return not self.factor.negative_pivots
 
 
-def direct(problem: Statics, history: list[Iteration], phase: str) -> Newton:
+def direct_newton(problem: Statics, history: list[Iteration], phase: str) -> Newton:
     """Return a Newton solver in double precision with direct factors, whatever the problem selects."""
     method: Any = "auto" if problem.linear.method == "conjugate_gradients" else problem.linear.method
     choice = replace(problem.linear, method=method, precision="double", reuse=False, cap=None)
@@ -63,21 +63,21 @@ def critical_load(problem: Statics, history: list[Iteration], left: Floats) -> f
     """
     if problem.touches:
         return None
-    newton = direct(problem, history, PHASE)
+    newton = direct_newton(problem, history, PHASE)
     try:
-        low, high = _at_rest(newton), _seen(newton, 1.0, left, False)
+        low, high = _state_at_rest(newton), _factorise_state(newton, 1.0, left, False)
     except (Singular, NotConverged):
         return None
     if low.factor.negative_pivots != 0 or not high.factor.negative_pivots:
         return None
     for number in range(LOOKS):
-        guess = _guess(newton, low, high)
+        guess = _critical_guess(newton, low, high)
         if high.found and high.load - low.load <= CLOSE * high.load:
             return guess
         beside = guess * (1.0 + (BESIDE if number % 2 else -BESIDE))
         inside = low.load + np.array([1e-4, 1.0 - 1e-4]) * (high.load - low.load)
         load = float(np.clip(beside, *inside)) if high.found else min(1.0, guess * (1.0 + BESIDE))
-        state = _reached(newton, low, load)
+        state = _reach_load(newton, low, load)
         if state is None:
             return None
         if state.stable:
@@ -89,20 +89,20 @@ def critical_load(problem: Statics, history: list[Iteration], left: Floats) -> f
     return None
 
 
-def _at_rest(newton: Newton) -> _State:
+def _state_at_rest(newton: Newton) -> _PathState:
     """Return the state of the path at rest."""
-    return _seen(newton, 0.0, newton.problem.rest, True)
+    return _factorise_state(newton, 0.0, newton.problem.rest, True)
 
 
-def _seen(newton: Newton, load: float, x: Floats, found: bool) -> _State:
+def _factorise_state(newton: Newton, load: float, x: Floats, found: bool) -> _PathState:
     """Return a state at a load with its tangent and factor."""
     x = np.asarray(x, dtype=np.float64)
     K = newton.assembly.tangent(x, load)
     newton.systems.solves += 1
-    return _State(load, x, K, newton.systems.direct(K), found)
+    return _PathState(load, x, K, newton.systems.direct(K), found)
 
 
-def _reached(newton: Newton, low: _State, load: float) -> _State | None:
+def _reach_load(newton: Newton, low: _PathState, load: float) -> _PathState | None:
     """Return the state of the path at a load, or as close as full Newton steps lead; None if they fail."""
     for _ in range(6):
         with suppress(NotConverged, Singular):
@@ -110,12 +110,12 @@ def _reached(newton: Newton, low: _State, load: float) -> _State | None:
             x = newton.impose(low.x, load - low.load, load)
             x, done, _ = newton.steps(x, STEPS, load)
             if done:
-                return _seen(newton, load, x, True)
+                return _factorise_state(newton, load, x, True)
         load = 0.5 * (low.load + load)
     return None
 
 
-def _guess(newton: Newton, low: _State, high: _State) -> float:
+def _critical_guess(newton: Newton, low: _PathState, high: _PathState) -> float:
     """Return where K, linear between two states, is first singular: K_low v = t (K_low - K_high) v, least t > 0."""
     middle = 0.5 * (low.load + high.load)
     part = None if newton.assembly.saddle else least_part(low.K, low.factor, high.K)
@@ -148,13 +148,13 @@ def least_part(K: sparse.csr_matrix, factor: Factor, other: sparse.csr_matrix) -
 # ------------------------------------------------------------------ where loads cannot be raised
 
 
-def softness(problem: Statics, history: list[Iteration], x: Floats, load: float) -> tuple[float, int] | None:
+def current_stiffness(problem: Statics, history: list[Iteration], x: Floats, load: float) -> tuple[float, int] | None:
     """Return the stiffness against the load relative to that at rest, and the number of negative eigenvalues.
 
     This is the current stiffness parameter of Bergan, Horrigmoe, Krakeland and Soreide (1978): zero at a maximum of the
     load. None if it is unknown.
     """
-    newton = direct(problem, history, PHASE)
+    newton = direct_newton(problem, history, PHASE)
     try:
         work = [_compliance(newton, y, part) for y, part in ((problem.rest, 0.0), (x, load))]
     except (Singular, NotConverged, PathLost):
@@ -210,7 +210,7 @@ def loose_motion(problem: Statics) -> Floats | None:
 
     Inverse iteration with K + s I, s small: each step reduces motions with stiffness by 1e-9.
     """
-    newton = direct(problem, [], PHASE)
+    newton = direct_newton(problem, [], PHASE)
     if newton.assembly.saddle:
         return None
     K = newton.assembly.tangent(newton.problem.rest, 0.0)

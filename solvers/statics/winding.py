@@ -26,7 +26,7 @@ COARSE = f"neighbouring cells turn against each other by more than {MOST:.0f} de
 
 
 @dataclass(frozen=True)
-class Grip:
+class RotationSupport:
     """Support that fixes rotation: its nodes (k,), and its rotation vector at full load, rad."""
 
     nodes: Ints
@@ -34,7 +34,7 @@ class Grip:
 
 
 @dataclass(frozen=True)
-class Chain:
+class CellChain:
     """Nodes of neighbouring cells (k, a) that lead from one support to another, and their positions at rest, m."""
 
     cells: Ints
@@ -52,18 +52,18 @@ class Chain:
         return LOST if np.prod(np.sign(cosines)) < 0.0 else None
 
 
-def chains(points: Floats, cells: Ints, grips: Sequence[Grip]) -> tuple[Chain, ...]:
+def find_cell_chains(points: Floats, cells: Ints, grips: Sequence[RotationSupport]) -> tuple[CellChain, ...]:
     """Return the shortest chain of cells (m, a) from the first support to each of the others connected with it.
 
     A support counts if a cell has nodes in it that are not on one line; in a plane, more than one node.
     """
     flat = bool(np.ptp(points[:, 2]) == 0.0)
-    cells_of = [_gripped(points, cells, grip, 1 if flat else 2) for grip in grips]
+    cells_of = [_cells_in_support(points, cells, grip, 1 if flat else 2) for grip in grips]
     held = [(grip, own) for grip, own in zip(grips, cells_of, strict=True) if len(own)]
     if len(held) < 2:
         return ()
     (first, begin), *others = held
-    before, order = _tree(cells, begin, len(points), SHARED - flat)
+    before, order = _shortest_path_tree(cells, begin, len(points), SHARED - flat)
     found = []
     for grip, own in others:
         reached = own[order[own] >= 0]
@@ -72,11 +72,11 @@ def chains(points: Floats, cells: Ints, grips: Sequence[Grip]) -> tuple[Chain, .
             while before[numbers[-1]] >= 0:
                 numbers.append(int(before[numbers[-1]]))
             route = cells[numbers[::-1]]
-            found.append(Chain(route, points[route], first.rotation, grip.rotation))
+            found.append(CellChain(route, points[route], first.rotation, grip.rotation))
     return tuple(found)
 
 
-def _gripped(points: Floats, cells: Ints, grip: Grip, rank: int) -> Ints:
+def _cells_in_support(points: Floats, cells: Ints, grip: RotationSupport, rank: int) -> Ints:
     """Return the numbers of cells whose nodes in a support span a line (rank 1) or a plane (rank 2)."""
     inside = np.isin(cells, grip.nodes)
     some = np.nonzero(inside.sum(axis=1) > rank)[0]
@@ -84,7 +84,7 @@ def _gripped(points: Floats, cells: Ints, grip: Grip, rank: int) -> Ints:
     return np.asarray(some[np.array(spans, dtype=np.int64) >= rank], dtype=np.int64)
 
 
-def _tree(cells: Ints, begin: Ints, nodes: int, shared: int) -> tuple[Ints, Ints]:
+def _shortest_path_tree(cells: Ints, begin: Ints, nodes: int, shared: int) -> tuple[Ints, Ints]:
     """Return for each cell the one before it on the shortest way to `begin`, and the number of steps; -1: none."""
     rows = np.repeat(np.arange(len(cells)), cells.shape[1])
     touches = sparse.csr_array((np.ones(cells.size, dtype=np.int64), (rows, cells.ravel())), (len(cells), nodes))

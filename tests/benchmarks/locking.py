@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.mixed_elements import with_pressures
+from softmark.solvers.assembly.mixed_elements import mixed_energy
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies.elastic_energy import Elastic, EnergySum
 from softmark.solvers.energies.energy import Floats, VectorSpace
@@ -48,7 +48,7 @@ def energy_of(mesh: Mesh, form: str, what: Any) -> Any:
     parts = integrate_cells(mesh)
     body, split = (mesh.cells, parts.dNdX, parts.w), mixed_for(what, "small")
     if form == "mixed" and split is not None:
-        return with_pressures(mesh, parts, split, what.shear_modulus)
+        return mixed_energy(mesh, parts, split, what.shear_modulus)
     if form == "mean_dilatation" and split is not None:
         return MeanDilatation(*body, split.shape, split.constraint, split.modulus)
     if form == "selective":

@@ -37,8 +37,8 @@ from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gr
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.spring_edges import build_spring_network
 from softmark.solvers.mesh.structured_meshes import PlaneMesh, mesh_extrusion
-from softmark.solvers.statics.perturbed_states import DISTURBANCES, PerturbedNodes, disturbed
-from softmark.solvers.statics.recovery_from_perturbation import Tangled, inside_out, recovered
+from softmark.solvers.statics.perturbed_states import DISTURBANCES, PerturbedNodes, perturb
+from softmark.solvers.statics.recovery_from_perturbation import PerturbedBody, find_inverted_cells, recover_equilibrium
 from softmark.solvers.statics.static_equilibrium import NotConverged, Statics
 
 NEAR = 1e-6  # of the block's size: at rest
@@ -85,7 +85,7 @@ def block(law: str, element: str) -> Block:
     held = np.zeros(len(fixed))
     problem = Statics(assembly, VectorSpace(dofs), np.zeros(dofs), fixed, held, extent=mesh.extent)
     if law != "springs":
-        problem = replace(problem, sound=lambda x: not len(inside_out(cells, x)))
+        problem = replace(problem, sound=lambda x: not len(find_inverted_cells(cells, x)))
     return Block(mesh, problem, cells, law != "springs")
 
 
@@ -113,13 +113,13 @@ def springs(mesh: Mesh) -> Springs:
 def one(law: str, element: str, kind: str, amount: float, seed: int) -> dict[str, Any]:
     """What comes of one disturbed block."""
     b = block(law, element)
-    x = (disturbed(kind, PerturbedNodes(b.mesh.points, b.mesh.cells, amount), seed) - b.mesh.points).ravel()
+    x = (perturb(kind, PerturbedNodes(b.mesh.points, b.mesh.cells, amount), seed) - b.mesh.points).ravel()
     x[b.problem.fixed] = 0.0
     cells = b.cells if b.oriented else None
-    tangled = Tangled(x, cells, lambda y: inside_out(b.cells, y), len(b.mesh.cells), seed)
+    tangled = PerturbedBody(x, cells, lambda y: find_inverted_cells(b.cells, y), len(b.mesh.cells), seed)
     begun = time.process_time()
     try:
-        found = recovered(b.problem, tangled)
+        found = recover_equilibrium(b.problem, tangled)
     except NotConverged as no:
         spent = time.process_time() - begun
         return {"seed": seed, "what": "no", "reason": no.reason, "iterations": len(no.history), "cpu_s": spent}

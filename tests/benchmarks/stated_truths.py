@@ -33,7 +33,7 @@ def rows(case: Case) -> Iterator[dict[str, Any]]:
     """One per quantity of every model."""
     scene = loads(case.scene())
     spent: dict[str, float] = {}
-    plain = error_estimate.stated
+    plain = error_estimate.estimate_errors
 
     def timed(scene_: Any, declared: Any, *others: Any, **more: Any) -> Any:
         start = time.process_time()
@@ -46,11 +46,11 @@ def rows(case: Case) -> Iterator[dict[str, Any]]:
         name = f"m{i}"
         options = RunOptions(only=(name,), draw=False, stated=(name,))
         run_scene(scene.scene, list(scene.warnings), options)  # whatever is compiled, is
-        error_estimate.stated = timed
+        error_estimate.estimate_errors = timed
         try:
             model = run_scene(scene.scene, list(scene.warnings), options).models[name]
         finally:
-            error_estimate.stated = plain
+            error_estimate.estimate_errors = plain
         took = sum(t.median for n in ("setup_cpu_s", "solve_cpu_s") if (t := model.time.get(n)))
         for metric, (_, truth, scale) in case.truths.items():
             value, said = model.metrics[f"q_{metric}"].value, model.stated.get(f"q_{metric}")

@@ -162,7 +162,7 @@ metric tone = frequency(block, mode = 1)
 
 def test_the_watchdog_finds_a_bed_that_is_another(monkeypatch: pytest.MonkeyPatch) -> None:
     """Tractions a thousandth larger are seen: forces of the answer do not balance with them."""
-    right = foundation_forces._pulled
+    right = foundation_forces._spring_forces
 
     def wrong(*args: Any) -> Any:
         return 1.001 * right(*args)

@@ -137,7 +137,7 @@ def test_what_touches_between_nodes_alone_has_an_area() -> None:
 def test_other_meshes_that_agree_do_not_outweigh_a_contradiction(monkeypatch: pytest.MonkeyPatch) -> None:
     """A pressure of 205 Pa was said to be within 31 Pa where the force was 8.5 times what it came to: it was 694 Pa."""
     least: list[float | None] = [None, 5.0, 0.5]
-    monkeypatch.setattr(contact_error, "at_least", lambda seen: least.pop(0))
+    monkeypatch.setattr(contact_error, "least_error", lambda seen: least.pop(0))
     answer: Any = SimpleNamespace(case=SimpleNamespace(contacts=[None]))
-    voucher: Any = SimpleNamespace(discretisation=lambda answer, seen: 1.0)
-    assert [error_estimate.Stated._of_mesh(answer, voucher, answer) for _ in range(3)] == [1.0, 5.0, 1.0]
+    verifier: Any = SimpleNamespace(discretisation=lambda answer, seen: 1.0)
+    assert [error_estimate.ErrorEstimate._of_mesh(answer, verifier, answer) for _ in range(3)] == [1.0, 5.0, 1.0]

@@ -12,7 +12,7 @@ from softmark.interpreter.problem.body_case import case_of
 from softmark.interpreter.problem.theory_problems import at_rest_of, doubt_of_theory, problem_of, solve_theory
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.run.report_terminal import table
-from softmark.interpreter.report.run.tables.table_section import pressing
+from softmark.interpreter.report.run.tables.table_section import format_force
 from softmark.references.cattaneo_mindlin import PartialSlip
 from softmark.references.half_space_indentation import HalfSpace
 from softmark.references.layer_integral_equation import Layer
@@ -347,8 +347,8 @@ def test_forces_of_a_theory_stand_beside_those_of_models_and_are_of_the_same_par
 def test_a_force_is_told_by_its_size_where_that_is_what_a_metric_along_it_says() -> None:
     """4 % across make 0.08 % of the size: seen on four digits, not on three."""
     force = (0.04, 0.0, -1.0)
-    assert pressing(force, 3, 1e-8) == "1 N"
-    assert pressing(force, 4, 1e-8) == "(0.04, 0, -1) N"
+    assert format_force(force, 3, 1e-8) == "1 N"
+    assert format_force(force, 4, 1e-8) == "(0.04, 0, -1) N"
 
 
 @pytest.mark.parametrize(("start", "askew"), [("10 s", False), ("2 s", True)])

@@ -12,7 +12,7 @@ from octahedra import octahedron
 
 from softmark import load
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
-from softmark.interpreter.verification.contact_warnings import _finer
+from softmark.interpreter.verification.contact_warnings import _cell_size_remedy
 from softmark.solvers.mesh.shapes import Box
 
 SOLID = """softmark 1
@@ -105,4 +105,4 @@ def test_what_would_follow_an_edge_or_what_is_hollow_is_no_radius(radius: float,
     mesh = Box((0.01, 0.01, 0.01)).mesh("hex8", 0.01)
     case: Any = SimpleNamespace(shape=Box((0.01, 0.01, 0.01)), planar=False)
     touch: Any = SimpleNamespace(thing=SimpleNamespace(where=EVERYWHERE))
-    assert _finer(case, touch, mesh, radius, 4.0).startswith(said)
+    assert _cell_size_remedy(case, touch, mesh, radius, 4.0).startswith(said)

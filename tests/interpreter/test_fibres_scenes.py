@@ -10,7 +10,7 @@ from loaded import loaded_by
 from scipy.optimize import brentq
 
 import softmark
-from softmark.interpreter.verification.fiber_directions_check import wound
+from softmark.interpreter.verification.fiber_directions_check import helix_vectors
 from softmark.interpreter.vocabulary.fiber_words import Helix
 from softmark.solvers.materials.material_axes import InvalidDirection
 
@@ -100,7 +100,7 @@ def test_a_helix_is_that_of_the_paper(more: dict[str, Any]) -> None:
     """f = n(dx/du) sin a + n(dx/dv) cos a, a from 90 to -90 degrees: by tangents of the parametrisation."""
     rule = Helix(0.5 * np.pi, -0.5 * np.pi, **WALL, **more)
     X = points(rule)
-    (f, s), (other, normal) = rule.at(X), wound(rule, X)
+    (f, s), (other, normal) = rule.at(X), helix_vectors(rule, X)
     np.testing.assert_allclose(f, other, atol=1e-9)
     np.testing.assert_allclose(s, normal, atol=1e-9)
     np.testing.assert_allclose(np.einsum("ni,ni->n", f, s), 0.0, atol=1e-12)

@@ -15,7 +15,7 @@ from scipy.interpolate import RegularGridInterpolator
 import softmark
 from softmark.interpreter.language.expression_evaluation import Quantity
 from softmark.interpreter.problem.field_files import load_field, read_field
-from softmark.interpreter.verification.heterogeneous_constants_check import again
+from softmark.interpreter.verification.heterogeneous_constants_check import read_field_again
 from softmark.interpreter.vocabulary.field_words import Field
 from softmark.references.measured_data import Unreadable
 
@@ -66,7 +66,7 @@ def test_images_lie_as_their_headers_say(make: Any, tmp_path: Path) -> None:
     field = Field(str(make(tmp_path)), UNIT)
     at, X = places()
     assert read_field(field, X) == pytest.approx(exact(at), rel=2e-7)
-    assert again(field, X) == pytest.approx(exact(at), rel=2e-7)
+    assert read_field_again(field, X) == pytest.approx(exact(at), rel=2e-7)
     assert not load_field(field).outside(X).any()
 
 
@@ -92,7 +92,7 @@ def test_beyond_the_outermost_centres_numbers_are_those_of_the_voxel(tmp_path: P
     assert load_field(field).outside(X).tolist() == [False, True, False, True]
     clipped = np.clip(at, 0.0, np.array(NUMBERS.shape) - 1.0)
     assert read_field(field, X) == pytest.approx(exact(clipped), rel=1e-12)
-    assert again(field, X) == pytest.approx(exact(clipped), rel=1e-12)
+    assert read_field_again(field, X) == pytest.approx(exact(clipped), rel=1e-12)
 
 
 def test_meshes_have_numbers_on_nodes_and_on_cells(tmp_path: Path) -> None:

@@ -250,7 +250,7 @@ def test_a_run_that_breaks_off_leaves_all_that_was_finished(
             raise KeyboardInterrupt
         solve(work, name)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(runner, "solve", third)
+    monkeypatch.setattr(runner, "solve_model", third)
     monkeypatch.setattr(shelves, "SPARE", 1e9)  # none but the first would be on disk
     assert main(["run", scene(tmp_path, 4), "--out", str(tmp_path / "out")]) == 130
     assert "2 finished models" in capsys.readouterr().err

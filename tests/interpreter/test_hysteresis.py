@@ -17,7 +17,7 @@ from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.run.report_terminal import table
-from softmark.interpreter.report.run.tables.curve_points import _each_at
+from softmark.interpreter.report.run.tables.curve_points import _values_at
 from softmark.interpreter.results.run_report import PlottedCurve
 from softmark.references.measured_curve import CurveFromFile
 
@@ -154,8 +154,8 @@ def test_repeats_of_a_loop_deviate(tmp_path: Path) -> None:
 def test_a_place_that_comes_back_has_the_value_of_the_way_back() -> None:
     """In the table below a figure both ways had the values of the way there."""
     loop = PlottedCurve(np.array([1.0, 2.0, 1.0]), np.array([5.0, 6.0, 4.0]), ("m", "N"))
-    assert _each_at(loop, [1.0, 2.0, 1.0]) == [5.0, 6.0, 4.0]
-    assert _each_at(loop, [2.0, 3.0, 2.0]) == [6.0, None, 6.0]
+    assert _values_at(loop, [1.0, 2.0, 1.0]) == [5.0, 6.0, 4.0]
+    assert _values_at(loop, [2.0, 3.0, 2.0]) == [6.0, None, 6.0]
 
 
 BAR = """

@@ -209,7 +209,7 @@ def test_what_is_no_text_of_the_scene_counts_as_well(first: Path, monkeypatch: p
         patch.setenv("OMP_NUM_THREADS", "7")
         assert found(first, SCENE) == ALL
     with monkeypatch.context() as patch:
-        patch.setattr(source_digests, "digest", lambda: "another softmark")
+        patch.setattr(source_digests, "digest_sources", lambda: "another softmark")
         assert found(first, SCENE) == ALL
     (first / "gels.scene").write_text(GELS.replace("30", "31"), encoding="utf-8")
     assert found(first, SCENE) == ALL
@@ -383,7 +383,7 @@ def test_who_is_interrupted_has_what_was_finished(tmp_path: Path, monkeypatch: p
         redirect_stdout(io.StringIO()),
         redirect_stderr(io.StringIO()),
     ):
-        broken.setattr(model_runs, "solve", interrupted)
+        broken.setattr(model_runs, "solve_model", interrupted)
         assert main(["run", "my.scene", "--out", "report"]) == 130
     assert run(tmp_path)[0] == {"stiff", "theory"}
     numbers = re.compile(r'"(setup|solve|step)(_cpu)?_s": \{.*?\}', re.DOTALL)

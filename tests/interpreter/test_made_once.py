@@ -41,7 +41,7 @@ COUNTED: dict[CodeType, str] = {
     body_case._build_case.__code__: "cases",
     structured_meshes.mesh_extrusion.__code__: "meshes",
     measured_curve.CurveFromFile.load.__code__: "curves",
-    load_forces_check._swept.__code__: "swept",
+    load_forces_check._sweep_sides.__code__: "swept",
     support_selection._found.__code__: "grips",
     beam_forces_check.BeamLine.rod.__code__: "rods",
 }

@@ -62,7 +62,7 @@ def test_nothing_is_loaded_that_nobody_named(monkeypatch: pytest.MonkeyPatch) ->
         raise AssertionError("installed plugins were looked for")
 
     monkeypatch.setattr("importlib.metadata.entry_points", asked)
-    monkeypatch.setattr(plugin_loader, "loaded", asked)
+    monkeypatch.setattr(plugin_loader, "load_plugin", asked)
     softmark.loads(WITHOUT)
 
 

@@ -17,7 +17,7 @@ from softmark.interpreter.problem.body_case import case_of
 from softmark.interpreter.problem.rigid_surfaces import sharp_points, sharp_points_in_section, surface_in_space
 from softmark.interpreter.problem.theory_problems import solve_theory
 from softmark.interpreter.report.run.report_page import render
-from softmark.interpreter.verification.contact_accuracy_limits import limitless_pressure
+from softmark.interpreter.verification.contact_accuracy_limits import singular_pressure
 from softmark.solvers.mesh.revolved_bodies import Cone
 from softmark.solvers.mesh.rigid_shapes import Punch, RoundedBox
 from softmark.solvers.mesh.shape import Shape
@@ -111,7 +111,7 @@ def test_sharp_edges_and_tips_are_told(shape: str, end: float, why: str | None) 
 
 def test_no_limit_is_known_of_nothing() -> None:
     case = replace(case_of(loads(text(BALL, 0.2)).scene, "block"), contacts=())
-    assert limitless_pressure(PressureAlong("touch", "top"), case, None, np.zeros((1, 3))) is None
+    assert singular_pressure(PressureAlong("touch", "top"), case, None, np.zeros((1, 3))) is None
 
 
 @pytest.mark.slow

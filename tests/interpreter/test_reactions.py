@@ -19,7 +19,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodForces
 from softmark.solvers.energies.rod_section import RodSection
 from softmark.solvers.energies.rod_state import RodSpace, chain_elements, rod_at_rest
-from softmark.solvers.statics.residual_resultant import unrounded
+from softmark.solvers.statics.residual_resultant import residual_without_rounding
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 BEAM = """softmark 1
@@ -272,10 +272,10 @@ def test_forces_are_only_set_right_where_rounding_alone_is_left() -> None:
     problem = Statics(assembly, RodSpace(3), rest, fixed, np.zeros(6))
     x = equilibrium(replace(problem, bold=False)).x
     off = RodSpace(3).move(x, np.eye(18)[14] * 1e-5)
-    np.testing.assert_array_equal(unrounded(problem, off), assembly.gradient(off, 1.0))
+    np.testing.assert_array_equal(residual_without_rounding(problem, off), assembly.gradient(off, 1.0))
     lost = RodSpace(3).move(x, np.eye(18)[14] * 1e-12)
     assert abs(assembly.gradient(lost, 1.0)[14]) > 1e-12
-    balanced = unrounded(problem, lost)
+    balanced = residual_without_rounding(problem, lost)
     assert np.abs(balanced[6:]).max() < 1e-18
     assert balanced[2] == pytest.approx(-1e-3, rel=1e-12)
 

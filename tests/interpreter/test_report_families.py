@@ -19,7 +19,7 @@ from softmark.interpreter.report.run.report_bodies import bodies
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.run.report_summary import Findings
 from softmark.interpreter.report.run.report_terminal import WIDE, table
-from softmark.interpreter.report.run.tables.line_probes import drawn_first, looks
+from softmark.interpreter.report.run.tables.line_probes import initially_shown, looks
 from softmark.interpreter.report.view3d.still_picture import axes_of, frame_of
 from softmark.interpreter.report.view3d.view_camera import letters, upward, view_of
 from softmark.interpreter.results.run_report import (
@@ -203,7 +203,7 @@ def test_kinds_share_a_colour_where_colours_run_out() -> None:
     assert {known[f"t{i}"].colour for i in range(1, 9)} == {known["t1"].colour}
     assert known["t1"].colour != known["h1"].colour
     assert len({(k.role, k.colour, k.dash, k.marker) for k in known.values()}) == len(known)
-    assert drawn_first(Findings(many)) == ["t1", "t8", "h1", "h8"]
+    assert initially_shown(Findings(many)) == ["t1", "t8", "h1", "h8"]
 
 
 # ------------------------------------------------------------------ gravity

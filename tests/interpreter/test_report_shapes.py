@@ -168,7 +168,7 @@ def test_every_figure_has_words_numbers_and_csv(page: str) -> None:
 
 def test_large_surfaces_are_thinned_and_the_page_says_so() -> None:
     fine = DrawnSurface(*tube(0.02, along=600))  # 12 000 points
-    small = compact_surfaces.fit({"fine": fine})
+    small = compact_surfaces.reduce_surfaces({"fine": fine})
     own = small.shapes["fine"]
     assert 0.4 * compact_surfaces.POINTS < len(own.position) <= compact_surfaces.POINTS
     assert own.triangles.max() < len(own.position)
@@ -183,7 +183,7 @@ def test_frames_go_before_points() -> None:
     X, triangles = tube(0.02, along=200)
     frames = np.repeat(X[None], 300, axis=0)
     moving = {f"m{i}": DrawnSurface(X, triangles, np.arange(300.0), frames) for i in range(3)}
-    small = compact_surfaces.fit(moving)
+    small = compact_surfaces.reduce_surfaces(moving)
     kept = [s.times for s in small.shapes.values() if s.times is not None]
     assert all(len(t) <= compact_surfaces.FRAMES and t[0] == 0.0 and t[-1] == 299.0 for t in kept)
     assert all("of 300 moments" in note for note in small.notes)

@@ -21,11 +21,11 @@ from softmark.interpreter.validation.refinement_checks import extrapolation_obst
 from softmark.interpreter.verification.refinement_family import (
     Family,
     Limit,
-    Sampled,
-    Unsettled,
-    combined,
-    largest,
-    limit,
+    NoLimit,
+    SamplePoints,
+    combine_limits,
+    extrapolate_limit,
+    largest_norm,
 )
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
@@ -34,7 +34,7 @@ Field = Callable[[np.ndarray], np.ndarray]
 # ------------------------------------------------------------------ the numbers
 
 PLACE = np.array([[0.0, 0, 0], [1.0, 0, 0], [2.0, 0, 0], [3.0, 0, 0]])
-WHERE = Sampled(PLACE, np.ones(3))  # the last point is asked for, and has no volume
+WHERE = SamplePoints(PLACE, np.ones(3))  # the last point is asked for, and has no volume
 
 
 def made(h: float, p: float, slope: float = 0.1) -> Field:
@@ -53,7 +53,7 @@ def test_a_power_law_is_extrapolated_exactly(sizes: tuple[float, ...], p: float)
 
     It is no less than what is left if a part of first order hides behind a faster one: the last change over r - 1.
     """
-    found = limit(family(sizes, p), WHERE)
+    found = extrapolate_limit(family(sizes, p), WHERE)
     assert found.extrapolated
     assert found.order == pytest.approx(p, abs=1e-9)
     X = np.array([[0.3, 0, 0], [5.0, 0, 0]])
@@ -72,7 +72,7 @@ def test_a_slow_part_that_hides_behind_a_fast_one_is_in_the_estimate() -> None:
     rng = np.random.default_rng(1)
     shapes = (np.positive, np.square, np.sqrt, lambda x: 1.1 - x, lambda x: np.exp(-8 * x), lambda x: np.sin(3 * x))
     X = np.stack([np.linspace(0, 1, 40), np.zeros(40), np.zeros(40)], axis=1)
-    where, line = Sampled(X, np.full(40, 0.025)), X[:, 0]
+    where, line = SamplePoints(X, np.full(40, 0.025)), X[:, 0]
 
     def field(h: float, p: float, q: float, parts: tuple[np.ndarray, np.ndarray]) -> Field:
         return lambda Y: np.stack([1 + line + parts[0] * h**p + parts[1] * h**q, 0 * line, 0 * line], axis=1)
@@ -83,8 +83,8 @@ def test_a_slow_part_that_hides_behind_a_fast_one_is_in_the_estimate() -> None:
             q, amounts = rng.uniform(0.6, 1.6), rng.choice([-1, 1], 2) * 10 ** rng.uniform(-2, -0.4, 2)
             parts = tuple(a * shapes[i](line) for a, i in zip(amounts, rng.integers(6, size=2), strict=True))
             sizes = (1.0, 0.5, 0.25)
-            found = limit(Family("made", p, sizes, [field(h, p, q, parts) for h in sizes]), where)  # type: ignore[arg-type]
-            true = largest(found.displacement(X) - np.stack([1 + line, 0 * line, 0 * line], axis=1))
+            found = extrapolate_limit(Family("made", p, sizes, [field(h, p, q, parts) for h in sizes]), where)  # type: ignore[arg-type]
+            true = largest_norm(found.displacement(X) - np.stack([1 + line, 0 * line, 0 * line], axis=1))
             missed += true > found.estimate
         assert missed <= 8
 
@@ -92,7 +92,7 @@ def test_a_slow_part_that_hides_behind_a_fast_one_is_in_the_estimate() -> None:
 def test_what_is_not_asymptotic_is_not_extrapolated() -> None:
     """An order of 3 for an element of 2, and of 0.3: the finest stands, with three times all that ever changed."""
     for p in (3.0, 0.3):
-        found = limit(family((1.0, 0.5, 0.25), p), WHERE)
+        found = extrapolate_limit(family((1.0, 0.5, 0.25), p), WHERE)
         assert not found.extrapolated
         assert found.doubt == "far from the 2 of theory"
         assert found.estimate == pytest.approx(3 * 4 * 0.1 * (1 - 0.25**p))
@@ -110,7 +110,7 @@ def test_meshes_must_refine_as_their_sizes_say() -> None:
         extrapolation_obstacle(bar, [19e-3, 9.5e-3, 4.75e-3])
     )  # sections of 2, 4, 6 cells across, 1, 1, 2 rings
     assert "cells: they shrink 1 times in one direction and 2.11 times in another" in differ
-    found = limit(family((1.0, 0.5, 0.25), 2.0, unfit=why), WHERE)
+    found = extrapolate_limit(family((1.0, 0.5, 0.25), 2.0, unfit=why), WHERE)
     assert (found.extrapolated, found.doubt) == (False, why)
 
 
@@ -125,7 +125,7 @@ def test_counts_are_those_of_the_mesh() -> None:
 
 def test_an_order_above_that_of_theory_makes_no_estimate_smaller() -> None:
     """Order 2.4 for an element of 2, within what is extrapolated: the estimate is that of order 2, or of a hidden 1."""
-    found = limit(family((1.0, 0.5, 0.25), 2.4), WHERE)
+    found = extrapolate_limit(family((1.0, 0.5, 0.25), 2.4), WHERE)
     assert found.extrapolated
     assert found.estimate == pytest.approx(max(1.25 / 3, 1.0) * 4 * 0.1 * (0.5**2.4 - 0.25**2.4))
 
@@ -137,13 +137,13 @@ def test_changes_must_point_to_one_limit() -> None:
         lambda X: np.tile([0.0, 0.0, 0.0], (len(X), 1)),
         lambda X: np.tile([0.0, 0.25, 0.0], (len(X), 1)),
     ]
-    found = limit(Family("made", 2.0, (1.0, 0.5, 0.25), turned), WHERE)
+    found = extrapolate_limit(Family("made", 2.0, (1.0, 0.5, 0.25), turned), WHERE)
     assert found.doubt == "successive changes do not point to one limit"
 
 
 def test_what_no_mesh_changes_has_the_error_of_the_solver() -> None:
     same = [made(0.0, 1.0)] * 3
-    found = limit(Family("made", 2.0, (1.0, 0.5, 0.25), same, tolerance=1e-8), WHERE)
+    found = extrapolate_limit(Family("made", 2.0, (1.0, 0.5, 0.25), same, tolerance=1e-8), WHERE)
     assert found.estimate == pytest.approx(4e-8)
 
 
@@ -152,17 +152,17 @@ def at(value: float, estimate: float, name: str = "a") -> Limit:
 
 
 def test_the_best_method_is_taken_with_its_distance_from_the_others() -> None:
-    best, error = combined([at(1.0, 0.01), at(1.02, 0.005, "b")], WHERE)
+    best, error = combine_limits([at(1.0, 0.01), at(1.02, 0.005, "b")], WHERE)
     assert (best.name, error) == ("b", pytest.approx(0.02))
-    best, error = combined([at(1.0, 0.03), at(1.001, 0.02, "b")], WHERE)
+    best, error = combine_limits([at(1.0, 0.03), at(1.001, 0.02, "b")], WHERE)
     assert (best.name, error) == ("b", 0.02)
 
 
 def test_contradictions_and_large_errors_are_refused_with_their_numbers() -> None:
-    with pytest.raises(Unsettled, match=r"contradict .* 31 mm apart; a: order 2.00, within 5 mm; b: order 2.00"):
-        combined([at(1.0, 0.005), at(1.031, 0.01, "b")], WHERE)
-    with pytest.raises(Unsettled, match=r"error of 60 mm is more than 5 % of the largest displacement, 1 m; .* refine"):
-        combined([at(1.0, 0.06), at(1.0, 0.07, "b")], WHERE)
+    with pytest.raises(NoLimit, match=r"contradict .* 31 mm apart; a: order 2.00, within 5 mm; b: order 2.00"):
+        combine_limits([at(1.0, 0.005), at(1.031, 0.01, "b")], WHERE)
+    with pytest.raises(NoLimit, match=r"error of 60 mm is more than 5 % of the largest displacement, 1 m; .* refine"):
+        combine_limits([at(1.0, 0.06), at(1.0, 0.07, "b")], WHERE)
 
 
 # ------------------------------------------------------------------ problems whose truth is known
@@ -192,7 +192,7 @@ def ratio(found: ReferenceResult, exact: Field) -> float:
     """True error over estimated error, at all points of all probes."""
     assert found.status == "converged", found.message
     assert found.estimated_error is not None
-    errors = [largest(p.displacement - exact(p.points)) for p in found.probes.values()]
+    errors = [largest_norm(p.displacement - exact(p.points)) for p in found.probes.values()]
     return max(errors) / found.estimated_error
 
 

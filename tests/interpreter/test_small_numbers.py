@@ -11,7 +11,7 @@ import pytest
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.language import units
 from softmark.interpreter.language.number_formatting import format_quantity
-from softmark.interpreter.report.run.tables.error_statement_table import amount, beside
+from softmark.interpreter.report.run.tables.error_statement_table import amount, stated_error
 from softmark.interpreter.results.run_report import MetricResult
 
 SCENE = """material steel = linear_elastic(young = 210 GPa, poisson = 0.3, density = 7850 kg/m^3)
@@ -61,7 +61,7 @@ def test_errors_are_shown_in_proportion_at_every_scale(scale: float, unit: str) 
     """Half of a number is shown as half, whatever the size of the body; an error was at least 1e-12 in SI."""
     number, error = 4.0 * scale, 2.0 * scale
     assert amount(error, unit, number) == format_quantity(error, unit, 2)
-    shown = beside(error, MetricResult(value=number, unit=unit)).removeprefix("± ")
+    shown = stated_error(error, MetricResult(value=number, unit=unit)).removeprefix("± ")
     assert shown == format_quantity(error, unit, 2) or units.format_value(
         error, units.parse_unit(unit).dimension
     ).startswith(f"{shown} ")

@@ -15,7 +15,7 @@ from softmark.interpreter.planning.varied_quantities import WalkedQuantity
 from softmark.interpreter.report.notebook.robustness_box import inline
 from softmark.interpreter.report.page.html_document import POLICY
 from softmark.interpreter.report.robustness.robustness_page import again, page
-from softmark.interpreter.report.robustness.robustness_view import ruler, format_value, point_tooltip
+from softmark.interpreter.report.robustness.robustness_view import format_value, point_tooltip, ruler
 from softmark.interpreter.study.robustness.robustness_record import RobustnessPoint, RobustnessRecord
 
 Json = dict[str, Any]

@@ -160,7 +160,7 @@ def test_a_configuration_that_takes_too_long_is_tried_again_only_with_more_time(
             late = task.overrides == ("n=9",) and timeout < 5
             yield worker_pool.timed_out_outcome(task, timeout) if late else configuration_task.perform(task)
 
-    monkeypatch.setattr(worker_pool, "outcomes", staged)
+    monkeypatch.setattr(worker_pool, "run_tasks", staged)
     arguments = ("beam.scene", "--vary", "n=4,9", "--model", "rod", "--repeats", "0")
     found = compared(*arguments, "--timeout", "1", status=3)
     assert [p["status"] for p in found["points"]] == ["converged", "timed_out"]

@@ -352,7 +352,7 @@ def test_phases_sum_to_the_whole_and_no_clock_stays_behind() -> None:
     prepared.warm()
     where = PhaseClock()
     where.around(lambda: prepared.solve(lambda i: None))
-    before = (factorisations.factor, factorisations.Triangular.solve)
+    before = (factorisations.factor, factorisations.LuFactor.solve)
 
     def ten() -> float:
         begin = time.process_time()
@@ -362,7 +362,7 @@ def test_phases_sum_to_the_whole_and_no_clock_stays_behind() -> None:
 
     whole = where.around(ten)
     assert sum(where.solutions[-1].values()) == pytest.approx(whole, rel=0.02)
-    assert (factorisations.factor, factorisations.Triangular.solve) == before
+    assert (factorisations.factor, factorisations.LuFactor.solve) == before
 
 
 def test_gauges_tell_what_happened_between_two_looks() -> None:

@@ -159,7 +159,9 @@ def test_a_patch_that_the_mesh_follows_is_not_said() -> None:
 
 def test_a_stated_error_holds_the_difference(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where a finer space finds nothing to say, equilibrium does: four cells under the patch are 46 Pa off -1000 Pa."""
-    monkeypatch.setattr("softmark.interpreter.verification.stress_singularities.settled", lambda *known: 0.0)
+    monkeypatch.setattr(
+        "softmark.interpreter.verification.stress_singularities.converged_mesh_error", lambda *known: 0.0
+    )
     own = run(narrow(low=25, high=35, size=2.5), stated=()).models["m"]
     off = abs(own.metrics["s"].value + 1000.0)
     assert 20.0 < off < 100.0

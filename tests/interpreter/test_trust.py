@@ -257,7 +257,7 @@ def test_the_memory_of_a_reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert 0 <= limit - has - FLOOR - FACTOR * 1000 < 1 << 27  # a thread that watches the time has its own stack
     assert (FLOOR, FACTOR, SHARE) == (1 << 30, 200, 0.5)
     assert available_memory() > 0
-    monkeypatch.setattr(resource_limits, "available", lambda: 3 << 30)
+    monkeypatch.setattr(resource_limits, "available_memory", lambda: 3 << 30)
     with limited_resources(file, 1 << 40):
         assert resource.getrlimit(resource.RLIMIT_AS)[0] - has < (3 << 29) + (1 << 27)
 

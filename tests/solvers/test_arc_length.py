@@ -25,7 +25,7 @@ from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gr
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.static_equilibrium import NotConverged, Statics, equilibrium
-from softmark.solvers.statics.static_stability import critical_load, direct
+from softmark.solvers.statics.static_stability import critical_load, direct_newton
 
 Maker = Callable[..., Law]
 Energies = Callable[[Mesh, Law], Elastic]
@@ -253,7 +253,7 @@ def test_a_solid_column_buckles_near_the_load_of_euler(law: Maker, elastic: Ener
     body = elastic(mesh, law("neo_hookean", 1e6, 0.0))
     held = mesh.points[:, 0] < 1e-9
     column = problem(mesh, body, held, [DeadForces(-traction)], extent=mesh.extent)
-    straight = direct(column, [], "straight").whole_steps(column.rest, 10)
+    straight = direct_newton(column, [], "straight").whole_steps(column.rest, 10)
     assert critical_load(column, [], straight) == pytest.approx(1 / 1.5, rel=0.03)
 
 

@@ -62,7 +62,7 @@ def test_negative_eigenvalues_are_counted_as_before() -> None:
     shifted = K.copy()
     shifted.setdiag(K.diagonal() - between)
     found = factorisations.factor(shifted)
-    assert isinstance(found, factorisations.Waiting)
+    assert isinstance(found, factorisations.DeferredFactor)
     assert (found.name, found.negative_pivots) == (factorisations.NAME, 3)
     b = np.ones(K.shape[0])
     np.testing.assert_allclose(shifted @ found.solve(b), b, rtol=1e-7)
@@ -74,7 +74,7 @@ def test_what_vanishes_to_rounding_is_not_negative() -> None:
     stiff[7] = -1e-15
     K = sparse.csr_matrix(sparse.diags([np.zeros(19), stiff, np.zeros(19)], [-1, 0, 1]))
     found = factorisations.factor(K)
-    assert isinstance(found, factorisations.Triangular)
+    assert isinstance(found, factorisations.LuFactor)
     assert found.negative_pivots == 0
 
 

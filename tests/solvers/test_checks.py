@@ -10,7 +10,7 @@ from equal_moduli import CONSTANTS as OWN
 from equal_moduli import made
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.mixed_elements import with_pressures
+from softmark.solvers.assembly.mixed_elements import mixed_energy
 from softmark.solvers.elements import CELLS, ELEMENTS
 from softmark.solvers.energies import element_corotational
 from softmark.solvers.energies.elastic_energy import Elastic
@@ -138,7 +138,7 @@ def test_forces_and_volumes_with_pressures(mesh: Mesh, law: str, strain: str, nu
     material, u = made(law, 1.0, nu), bent(mesh)
     theirs = mixed_for(material, strain)
     assert theirs is not None
-    energy = with_pressures(mesh, integrate_cells(mesh), theirs, 0.5 / (1.0 + nu))
+    energy = mixed_energy(mesh, integrate_cells(mesh), theirs, 0.5 / (1.0 + nu))
     x = np.concatenate([u.ravel(), 0.1 * np.random.default_rng(2).standard_normal(energy.dofs - u.size)])
     g = np.zeros(energy.dofs)
     energy.add_gradient(x, g)

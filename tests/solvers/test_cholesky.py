@@ -8,9 +8,9 @@ from scipy import sparse
 
 from softmark.solvers.linear.factorisations import Singular, Unsolved, factor
 from softmark.solvers.linear.recycled_solves import LinearSolver
-from softmark.solvers.sparse.ordering import by_degree
+from softmark.solvers.sparse.ordering import minimum_degree_orders
 from softmark.solvers.sparse.sparse_cholesky import Cholesky, Indefinite
-from softmark.solvers.sparse.symbolic_factorization import _tree, analyse, sketch
+from softmark.solvers.sparse.symbolic_factorization import _tree, analyse, estimate_factor
 
 
 def grid(n: int, block: int = 1, shift: float = 0.1) -> sparse.csr_matrix:
@@ -93,9 +93,9 @@ def test_the_better_of_two_numberings_is_taken() -> None:
     Its 8.3e7 operations of three unknowns a node were those of the approximate degrees that were used before.
     """
     for K, own in ((grid(10), True), (tetrahedra(30), False)):
-        found = sketch(K)
+        found = estimate_factor(K)
         weights = np.diff(found.start)
-        orders = by_degree(*found.graph)
+        orders = minimum_degree_orders(*found.graph)
         costs = [_tree(found.start, found.graph, order, weights).flops for order in orders]
         assert found.flops == min(costs)
         assert (costs[0] < costs[1]) == own

@@ -12,7 +12,7 @@ from equal_moduli import CONSTANTS as OWN
 from equal_moduli import made
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.pressure_predictor import MixedPoints, promised, volumetric
+from softmark.solvers.assembly.pressure_predictor import MixedPoints, with_predicted_pressures, is_volumetric
 from softmark.solvers.assembly.single_precision import SingleAssembly
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic_energy import Elastic
@@ -304,7 +304,7 @@ def test_supports_on_a_way_move_on_from_a_start_by_what_is_left(law: Maker) -> N
 def test_which_laws_know_of_the_volume_alone() -> None:
     """lam/2 (ln J)^2 and K/2 (J - 1)^2 do; lam/2 (tr E)^2 of St Venant and Kirchhoff grows in shear."""
     known = {name: made(name, 1.0, 0.3).finite_parts() for name in MATERIALS}
-    assert {name: volumetric(parts[1]) for name, parts in known.items() if parts} == {
+    assert {name: is_volumetric(parts[1]) for name, parts in known.items() if parts} == {
         "neo_hookean": True,
         "neo_hookean_isochoric": True,
         "st_venant_kirchhoff": False,
@@ -316,7 +316,7 @@ def test_the_tangent_with_the_true_pressures_is_the_tangent() -> None:
     """A step of nothing promises the pressures of the state: the terms cancel to differences of rounding."""
     problem = finite(True, size=0.02)
     x = 1e-4 * np.random.default_rng(1).standard_normal(len(problem.rest))
-    with_promise = promised(problem.assembly, x, np.zeros_like(x))
+    with_promise = with_predicted_pressures(problem.assembly, x, np.zeros_like(x))
     assert with_promise is not None
     K = problem.assembly.tangent(x, 1.0)
     assert abs(with_promise.tangent(x, 1.0) - K).max() <= 1e-12 * abs(K).max()

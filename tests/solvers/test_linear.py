@@ -124,11 +124,11 @@ def test_a_pattern_is_analysed_once(analyses: list[int], law: Maker) -> None:
     parts = integrate_cells(mesh)
     assembly = Assembly(mesh.points.size, NONE, [Elastic(mesh.cells, parts.dNdX, parts.w, law("small"))], [])
     K = assembly.tangent(np.zeros(mesh.points.size), 1.0)
-    plan = symbolic_cache.plan_of(K)
-    assert symbolic_cache.plan_of(assembly.tangent(np.ones(mesh.points.size), 1.0)) is plan
-    assert symbolic_cache.plan_of(K.copy()) is plan
+    plan = symbolic_cache.cached_plan(K)
+    assert symbolic_cache.cached_plan(assembly.tangent(np.ones(mesh.points.size), 1.0)) is plan
+    assert symbolic_cache.cached_plan(K.copy()) is plan
     assert analyses == [K.shape[0]]
-    assert symbolic_cache.plan_of(chain(K.shape[0])) is not plan
+    assert symbolic_cache.cached_plan(chain(K.shape[0])) is not plan
 
 
 @pytest.mark.slow
@@ -137,7 +137,7 @@ def test_what_is_known_of_a_pattern_goes_with_it() -> None:
     before = len(symbolic_cache._KNOWN)
     kept = [chain(20 + i) for i in range(symbolic_cache.KEPT + 5)]
     for K in kept:
-        symbolic_cache.plan_of(K)
+        symbolic_cache.cached_plan(K)
     assert len(symbolic_cache._KNOWN) == symbolic_cache.KEPT
     del K, kept
     gc.collect()
@@ -148,7 +148,7 @@ def test_patterns_that_are_not_symmetric_are_not_kept() -> None:
     K = sparse.csr_matrix(np.array([[1.0, 2.0], [0.0, 1.0]]))
     before = len(symbolic_cache._KNOWN)
     with pytest.raises(ValueError, match="symmetric"):
-        symbolic_cache.plan_of(K)
+        symbolic_cache.cached_plan(K)
     assert len(symbolic_cache._KNOWN) == before
 
 

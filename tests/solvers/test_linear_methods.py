@@ -21,7 +21,7 @@ from softmark.solvers.materials import Law
 from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.sparse import multigrid, pardiso, symbolic_factorization
-from softmark.solvers.sparse.rigid_body_modes import places, rigid_motions
+from softmark.solvers.sparse.rigid_body_modes import positions_from_modes, rigid_motions
 
 Maker = Callable[..., Law]
 PACKAGES = {"pardiso": "pypardiso", "multigrid": "pyamg"}
@@ -159,20 +159,20 @@ def test_no_factor_is_begun_that_memory_does_not_hold(monkeypatch: pytest.Monkey
     """By how much is left: double precision, single, multigrid or a clear refusal."""
     assembly = block(law("small", 6e4, 0.3))
     K = tangent(assembly)
-    double = symbolic_cache.known_of(K).sketch.bytes(8) / factorisations.SHARE
+    double = symbolic_cache.cached_pattern(K).sketch.bytes(8) / factorisations.SHARE
     monkeypatch.setattr(factorisations, "LITTLE", 0.0)  # which memory is not asked for
     monkeypatch.setattr(multigrid, "installed", lambda: False)
     for left, name in ((1.1 * double, factorisations.CHOLESKY), (0.6 * double, factorisations.SINGLE)):
-        monkeypatch.setattr(memory, "available", lambda left=left: left)
+        monkeypatch.setattr(memory, "available_memory", lambda left=left: left)
         assert factorisations.factor(K, modes=assembly.modes).name == name
-    monkeypatch.setattr(memory, "available", lambda: 0.4 * double)
+    monkeypatch.setattr(memory, "available_memory", lambda: 0.4 * double)
     with pytest.raises(factorisations.TooLarge, match=r"softmark\[fast\]"):
         factorisations.factor(K, modes=assembly.modes)
     monkeypatch.undo()
     needs("multigrid")
     monkeypatch.setattr(factorisations, "LARGE", 0)
     monkeypatch.setattr(factorisations, "LITTLE", 0.0)
-    monkeypatch.setattr(memory, "available", lambda: 0.4 * double)
+    monkeypatch.setattr(memory, "available_memory", lambda: 0.4 * double)
     assert factorisations.factor(K, modes=assembly.modes).name == multigrid.NAME
     with pytest.raises(factorisations.TooLarge, match="choose multigrid"):
         factorisations.factor(K, method="cholesky", modes=assembly.modes)
@@ -213,11 +213,11 @@ class PyPardisoSolver:
     gc.collect()  # factors that others have left, which the library itself must release
     monkeypatch.delitem(sys.modules, "pypardiso", raising=False)
     monkeypatch.syspath_prepend(str(tmp_path))
-    for found in (pardiso.lacking, pardiso._routine):
+    for found in (pardiso.missing_reason, pardiso._routine):
         found.cache_clear()
     yield
     sys.modules.pop("pypardiso", None)
-    for found in (pardiso.lacking, pardiso._routine):
+    for found in (pardiso.missing_reason, pardiso._routine):
         found.cache_clear()
 
 
@@ -278,7 +278,7 @@ def test_places_are_read_from_motions(held: tuple[int, ...]) -> None:
     points -= points.mean(axis=0)
     free = np.setdiff1d(np.arange(27), 3 * 4 + np.array(held, dtype=int))
     start = np.concatenate([[0], np.cumsum(np.bincount(free // 3, minlength=9))])
-    found = places(rigid_motions(points, free), start) * np.abs(points).max()
+    found = positions_from_modes(rigid_motions(points, free), start) * np.abs(points).max()
     expected = points.copy()
     if len(held) == 2:
         expected[4, 1] = 0.0

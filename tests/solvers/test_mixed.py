@@ -14,7 +14,7 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.mixed_elements import with_pressures
+from softmark.solvers.assembly.mixed_elements import mixed_energy
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
@@ -48,7 +48,7 @@ def formed(mesh: Mesh, form: str, what: Any, strain: str) -> Energy:
     split = mixed_for(what, strain)
     assert split is not None
     if form == "mixed":
-        return with_pressures(mesh, parts, split, what.shear_modulus)
+        return mixed_energy(mesh, parts, split, what.shear_modulus)
     return MeanDilatation(*body, split.shape, split.constraint, split.modulus)
 
 

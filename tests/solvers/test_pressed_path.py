@@ -8,7 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.solvers.statics.force_controlled_rigid_body import TravelPoint, ForceControl, TravelStiffness, _PositionSearch
+from softmark.solvers.statics.force_controlled_rigid_body import (
+    ForceControl,
+    TravelPoint,
+    TravelStiffness,
+    _PositionSearch,
+)
 from softmark.solvers.statics.static_problem import NotConverged
 
 E = 1e-6

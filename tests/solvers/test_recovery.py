@@ -26,8 +26,8 @@ from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gr
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.mesh.spring_edges import build_spring_network
-from softmark.solvers.statics.perturbed_states import DISTURBANCES, PerturbedNodes, disturbed, turns
-from softmark.solvers.statics.recovery_from_perturbation import Tangled, inside_out, recovered
+from softmark.solvers.statics.perturbed_states import DISTURBANCES, PerturbedNodes, perturb, random_rotations
+from softmark.solvers.statics.recovery_from_perturbation import PerturbedBody, find_inverted_cells, recover_equilibrium
 from softmark.solvers.statics.static_equilibrium import NotConverged, Statics, equilibrium
 from softmark.solvers.statics.static_problem import Equilibrium
 
@@ -80,16 +80,16 @@ def clamped(mesh: Mesh, energy: Energy, pull: tuple[float, float, float] = (0.0,
     return Statics(assembly, VectorSpace(dofs), np.zeros(dofs), fixed, held, extent=mesh.extent)
 
 
-def tangle(problem: Statics, mesh: Mesh, elastic: Elastic, kind: str, seed: int, amount: float = 1.0) -> Tangled:
-    x = (disturbed(kind, PerturbedNodes(mesh.points, mesh.cells, amount), seed) - mesh.points).ravel()
+def tangle(problem: Statics, mesh: Mesh, elastic: Elastic, kind: str, seed: int, amount: float = 1.0) -> PerturbedBody:
+    x = (perturb(kind, PerturbedNodes(mesh.points, mesh.cells, amount), seed) - mesh.points).ravel()
     x[problem.fixed] = 0.0
-    return Tangled(x, elastic, lambda y: inside_out(elastic, y), len(mesh.cells), seed)
+    return PerturbedBody(x, elastic, lambda y: find_inverted_cells(elastic, y), len(mesh.cells), seed)
 
 
 def found(kind: str, law: str, disturbance: str, seed: int, amount: float = 1.0) -> Equilibrium:
     mesh, elastic = block(kind), cells(kind, law)
     problem = clamped(mesh, elastic)
-    return recovered(problem, tangle(problem, mesh, elastic, disturbance, seed, amount))
+    return recover_equilibrium(problem, tangle(problem, mesh, elastic, disturbance, seed, amount))
 
 
 def asked(find: Callable[[], Equilibrium]) -> tuple[str, np.ndarray]:
@@ -137,7 +137,7 @@ def test_selective_hexahedra() -> None:
     mesh, elastic = block("hex8"), cells("hex8", "neo_hookean")
     problem = clamped(mesh, selective("neo_hookean"))
     for seed in range(4):
-        end = recovered(problem, tangle(problem, mesh, elastic, "scrambled", seed))
+        end = recover_equilibrium(problem, tangle(problem, mesh, elastic, "scrambled", seed))
         assert away(end.x, mesh) < NEAR
 
 
@@ -161,12 +161,12 @@ def test_springs_say_that_they_are_folded() -> None:
     mirrored = np.zeros_like(mesh.points)
     mirrored[:, 2] = -2.0 * mesh.points[:, 2]
     assert energy.value(mirrored.ravel()) == pytest.approx(0.0, abs=1e-25)
-    tangled = Tangled(mirrored.ravel(), None, lambda y: inside_out(elastic, y), len(mesh.cells))
+    tangled = PerturbedBody(mirrored.ravel(), None, lambda y: find_inverted_cells(elastic, y), len(mesh.cells))
     with pytest.raises(NotConverged, match=r"folded, with .* cells inside out"):
-        recovered(problem, tangled)
+        recover_equilibrium(problem, tangled)
     for seed in range(4):
         tangled = replace(tangle(problem, mesh, elastic, "scrambled", seed), cells=None)
-        said, end = asked(lambda tangled=tangled: recovered(problem, tangled))
+        said, end = asked(lambda tangled=tangled: recover_equilibrium(problem, tangled))
         assert "folded" in said or "more energy" in said or away(end, mesh) < NEAR
 
 
@@ -178,7 +178,7 @@ def test_under_load_the_equilibrium_is_that_without_the_disturbance(law: str) ->
     usual = equilibrium(problem).x
     assert away(usual, mesh) > 0.02
     for disturbance in DISTURBANCES:
-        end = recovered(problem, tangle(problem, mesh, elastic, disturbance, 1))
+        end = recover_equilibrium(problem, tangle(problem, mesh, elastic, disturbance, 1))
         assert away(end.x - usual, mesh) < NEAR, disturbance
 
 
@@ -194,9 +194,9 @@ def test_disturbances(kind: str) -> None:
     """What each does to the cells, and that a seed repeats it."""
     mesh, elastic = block("tet4"), cells("tet4", "neo_hookean")
     body = PerturbedNodes(mesh.points, mesh.cells)
-    places = disturbed(kind, body, 3)
-    assert np.array_equal(places, disturbed(kind, body, 3))
-    assert not np.array_equal(places, disturbed(kind, body, 4))
+    places = perturb(kind, body, 3)
+    assert np.array_equal(places, perturb(kind, body, 3))
+    assert not np.array_equal(places, perturb(kind, body, 4))
     J = np.linalg.det(elastic.F((places - mesh.points).ravel()))
     expected: dict[str, Callable[[], bool]] = {
         "scrambled": lambda: bool((J < 0).any() and (places >= 0).all() and (places <= [1, 1, 2]).all()),
@@ -209,7 +209,7 @@ def test_disturbances(kind: str) -> None:
 
 
 def test_random_turns_are_rotations() -> None:
-    R = turns(50, np.random.default_rng(0))
+    R = random_rotations(50, np.random.default_rng(0))
     assert np.allclose(R @ R.transpose(0, 2, 1), np.eye(3))
     assert np.allclose(np.linalg.det(R), 1.0)
 

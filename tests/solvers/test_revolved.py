@@ -10,7 +10,7 @@ import pytest
 from equal_moduli import made
 
 from softmark.solvers.assembly.elastic_energy_factory import elastic_parts
-from softmark.solvers.assembly.mixed_elements import with_pressures
+from softmark.solvers.assembly.mixed_elements import mixed_energy
 from softmark.solvers.energies.axisymmetric import AxisymmetricElastic, AxisymmetricPressure, revolve_quadrature
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Energy, Floats
@@ -119,7 +119,7 @@ def held(kind: str, strain: str, material: Any = GEL, mixed: bool = False) -> tu
     parts, split = integrate_cells(mesh), mixed_for(material, strain)
     assert split is not None
     if mixed:
-        made: Any = with_pressures(mesh, parts, split, material.shear_modulus)
+        made: Any = mixed_energy(mesh, parts, split, material.shear_modulus)
     else:
         made = MeanDilatation(mesh.cells, parts.dNdX, parts.w, split.shape, split.constraint, split.modulus)
     hoop, w = revolve_quadrature(made, parts.N, mesh.points, DEPTH)

@@ -9,7 +9,7 @@ import pytest
 from equal_moduli import made
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.mixed_elements import with_pressures
+from softmark.solvers.assembly.mixed_elements import mixed_energy
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces
@@ -68,7 +68,7 @@ def solved(kind: str, way: str, law: str, n: int, poisson: float = POISSON) -> t
         split = mixed_for(own, strain)
         assert split is not None
         if way == "mixed":
-            energy = with_pressures(mesh, parts, split, own.shear_modulus)
+            energy = mixed_energy(mesh, parts, split, own.shear_modulus)
             load, dofs = DisplacementEnergy(load, dofs), energy.dofs
         else:
             energy = MeanDilatation(mesh.cells, parts.dNdX, parts.w, split.shape, split.constraint, split.modulus)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from softmark.solvers.statics.winding import COARSE, LOST, Grip, chains
+from softmark.solvers.statics.winding import COARSE, LOST, RotationSupport, find_cell_chains
 
 LAYERS = 8
 
@@ -33,8 +33,11 @@ def twisted(points: np.ndarray, degrees: float) -> np.ndarray:
 def test_a_twist_is_told_from_one_that_a_whole_turn_is_missing_of(degrees: float) -> None:
     """Ends are at the same places with a whole turn more or less; the cells between are not."""
     points, cells, layers = bar(LAYERS)
-    grips = [Grip(layers[0], (0.0, 0.0, 0.0)), Grip(layers[-1], (math.radians(degrees), 0.0, 0.0))]
-    (chain,) = chains(points, cells, grips)
+    grips = [
+        RotationSupport(layers[0], (0.0, 0.0, 0.0)),
+        RotationSupport(layers[-1], (math.radians(degrees), 0.0, 0.0)),
+    ]
+    (chain,) = find_cell_chains(points, cells, grips)
     assert np.array_equal(chain.cells, cells)
     assert chain.lost(twisted(points, degrees), 1.0) is None
     assert chain.lost(twisted(points, degrees - 360), 1.0) == LOST
@@ -46,37 +49,43 @@ def test_what_cells_cannot_show_is_told() -> None:
     """Two cells bear a half turn and not a whole one: a half turn in each, where they have no rotation."""
     points, cells, layers = bar(2)
     for degrees, told in ((180, {None}), (340, {COARSE}), (360, {COARSE, LOST}), (380, {COARSE})):
-        grips = [Grip(layers[0], (0.0, 0.0, 0.0)), Grip(layers[-1], (math.radians(degrees), 0.0, 0.0))]
-        assert chains(points, cells, grips)[0].lost(twisted(points, degrees), 1.0) in told
+        grips = [
+            RotationSupport(layers[0], (0.0, 0.0, 0.0)),
+            RotationSupport(layers[-1], (math.radians(degrees), 0.0, 0.0)),
+        ]
+        assert find_cell_chains(points, cells, grips)[0].lost(twisted(points, degrees), 1.0) in told
 
 
 def test_both_ends_may_turn_and_the_body_as_a_whole() -> None:
     """Opposite turns of 180 degrees are a twist of 360; equal turns none, wherever the body is."""
     points, cells, layers = bar(LAYERS)
-    grips = [Grip(layers[0], (-math.pi, 0.0, 0.0)), Grip(layers[-1], (math.pi, 0.0, 0.0))]
+    grips = [RotationSupport(layers[0], (-math.pi, 0.0, 0.0)), RotationSupport(layers[-1], (math.pi, 0.0, 0.0))]
     half = twisted(points - [0.5, 0.0, 0.0], 360)
-    assert chains(points, cells, grips)[0].lost(half, 1.0) is None
-    both = [Grip(layers[0], (0.0, 0.0, 7.0)), Grip(layers[-1], (0.0, 0.0, 7.0))]
+    assert find_cell_chains(points, cells, grips)[0].lost(half, 1.0) is None
+    both = [RotationSupport(layers[0], (0.0, 0.0, 7.0)), RotationSupport(layers[-1], (0.0, 0.0, 7.0))]
     c, s = math.cos(7.0), math.sin(7.0)
     turned = points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) - points
-    assert chains(points, cells, both)[0].lost(turned, 1.0) is None
-    assert chains(points, cells, both[:1]) == ()
+    assert find_cell_chains(points, cells, both)[0].lost(turned, 1.0) is None
+    assert find_cell_chains(points, cells, both[:1]) == ()
 
 
 def test_a_strip_in_a_plane_bends_into_a_ring() -> None:
     """Its ends meet after a whole turn of one of them; undeformed it shows none."""
     points, cells, layers = bar(LAYERS, flat=True)
-    grips = [Grip(layers[0], (0.0, 0.0, 0.0)), Grip(layers[-1], (0.0, 0.0, 2.0 * math.pi))]
+    grips = [RotationSupport(layers[0], (0.0, 0.0, 0.0)), RotationSupport(layers[-1], (0.0, 0.0, 2.0 * math.pi))]
     a, r = 2.0 * math.pi * points[:, 0], 0.5 / math.pi - points[:, 1]
     ring = np.stack([r * np.sin(a), 0.5 / math.pi - r * np.cos(a), 0.0 * a], axis=1) - points
-    (chain,) = chains(points, cells, grips)
+    (chain,) = find_cell_chains(points, cells, grips)
     assert chain.lost(ring, 1.0) is None
     assert chain.lost(np.zeros_like(points), 1.0) == LOST
 
 
 def test_a_grip_of_one_edge_or_of_a_separate_piece_holds_no_chain() -> None:
     points, cells, layers = bar(LAYERS)
-    wall = Grip(layers[0], (0.0, 0.0, 0.0))
-    assert chains(points, cells, [wall, Grip(layers[-1][:2], (1.0, 0.0, 0.0))]) == ()
-    apart = [wall, Grip(layers[-1] + len(points), (1.0, 0.0, 0.0))]
-    assert chains(np.concatenate([points, points + 2.0]), np.concatenate([cells, cells + len(points)]), apart) == ()
+    wall = RotationSupport(layers[0], (0.0, 0.0, 0.0))
+    assert find_cell_chains(points, cells, [wall, RotationSupport(layers[-1][:2], (1.0, 0.0, 0.0))]) == ()
+    apart = [wall, RotationSupport(layers[-1] + len(points), (1.0, 0.0, 0.0))]
+    assert (
+        find_cell_chains(np.concatenate([points, points + 2.0]), np.concatenate([cells, cells + len(points)]), apart)
+        == ()
+    )

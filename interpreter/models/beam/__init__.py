@@ -1,3 +1,1 @@
-"""Beam models with six degrees of freedom per node: declaration, builder, dynamics, relaxation, stress, supports,
-tendons.
-"""
+"""Beam models: declaration, builder, dynamics, relaxation, stress, supports, tendons and limits of the theory."""

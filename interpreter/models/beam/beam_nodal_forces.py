@@ -11,7 +11,7 @@ from softmark.interpreter.models.postprocessing.nodal_forces import Carried
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic
 from softmark.solvers.energies.rod_rotation import rotation
-from softmark.solvers.statics.residual_resultant import unrounded
+from softmark.solvers.statics.residual_resultant import residual_without_rounding
 from softmark.solvers.statics.static_problem import Statics
 
 
@@ -30,7 +30,7 @@ def carried(
 
     Nodes or points (n,) are at X and `now`, m, and rotate about their `frames`.
     """
-    left = unrounded(problem, x).reshape(-1, 6)
+    left = residual_without_rounding(problem, x).reshape(-1, 6)
     own = {load.name: _acting(e, x, len(X)) for load, e in loads}
     work = {load.name: -e.value(x) if e.conservative else None for load, e in loads}
     written = problem.assembly.gradient(x, 1.0).reshape(-1, 6)

@@ -34,7 +34,7 @@ from softmark.solvers.energies.viscoelastic_memory import BodyHistory
 from softmark.solvers.energies.viscoelastic_rod import RodHistory
 from softmark.solvers.materials.viscoelastic import Viscous
 from softmark.solvers.materials.youngs_relaxation import young_series
-from softmark.solvers.statics.quasistatic_history import Aged, begun, followed
+from softmark.solvers.statics.quasistatic_history import StateInTime, advance_through, state_at_rest
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.beam.beam_declaration import Beam6Dof
@@ -88,17 +88,17 @@ class AgedBeam(Meshless):
         """Solve step by step from the start to the present time."""
         remedy = "try a shorter step, more segments or a smaller load"
         problem = replace(self.static.problem, watch=watch)
-        came: list[Aged] = []
+        came: list[StateInTime] = []
 
         def find() -> Any:
             """Return the equilibrium at the present time."""
-            came.append(followed(problem, begun(problem, self.memories), self.timed.after(None)))
+            came.append(advance_through(problem, state_at_rest(problem, self.memories), self.timed.after(None)))
             found: Any = came[0].found
             return replace(found, history=came[0].history)
 
         return static_result.solution(find, remedy, lambda found: self._finish(found, came[0]))
 
-    def _finish(self, found: Any, state: Aged) -> Solution:
+    def _finish(self, found: Any, state: StateInTime) -> Solution:
         """Return the solution, with its energies and history."""
         rest, along = self.static.rest, self.static.along
 
@@ -115,7 +115,7 @@ class AgedBeam(Meshless):
                        stress=Settled(None, NO_STRESS))  # fmt: skip
         return replace(seen, carried=cache(lambda: self._carried(state)))
 
-    def _carried(self, state: Aged) -> Any:
+    def _carried(self, state: StateInTime) -> Any:
         """Return the nodal forces in a state."""
         assert state.problem is not None
         acting = self.timed.acting(self.static.applied, state.time)

@@ -46,9 +46,7 @@ class Piece:
     lines: Floats
 
     def carried(self, s: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return N, V2, V3, T, M2, M3 (n, 6) at stations (n,), m, and the undeformed and deformed axes (n, 3, 3), as
-        columns.
-        """
+        """Return N, V2, V3, T, M2, M3 (n, 6) at stations (n,), m, and the axes at rest and now (n, 3, 3), as columns."""
         e = np.clip(np.searchsorted(self.stations, s, side="right") - 1, 0, len(self.stations) - 2)
         a, b = self.stations[e], self.stations[e + 1]
         t = np.clip((s - a) / (b - a), 0.0, 1.0)
@@ -115,9 +113,7 @@ class SectionStresses(AnalyticField):
 
     @cached_property
     def usual(self) -> tuple[float, float, float]:
-        """Root mean squares of stress, Pa, strain, and deviator, Pa, over samples of sections at the middles of
-        elements.
-        """
+        """Root mean squares of stress, Pa, strain, and deviator, Pa, over samples of sections amid elements."""
         at = [self.at(_samples(piece.shape, piece.stations)) for piece in self.pieces]
         sigma = np.concatenate([tensors.cauchy for tensors in at])
         strain = np.concatenate([tensors.strain("green") for tensors in at])
@@ -146,9 +142,7 @@ def _samples(shape: Swept, stations: Floats) -> Floats:
 def lines_on(
     case: Case, shape: Swept, stations: Floats, covers: Callable[[LineForce], tuple[float, float] | None]
 ) -> Floats:
-    """Return the line loads on each element (k - 1, 3), N/m: gravity, and line forces over the spans that `covers`
-    returns.
-    """
+    """Return the line loads on each element (k - 1, 3), N/m: gravity, and line forces over spans from `covers`."""
     middle, found = 0.5 * (stations[1:] + stations[:-1]), np.zeros((len(stations) - 1, 3))
     for load in case.loads:
         match load.thing.action:

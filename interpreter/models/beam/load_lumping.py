@@ -8,9 +8,7 @@ from softmark.solvers.energies.energy import Floats
 
 
 def of_line(begin: float, end: float, stations: Floats) -> Floats:
-    """Return the integrals of the shape functions of nodes at stations (n,), m, over a line between two stations: (n,),
-    m.
-    """
+    """Return the integrals of nodal shape functions at stations (n,), m, over a line between two stations: (n,), m."""
     low, high = (np.clip(s, stations[:-1], stations[1:]) for s in (begin, end))
     length, middle = high - low, 0.5 * (low + high)
     behind = length * (middle - stations[:-1]) / np.diff(stations)

@@ -1,6 +1,4 @@
-"""Frames in dynamic analyses: points rotate, and the nodes of members with them
-(solvers/dynamics/rotational_inertia.py).
-"""
+"""Frames in dynamic analyses: points rotate, with the nodes of members (solvers/dynamics/rotational_inertia.py)."""
 
 from __future__ import annotations
 

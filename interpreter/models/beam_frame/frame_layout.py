@@ -27,9 +27,7 @@ ALIGNED = 1e-9  # of unit vectors: two axes of hinges that are one
 
 @dataclass(frozen=True)
 class Layout:
-    """Members with equal numbers of segments. Points are first those of the network, then those within members, in
-    order.
-    """
+    """Members with equal numbers of segments. Points of the network come first, then those within members."""
 
     case: Case
     network: Network

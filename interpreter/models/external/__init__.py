@@ -1,1 +1,1 @@
-"""Models that other programs solve: what they are told, how they are run, and what they answer."""
+"""Models that other programs solve: transfer of the problem, execution of the program, and assessment of its answer."""

@@ -1,4 +1,4 @@
-"""Solving by another program, and looking at what it found: everything here is arrays."""
+"""Solution by an external program: writing its problem, running it, and checking its answer."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.statics.residual_resultant import out_of_balance
+from softmark.solvers.statics.residual_resultant import relative_residual
 from softmark.solvers.statics.static_equilibrium import Equilibrium
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ NOT_KNOWN = "another program solved it, and of the stiffness in its state nothin
 
 @dataclass(frozen=True)
 class PreparedOutside:
-    """A model of ours on the same mesh, which is told to a program, and judges what that answers."""
+    """Model that an external program solves; our model on the same mesh defines its problem and checks its answer."""
 
     model: Asked
     declared: Declared
@@ -67,7 +67,7 @@ class PreparedOutside:
 
     @property
     def size(self) -> Mapping[str, int]:
-        """nodes, elements, dofs."""
+        """Numbers of nodes, elements and dofs."""
         return self.solid.size
 
     @property
@@ -77,12 +77,12 @@ class PreparedOutside:
 
     @property
     def mesh(self) -> Mesh:
-        """Ours, which it is told."""
+        """Mesh of our model."""
         return self.solid.mesh
 
     @property
     def assembly(self) -> Assembly:
-        """Ours."""
+        """Assembly of our model."""
         return self.solid.assembly
 
     @property
@@ -91,33 +91,33 @@ class PreparedOutside:
         return self.solid.points
 
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
-        """Of every load by itself at the nodes (n, 3), N."""
+        """Return the nodal forces (n, 3), N, of every load separately."""
         return self.solid.forces()
 
     def outside(self, X: Floats) -> float:
-        """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
+        """Return the largest distance of points X (n, 3), m, outside a mesh that was read from a file, m."""
         return self.solid.outside(X)
 
     def warm(self) -> None:
-        """Compile or load what looking at its answer needs."""
+        """Compile or load what checking its answer needs."""
         self.solid.warm()
 
     def after(self, before: DeformedMesh) -> PreparedOutside:
-        """It starts from rest."""
+        """Return the model itself, because it starts from rest."""
         return self
 
     def asked(self) -> Problem:
-        """What the program is told. Raises Untold, Fault."""
+        """Return the problem for the program. Raises NotTransferable, Fault."""
         problem = told(self.solid, self.case)
         return replace(problem, named=named_of(self.solid, self.case)) if self.model.told.by_name else problem
 
     def looked_at(self, answer: Answer, problem: Problem) -> Floats:
-        """Displacements (n, 3) under full load, m. Raises NoAnswer where they are none."""
+        """Return displacements (n, 3) under full load, m. Raises NoAnswer if they are invalid."""
         found: Floats = states(answer, problem, len(problem.shares))[-1]
         return found
 
     def solve(self, watch: Watch) -> Solution:
-        """What the program answers, where it can be asked, is there, and its answer stands up to our equations."""
+        """Run the program, if it is installed and supports the problem, and check its answer with our equations."""
         known: dict[str, Any] = {"program": self.model.told.title}
         program = adapter(self.model.program)
         if (version := program.version()) is None:
@@ -133,7 +133,7 @@ class PreparedOutside:
             return self._asked(program, problem, Path(folder), known)
 
     def _asked(self, program: Any, problem: Problem, folder: Path, known: dict[str, Any]) -> Solution:
-        """What comes of asking a program that is there."""
+        """Run an installed program and return its solution."""
         program.write(problem, folder)
         model = self.model
         end = external_process.run(program.command(folder), folder, model.time, model.memory * GB, model.threads)
@@ -150,7 +150,7 @@ class PreparedOutside:
         return replace(self._judged(answer, u, problem, known), spent=spent)
 
     def _read(self, program: Any, problem: Problem, folder: Path, end: End) -> tuple[Answer, Floats]:
-        """What it has left, and what is looked at. Raises NoAnswer, NotSettled: of one that died too, if it said so."""
+        """Return its answer and displacements. Raises NoAnswer, ExternalNotConverged, also for one that failed."""
         if end.how not in ("done", "died"):
             raise NoAnswer(end.message)
         try:
@@ -168,7 +168,7 @@ class PreparedOutside:
     # ------------------------------------------------------------------ judging
 
     def _judged(self, answer: Answer, u: Floats, problem: Problem, known: dict[str, Any]) -> Solution:
-        """What our equations say of its displacements u (n, 3), m."""
+        """Return the solution of its displacements u (n, 3), m, after checking their residual in our equations."""
         title, x = self.model.told.title, u.ravel()
         held, values = 3 * problem.held[:, 0] + problem.held[:, 1], problem.values
         moved = max(float(np.abs(u).max(initial=0.0)), float(np.abs(values).max(initial=0.0)))
@@ -179,7 +179,7 @@ class PreparedOutside:
         x[held] = values  # to the last digit
         fixed = self.solid.problem.fixed
         with np.errstate(all="ignore"):
-            residual = out_of_balance(self.assembly, x, fixed)
+            residual = relative_residual(self.assembly, x, fixed)
             told = self._of_rounding(answer, x, residual)
         known |= {"residual": residual, "residual_of_rounding": told}
         allowed = BALANCED + TOLD * told
@@ -203,17 +203,17 @@ class PreparedOutside:
         )
 
     def _of_rounding(self, answer: Answer, x: Floats, residual: float) -> float:
-        """How much of the loads the digits of an answer leave: of one draw of their rounding, always the same."""
+        """Return the relative residual that the limited digits of an answer cause, from a fixed random sample."""
         if not answer.rounding or not np.isfinite(residual):
             return 0.0
         drawn = np.random.default_rng(0).uniform(-1.0, 1.0, len(x)) * answer.rounding * np.abs(x)
         fixed = self.solid.problem.fixed
         drawn[fixed] = 0.0
-        apart = out_of_balance(self.assembly, x + drawn, fixed, self.assembly.gradient(x, 1.0))
+        apart = relative_residual(self.assembly, x + drawn, fixed, self.assembly.gradient(x, 1.0))
         return apart if np.isfinite(apart) else 0.0
 
     def _finished(self, found: Solution, known: dict[str, Any]) -> Solution:
-        """Our words for the state, without those of how we would have solved it."""
+        """Return the solution with our description, without facts about how our solver would have solved it."""
         ours = {n: v for n, v in found.facts.items() if n not in OURS}
         facts = {**ours, **known, "stable": None}
         facts |= {"criterion": "residual in our equations, of displacements that another program found"}
@@ -257,7 +257,7 @@ class PreparedMoving(PreparedOutside):
 
 
 def states(answer: Answer, problem: Problem, count: int) -> Floats:
-    """Displacements (count, n, 3), m. Raises NoAnswer where they are none."""
+    """Return displacements (count, n, 3), m. Raises NoAnswer if they are invalid."""
     u = np.asarray(answer.u)
     wanted = (count, *problem.points.shape)
     if u.shape != wanted:
@@ -285,7 +285,7 @@ def load(model: Outside) -> None:
 
 
 def prepare(model: Outside, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
-    """The same of ours, at rest, to be told and to judge; nothing where the program cannot compute it. Raises Fault."""
+    """Build our static model for transfer and checks, or none if the program does not support it. Raises Fault."""
     if reasons := model.reasons(case):
         return Unbuilt(model.words_of(reasons), "unsupported")
     if isinstance(case.analysis, Dynamic):
@@ -295,7 +295,7 @@ def prepare(model: Outside, declared: Declared, case: Case, workshop: BuildConte
 
 
 def moving(model: Outside, declared: Declared, case: Case, workshop: BuildContext) -> PreparedMoving:
-    """A body in motion, to be told: its case has a dynamic analysis. Raises Fault."""
+    """Build the dynamic analysis by a program. Raises Fault."""
     solid, parts = fem.at_rest(model.solid, replace(declared, thing=model.solid), case, workshop)
     masses = fem.mass_of(model.solid, case, solid.mesh, parts)[::3]
     return PreparedMoving(model, declared, case, solid, motion_of(model, cast(Dynamic, case.analysis), masses))

@@ -1,4 +1,4 @@
-"""Models that other programs solve."""
+"""Declaration of models that other programs solve."""
 
 from __future__ import annotations
 
@@ -94,48 +94,48 @@ class Outside(Asked):
 
     @property
     def ours(self) -> Fem:
-        """Finite elements on the same mesh."""
+        """Our finite element model on the same mesh."""
         return self.solid
 
     @property
     def solid(self) -> Fem:
-        """Finite elements of ours on the same mesh: what its mesh, supports and loads are found by."""
+        """Our finite element model on the same mesh, which determines mesh, supports and loads."""
         mass: Any = "lumped" if self.told.moves else "consistent"
         return Fem(self.element, self.strain, self.size, self.body, self.mesh, mass=mass)
 
     @property
     def constant(self) -> bool:  # type: ignore[override]
-        """Its stiffness never changes."""
+        """True if the stiffness is constant."""
         return self.solid.constant
 
     @property
     def own_mesh(self) -> Shape | None:
-        """A mesh from a file in place of one that is made of the body's shape."""
+        """Mesh from a file, used in place of one generated from the body's shape; else None."""
         return self.mesh
 
     @property
     def stress_law(self) -> tuple[str, str] | str:
-        """That of our law, from its displacements."""
+        """Strain measure and formulation of our law, evaluated with its displacements."""
         return self.solid.stress_law
 
     def orders(self) -> dict[str, int]:
-        """Those of the element."""
+        """Return the convergence order of the element."""
         return self.solid.orders()
 
     def mesh_key(self) -> tuple[Any, ...]:
-        """What two models of a body must agree in to share a mesh."""
+        """Return the key in which two models of a body must agree to share a mesh."""
         return self.solid.mesh_key()
 
     def mesh_words(self, case: Case) -> str:
-        """Its mesh in words."""
+        """Return a description of its mesh."""
         return self.solid.mesh_words(case)
 
     def cuts(self, case: Case, shape: Shape | None = None) -> Cuts:
-        """What its meshes must follow."""
+        """Return the planes and surfaces that its meshes must conform to."""
         return self.solid.cuts(case, shape)
 
     def reasons(self, case: Case) -> list[Reason]:
-        """What of it the program cannot do exactly as the scene means it, and why."""
+        """Return the features that the program cannot compute exactly as the scene means them, with reasons."""
         moves = bool(self.told.moves)
         return [*problem_transfer.reasons(self.solid, case, moves), *self._of_program(case), *self.of_steps(case)]
 
@@ -157,13 +157,13 @@ class Outside(Asked):
             yield "several materials", "its adapter has one for the whole body"
 
     def outline(self, case: Case) -> str:
-        """One line for the plan and the report."""
+        """Return a one-line description for the plan and the report."""
         means = f"; {self.told.moves}" if self.told.moves else ""
         means += "" if self.told.tried else "; its adapter was never run with it"
         return f"{self.told.title}: {self.solid.outline(case)}{means}"
 
     def kind(self, case: Case) -> ModelKind | None:
-        """What it is but for its size."""
+        """Return the family of the model, that is all but its size."""
         solid = self.solid.kind(case)
         if solid is None:
             return None

@@ -1,4 +1,4 @@
-"""Motions that other programs compute: how they are told and shown; what their model is, they say themselves."""
+"""Dynamic analyses by external programs: problem of a motion, and its solution."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def motion_of(model: Asked, analysis: Dynamic, masses: Floats) -> Motion:
-    """What a program is told of time and of masses (n,), kg."""
+    """Return time steps, damping and nodal masses (n,), kg, for a program."""
     step = model.step or analysis.step
     count = round(analysis.duration / step)
     after = np.unique([*range(0, count + 1, -(-count // KEPT)), count])
@@ -28,7 +28,7 @@ def motion_of(model: Asked, analysis: Dynamic, masses: Floats) -> Motion:
 
 
 def times_of(motion: Motion) -> Floats:
-    """When the states are that were asked for (t,), s."""
+    """Return the times of the requested states (t,), s."""
     times: Floats = np.asarray(motion.step * motion.after, dtype=np.float64)
     return times
 

@@ -1,4 +1,4 @@
-"""What another program is told of a model, and what it answers: arrays alone, in SI, as softmark has them."""
+"""Problem for an external program, and its answer: only arrays, in SI units, with softmark's conventions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Ints = NDArray[np.int64]
 
 
 class NoAnswer(Exception):
-    """Why a program has left no answer that can be read, in words for users."""
+    """Program without a readable answer, with a message for users."""
 
 
 class NotSettled(NoAnswer):
@@ -45,9 +45,9 @@ class Stuff:
 
 @dataclass(frozen=True)
 class Motion:
-    """How a body moves from rest under its loads, all in full from the start: `count` steps of `step`, s, each.
+    """Motion from rest under loads that act in full from the start: `count` steps of `step`, s, each.
 
-    States are asked for after so many steps each (t,), the first of which is 0. Damping is Rayleigh's, a M + b K.
+    States are requested after these numbers of steps (t,), the first of which is 0. Damping is Rayleigh's, a M + b K.
     """
 
     step: float
@@ -62,7 +62,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Section:
-    """Of a rod, the same all along it; `axes` (3, 3) are e1, e2, e3 as columns, e1 along the rod, at rest."""
+    """Constant section of a rod; `axes` (3, 3) are e1, e2, e3 as columns, undeformed, with e1 along the rod."""
 
     area: float  # m^2
     stiffness: Floats  # (6,) to stretch, shears along e2 and e3, N; to twist, bendings about e2 and e3, N m^2
@@ -72,15 +72,15 @@ class Section:
 
 @dataclass(frozen=True)
 class Problem:
-    """A body at rest, or in `motion`, under dead loads, on a mesh.
+    """Body in static equilibrium, or in `motion`, under dead loads, on a mesh.
 
-    Nodes and cells count from 0, in the order of solvers/elements.
+    Nodes and cells count from 0, in the order of solvers/elements. `held` (h, 2) are nodes and components (0, 1, 2),
+    which
+    are displaced by `values` (h,), m, at full load. `forces` (n, 3), N, are the nodal forces at full load, of tractions
+    and
+    weight as softmark integrates them. Solutions are requested at load fractions `shares` (s,) in order; the last is 1.
 
-    `held` (h, 2) are nodes and components (0, 1, 2), which move by `values` (h,), m, at full load; `forces` (n, 3), N,
-    are those on all nodes at full load, of tractions and weight as softmark integrates them. `shares` (s,) of the load
-    are asked for, in turn; the last is 1.
-
-    Of a rod, which has a `section`, cells are its segments (m, 2), and components 3, 4, 5 of what is held are turns.
+    For a rod, which has a `section`, cells are its segments (m, 2), and held components 3, 4, 5 are rotations.
     """
 
     points: Floats  # (n, 3) m
@@ -100,7 +100,7 @@ class Problem:
 
     @property
     def is_held(self) -> NDArray[np.bool_]:
-        """Which components of nodes are held (n, 3)."""
+        """Return which components of nodes are held (n, 3)."""
         found = np.zeros(self.points.shape, dtype=np.bool_)
         found[self.held[:, 0], self.held[:, 1]] = True
         return found
@@ -108,12 +108,11 @@ class Problem:
 
 @dataclass(frozen=True)
 class Answer:
-    """What a program has found: displacements `u` (s, n, 3), m, in the states that were asked for.
+    """Answer of a program: displacements `u` (s, n, 3), m, in the requested states.
 
-    Of a motion these are the states after the steps that were asked for; of a rod there is also how its sections have
-    `turned`, their axes as columns. `settled` says whether its own log calls it
-    converged, None where that says nothing. Its own clocks are in s, what it does not tell is absent: `setup_s`,
-    `solve_s`, `io_s`, and `whole_s` of one that tells all together.
+    For a motion these are the states after the requested steps; for a rod, `turned` are the axes of its sections, as
+    columns. `settled` is whether its own log reports convergence, None if unknown. Its own times are in s, absent if
+    unknown: `setup_s`, `solve_s`, `io_s`, and `whole_s` if only the total is reported.
     """
 
     u: Floats

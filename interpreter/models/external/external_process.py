@@ -50,7 +50,7 @@ _MEMORY = re.compile(
 
 @dataclass(frozen=True)
 class End:
-    """How a program ended: its wall time and CPU time (s), and its last words."""
+    """End of a program: its wall time and CPU time (s), and its last words."""
 
     how: How
     code: int | None  # its exit status, or less than 0: the signal that ended it
@@ -61,12 +61,12 @@ class End:
 
     @property
     def message(self) -> str:
-        """Why, with its last words."""
+        """Return the reason, with its last words."""
         return f"{self.why}; {self.words}" if self.last else f"{self.why}; it said nothing"
 
     @property
     def words(self) -> str:
-        """Its last words on one line."""
+        """Last words on one line."""
         return f"its last words: {' | '.join(self.last)}" if self.last else ""
 
 
@@ -79,10 +79,11 @@ def run(
     most: int = MOST,
     environment: Mapping[str, str] | None = None,
 ) -> End:
-    """What becomes of a command in a folder, within so many seconds and bytes of address space.
+    """Run a command in a folder, within limits of seconds and bytes of address space, and return how it ended.
 
-    Standard input is empty; what it says on both outputs is in LOG, `most` bytes of it. CPU time is limited to that of
-    `threads` in twice the wall time, in case nobody is left to look at the clock.
+    Standard input is empty. Both outputs go to LOG, up to `most` bytes. CPU time is limited to that of `threads` in
+    twice
+    the wall time, in case nothing watches the clock any more.
     """
     mark = uuid.uuid4().hex
     limits = (FILE * memory, memory, 2 * seconds * threads + 1)
@@ -104,7 +105,7 @@ def run(
 
 
 def _environment(folder: Path, threads: int, more: Mapping[str, str] | None, mark: str) -> dict[str, str]:
-    """Ours, with one thread unless more are asked for, and a place for its own files."""
+    """Return our environment, with one thread unless more are requested, and a folder for its own files."""
     counts = {name: str(threads) for name in ALONE}
     return {**os.environ, **counts, "TMPDIR": str(folder), **(more or {}), MARK: mark}
 
@@ -112,7 +113,7 @@ def _environment(folder: Path, threads: int, more: Mapping[str, str] | None, mar
 def _watched(
     child: subprocess.Popen[bytes], log: Path, until: float, most: int
 ) -> tuple[How, int | None, resource.struct_rusage | None]:
-    """How a child ended, its wait status and what it used; None of both where it has not ended by itself."""
+    """Return how a child ended, its wait status and resource usage; both None if it did not end by itself."""
     assert child.stdout is not None
     pipe, said, open_ = child.stdout.fileno(), 0, True
     os.set_blocking(pipe, False)
@@ -137,7 +138,7 @@ def _watched(
 
 
 def _some(pipe: int) -> bytes | None:
-    """What a pipe holds; None where that is nothing yet, and empty at its end."""
+    """Return the content of a pipe; None if there is nothing yet, and empty at its end."""
     try:
         return os.read(pipe, 65536)
     except BlockingIOError:
@@ -145,7 +146,7 @@ def _some(pipe: int) -> bytes | None:
 
 
 def _rest(pipe: int, most: int) -> bytes:
-    """What is left in a pipe whose program has ended: children of it may still hold it open."""
+    """Return what is left in a pipe whose program has ended; its children may still hold it open."""
     found = b""
     while len(found) < most and (data := _some(pipe)):
         found += data
@@ -153,7 +154,7 @@ def _rest(pipe: int, most: int) -> bytes:
 
 
 def _killed(child: subprocess.Popen[bytes], mark: str) -> None:
-    """No process is left of a child, of its group, or of those that went out of it."""
+    """Kill all processes of a child, of its group, and those that left the group."""
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(child.pid, signal.SIGKILL)
     if child.returncode is None:
@@ -170,7 +171,7 @@ def _killed(child: subprocess.Popen[bytes], mark: str) -> None:
 
 
 def strays(mark: str) -> list[int]:
-    """Processes that carry a mark in their environment; none are known where there is no /proc."""
+    """Return processes with a mark in their environment; empty if there is no /proc."""
     found, sign = [], f"{MARK}={mark}".encode()
     for entry in Path("/proc").glob("[0-9]*"):
         with suppress(OSError):
@@ -183,7 +184,7 @@ def _end(
     how: How, code: int | None, wall: float, cpu: float | None, last: tuple[str, ...],
     limits: tuple[float, float, int],
 ) -> End:  # fmt: skip
-    """The end in words; one that died for want of memory, or of CPU time, is told from others that died."""
+    """Return the end with its description; it distinguishes lack of memory or CPU time from other failures."""
     seconds, memory, most = limits
     if how == "done" and code != 0:
         how = "out_of_memory" if any(map(_MEMORY.search, last)) else "died"
@@ -208,7 +209,7 @@ def _died(code: int) -> str:
 
 
 def last_words(log: Path) -> tuple[str, ...]:
-    """The last lines of a log, without blank ones and without what would move a terminal's cursor."""
+    """Return the last lines of a log, without blank ones and without terminal control sequences."""
     with suppress(OSError), log.open("rb") as read:
         read.seek(max(0, log.stat().st_size - 4 * LINES * WIDE))
         lines = plain(read.read().decode("utf-8", "replace")).splitlines()
@@ -217,5 +218,5 @@ def last_words(log: Path) -> tuple[str, ...]:
 
 
 def plain(text: str) -> str:
-    """Text without control characters but line ends; a carriage return is one."""
+    """Return text without control characters except line ends; a carriage return counts as one."""
     return _CONTROL.sub("", _ESCAPES.sub("", text).replace("\r", "\n").replace("\t", " "))

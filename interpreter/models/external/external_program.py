@@ -1,4 +1,4 @@
-"""What models have in common that another program solves, whatever they are made of: the program and its reasons."""
+"""Base class of models that an external program solves, with the checks of what the program supports."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class Asked(Model):
 
 
 def _steps_of_others(case: Case) -> Case:
-    """A case whose motion is not marched by explicit steps of ours: those want what models of others do not have."""
+    """Return a case without our explicit integrator, whose requirements do not apply to other programs."""
     analysis = case.analysis
     if not (isinstance(analysis, Dynamic) and analysis.explicit):
         return case

@@ -17,7 +17,7 @@ MISSING = 127  # as of a shell
 
 
 def main() -> None:
-    """Set the limits, and become the program."""
+    """Set the limits, and replace this process by the program."""
     parent, file, memory, cpu, *command = sys.argv[1:]
     _die_with(int(parent))
     limit(resource.RLIMIT_CORE, 0)
@@ -32,7 +32,7 @@ def main() -> None:
 
 
 def limit(which: int, asked: int) -> None:
-    """That, or what we are under ourselves where it is less: nobody but root may raise it."""
+    """Set a limit, or our own limit if that is lower, because only root may raise it."""
     _, own = resource.getrlimit(which)
     least = asked if own == resource.RLIM_INFINITY else min(asked, own)
     resource.setrlimit(which, (least, least))

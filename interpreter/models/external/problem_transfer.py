@@ -1,6 +1,8 @@
-"""What another program is told of a model of ours: its mesh, what holds it, what loads it, what it is made of.
+"""Transfer of a model to an external program: its mesh, supports, loads and materials.
 
-`reasons` says what of a model and its case has no words here, from what the scene says alone; `told` needs arrays.
+`reasons` returns the features of a model and its case that cannot be transferred, from the scene only; `problem_of`
+needs
+arrays.
 """
 
 from __future__ import annotations
@@ -39,16 +41,16 @@ class Untold(Exception):
 
 
 def reasons(model: Any, case: Case, moves: bool = False) -> list[Reason]:
-    """What of a model (its words) and its case the neutral problem cannot say; nothing where all can be told.
+    """Return the features of a model declaration and its case that the neutral problem cannot express.
 
-    `moves` is of a program that steps through time.
+    `moves` is true for a program with time steps.
     """
     found = reasons_of_mesh(model, case, moves)
     return [*_of_model(model), *found, *reasons_of_loads(model, case)] if isinstance(model, Fem) else found
 
 
 def reasons_of_mesh(model: Any, case: Case, moves: bool = False) -> list[Reason]:
-    """The same of a mesh alone, with what holds and loads it: how it is solved is others' own."""
+    """Return such features of the mesh, supports and loads only, independent of the solver."""
     if not isinstance(model, Fem):
         return [("the model", "`fem(...)` alone has cells, nodes and a law that other programs know")]
     analysis = of_motion(case) if moves else _of_analysis(case)
@@ -78,7 +80,7 @@ def _of_analysis(case: Case) -> Iterator[Reason]:
 
 
 def of_motion(case: Case) -> Iterator[Reason]:
-    """What of a motion has no words: one that does not begin at rest, or loads and supports that change."""
+    """Yield unsupported features of a motion: a start not at rest, or loads and supports that vary."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic):
         rest = "static" if isinstance(analysis, Static) else "quasistatic"  # of one of its states too
@@ -96,7 +98,7 @@ def of_motion(case: Case) -> Iterator[Reason]:
 
 
 def of_body(case: Case) -> Iterator[Reason]:
-    """What of a body and of what it is made of has no words."""
+    """Yield unsupported features of a body and its material."""
     if case.planar in ("plane_stress", "axisymmetric"):
         yield case.planar, "a slice of a plate or of a body of revolution is no solid of its own"
     for material in case.materials:
@@ -125,7 +127,7 @@ def _of_supports(case: Case) -> Iterator[Reason]:
 
 
 def reasons_of_loads(model: Fem, case: Case) -> Iterator[Reason]:
-    """Loads that follow the body."""
+    """Yield follower loads, which cannot be transferred."""
     for load in case.loads:
         action = load.thing.action
         if isinstance(action, TendonLoad) or (
@@ -165,12 +167,12 @@ def told(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: Motion
 
 
 def _moduli(own: MaterialRegion, strain: str, count: int) -> Stuff:
-    """A material by its moduli at rest, with the word of its law."""
+    """Return a material with its initial moduli and the word of its law."""
     return replace(_stuff(own, "small", count), law=_law(own.case.material))
 
 
 def _stuff(own: MaterialRegion, strain: str, count: int) -> Stuff:
-    """A material, and its cells of so many."""
+    """Return a material, and its cells."""
     import numpy as np
 
     from softmark.interpreter.models.external.external_problem import Stuff
@@ -193,5 +195,5 @@ def _stuff(own: MaterialRegion, strain: str, count: int) -> Stuff:
 
 
 def _law(material: Any) -> str:
-    """Its word."""
+    """Return the word of the law."""
     return next(word for word, kind in WORDS.items() if type(material) is kind)

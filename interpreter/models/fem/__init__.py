@@ -1,3 +1,1 @@
-"""Solid finite element models: declaration, solver options, element formulations, builder, relaxation and
-poroelasticity.
-"""
+"""Solid finite element models: declaration, options, formulations, builder, relaxation and poroelasticity."""

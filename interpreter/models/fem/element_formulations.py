@@ -166,7 +166,7 @@ def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[En
 
 def _energy(model: Fem, case: Case, mesh: Mesh, parts: Integration, strain: str) -> Energy:
     """Return the energy of a mixed or mean dilatation formulation."""
-    from softmark.solvers.assembly.mixed_elements import with_pressures
+    from softmark.solvers.assembly.mixed_elements import mixed_energy
     from softmark.solvers.energies.mixed_displacement_pressure import MeanDilatation
     from softmark.solvers.materials import mixed_for
 
@@ -174,7 +174,7 @@ def _energy(model: Fem, case: Case, mesh: Mesh, parts: Integration, strain: str)
     if split is None:  # `doubts` refuses it
         raise KeyError(strain)
     if model.formulation == "mixed":
-        made: Any = with_pressures(mesh, parts, split, _mean(case.material.shear_modulus, parts.w))
+        made: Any = mixed_energy(mesh, parts, split, _mean(case.material.shear_modulus, parts.w))
     else:
         body = (mesh.cells, parts.dNdX, parts.w)
         made = MeanDilatation(
@@ -215,9 +215,7 @@ def _mean(modulus: Any, w: Floats) -> float:
 
 
 def _of_cells(modulus: Any, w: Floats) -> Any:
-    """Return the bulk modulus of each cell with one pressure, Pa: the harmonic mean V / int 1/M dV if M varies within
-    it.
-    """
+    """Return the bulk modulus of cells with one pressure, Pa: the harmonic mean V / int 1/M dV if M varies."""
     if isinstance(modulus, float | int):
         return modulus
     return w.sum(axis=1) / (w / modulus).sum(axis=1)
@@ -290,9 +288,7 @@ class Unknowns:
         return found
 
     def begun(self, u: Floats | None) -> Floats | None:
-        """Return a state with these displacements and zero pressures, which are linear and found in the first Newton
-        step.
-        """
+        """Return a state with these displacements and zero pressures, which the first Newton step finds."""
         import numpy as np
 
         return u if u is None or not self.pressures else np.concatenate([u, np.zeros(self.pressures)])

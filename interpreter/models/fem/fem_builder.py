@@ -75,12 +75,7 @@ GIVES_WAY = 3.0**-0.5  # of a length: where stress in uniaxial compression of a 
 
 @dataclass(frozen=True)
 class PreparedSolid(MeshBasedModel):
-    """Solid model on a mesh: its elastic energy and the static problem.
-
-    `elastic` evaluates the law at all quadrature points of the element; strains and stress are computed with it,
-    whichever
-    energy the problem uses.
-    """
+    """Solid model on a mesh: its elastic energy and the static problem; `elastic` is the law at all quadrature points."""
 
     model: Fem
     declared: Declared
@@ -110,7 +105,7 @@ class PreparedSolid(MeshBasedModel):
     def warm(self) -> None:
         """Compile or load every kernel: those of energies on one cell, and the factorisation if the system is large."""
         entries = len(self.problem.assembly.pattern.indices)
-        with factorisations.warming(entries):
+        with factorisations.warm_up_in_parallel(entries):
             self._warm_cells()
         if entries >= factorisations.LARGE or self.problem.linear != Linear(modes=self.problem.linear.modes):
             linear_solver.warm(self.problem.linear, self.problem.rest.dtype)
@@ -238,7 +233,7 @@ class PreparedSolid(MeshBasedModel):
             return ""
         from softmark.solvers.sparse import pardiso
 
-        why = pardiso.lacking()
+        why = pardiso.missing_reason()
         return f"`linear = pardiso` found no library ({why}): solved by {found.linear_solver}" if why else ""
 
     def _beyond_its_law(self, x: Floats) -> tuple[Diagnostic, ...]:
@@ -370,12 +365,7 @@ def at_rest(
 
 
 def muscles(each: Sequence[MaterialRegion]) -> tuple[Sequence[MaterialRegion], list[tuple[Declared, Energy]]]:
-    """Return the pieces with passive materials, and the active energies of muscles.
-
-    The active energies are applied like loads, in load steps or by amplitudes of their own. Each is that of the whole
-    body
-    as if it had this material only. Without muscles the pieces are returned unchanged, with no energies.
-    """
+    """Return the pieces with passive materials, and the active energy of each muscle over the whole body."""
     if not any(getattr(own.case.material, "pulls", False) for own in each):
         return each, []
     passive, tensions = [], list[tuple[Declared, Energy]]()

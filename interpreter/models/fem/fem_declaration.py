@@ -188,15 +188,11 @@ class Fem(HasMaterial, Model):
 
     @property
     def order(self) -> int:
-        """Convergence order of displacements for smooth solutions: degree of the element + 1 (Strang and Fix 1973,
-        1.5).
-        """
+        """Convergence order of displacements for smooth solutions: element degree + 1 (Strang and Fix 1973, 1.5)."""
         return int(find_element(self.element).order) + 1
 
     def orders(self) -> dict[str, int]:
-        """Return the convergence order in `size`; empty if states may be unconverged or theory does not cover the
-        options.
-        """
+        """Return the convergence order in `size`; empty if states may be unconverged or theory does not apply."""
         known = self.mass != "uniform" and self.rotation != "element" and not self.unsolved
         return {"size": self.order} if known else {}
 
@@ -250,9 +246,7 @@ class Fem(HasMaterial, Model):
         return [d for d in found if d is not None]
 
     def _of_parts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """Return errors and warnings for each material; those of large rotation only for the stiffest, which limits
-        bending.
-        """
+        """Return errors and warnings for each material; those of large rotation only for the stiffest one."""
         stiffest = max(case.typical, key=lambda material: material.young)
         found: dict[tuple[object, ...], Diagnostic] = {}
         for part, material in zip((None, *case.parts), case.typical, strict=True):

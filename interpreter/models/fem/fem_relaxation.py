@@ -28,7 +28,13 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.viscoelastic_memory import BodyHistory, ViscoelasticHistory
 from softmark.solvers.materials.viscoelastic_increment import prony_series
-from softmark.solvers.statics.quasistatic_history import Aged, Instant, aged, begun, followed
+from softmark.solvers.statics.quasistatic_history import (
+    InstantLoading,
+    StateInTime,
+    advance_in_time,
+    advance_through,
+    state_at_rest,
+)
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.fem.fem_declaration import Fem
@@ -50,7 +56,7 @@ class Remembered(Deformed):
     """Deformed mesh with its history; `aged` is the state from which a later time continues."""
 
     past: Past | None = None
-    aged: Aged | None = None
+    advance_in_time: StateInTime | None = None
     pore_pressure: Floats | None = None  # (n,) Pa, of a fluid, positive in compression
 
     def __getstate__(self) -> dict[str, Any]:
@@ -66,7 +72,7 @@ class PreparedAged(MeshBasedModel):
     case: Case
     memories: BodyHistory
     timed: AmplitudeSchedule  # of every load, and of every muscle
-    before: Aged | None = None
+    before: StateInTime | None = None
 
     @property
     def shape(self) -> Shape:  # type: ignore[override]
@@ -127,7 +133,7 @@ class PreparedAged(MeshBasedModel):
 
     # ------------------------------------------------------------------ time
 
-    def instants(self) -> list[Instant]:
+    def instants(self) -> list[InstantLoading]:
         """Return loads and supports at the end of every step up to now, after the state before."""
         return self.timed.after(None if self.before is None else self.before.time)
 
@@ -137,20 +143,20 @@ class PreparedAged(MeshBasedModel):
         """Solve step by step from the start, or from the state before, to the present time."""
         remedy = "try a shorter step, a smaller load, a finer mesh or another strain measure"
         problem = replace(self.static.problem, watch=watch)
-        first = self.before if self.before is not None else begun(problem, self.memories)
-        came: list[Aged] = [first]
+        first = self.before if self.before is not None else state_at_rest(problem, self.memories)
+        came: list[StateInTime] = [first]
 
         def find() -> Any:
             """Return the equilibrium at the present time."""
-            came[0] = followed(problem, first, self.instants())
+            came[0] = advance_through(problem, first, self.instants())
             if came[0].found is None:
-                came[0] = aged(problem, came[0], self.timed.at(self._now, False))
+                came[0] = advance_in_time(problem, came[0], self.timed.at(self._now, False))
             found: Any = came[0].found
             return replace(found, history=came[0].history[len(first.history) :])
 
         return static_result.solution(find, remedy, lambda found: self._finish(found, came[0]), self.static._loose)
 
-    def _finish(self, found: Any, state: Aged) -> Solution:
+    def _finish(self, found: Any, state: StateInTime) -> Solution:
         """Return the solution, with its energies and history."""
         static = self.static
         x = static.unknowns.moved(state.x)
@@ -174,12 +180,12 @@ class PreparedAged(MeshBasedModel):
         seen = replace(solution, facts=facts, notes=notes, mesh=moved, vibrations=ring)
         return replace(seen, carried=cache(lambda: self._carried(state, x, stored, lost)))
 
-    def _past(self, state: Aged) -> Past:
+    def _past(self, state: StateInTime) -> Past:
         """Return the history of nodal displacements."""
         each = tuple(self.static.unknowns.moved(x).reshape(-1, 3) for x in state.states)
         return Past(state.times, each)
 
-    def _carried(self, state: Aged, u: Floats, stored: float, lost: float) -> nodal_forces.Carried:
+    def _carried(self, state: StateInTime, u: Floats, stored: float, lost: float) -> nodal_forces.Carried:
         """Return the nodal forces in a state, with stored and dissipated energy."""
         small = self.static.model.strain == "small"
         if state.problem is None:
@@ -189,7 +195,7 @@ class PreparedAged(MeshBasedModel):
         found = replace(found, energy=stored, dissipated=lost)
         return nodal_forces.bedded(found, self.static.beds) if self.static.beds else found
 
-    def _doubts(self, state: Aged) -> Iterator[Diagnostic]:
+    def _doubts(self, state: StateInTime) -> Iterator[Diagnostic]:
         """Yield a warning if dissipated energy decreases."""
         yield from came_back(self.static.declared, np.array((0.0, *state.losses)), abs(state.work),
                              state.memories.unknown)  # fmt: skip

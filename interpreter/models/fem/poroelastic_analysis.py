@@ -32,7 +32,7 @@ from softmark.solvers.energies.viscoelastic_memory import BodyHistory
 from softmark.solvers.linear.linear_solver import Linear
 from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.mesh import Mesh, facet_areas
-from softmark.solvers.statics.quasistatic_history import Aged, Instant
+from softmark.solvers.statics.quasistatic_history import InstantLoading, StateInTime
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.fem.fem_declaration import Fem
@@ -68,10 +68,10 @@ class PreparedSoaked(PreparedAged):
     drains: tuple[tuple[str, Ints], ...] = ()
     smallest: float = 0.0  # s: steps below show pressures that oscillate
 
-    def instants(self) -> list[Instant]:
+    def instants(self) -> list[InstantLoading]:
         """Return loads and supports at both stages of every step up to now, after the state before."""
         begin = 0.0 if self.before is None else self.before.time
-        found: list[Instant] = []
+        found: list[InstantLoading] = []
         for end in PreparedAged.instants(self):
             if end.time - begin > SAME * self.analysis.step:
                 found.append(self.timed.at(begin + INNER * (end.time - begin), False))
@@ -79,7 +79,7 @@ class PreparedSoaked(PreparedAged):
             begin = end.time
         return found
 
-    def _finish(self, found: Any, state: Aged) -> Solution:
+    def _finish(self, found: Any, state: StateInTime) -> Solution:
         """Return the solution with fluid results; not converged if the balance of fluid is violated."""
         solution, pores = PreparedAged._finish(self, found, state), find_pore_fluid(state.memories)
         shown = {"balance": pores.balance, "moved_m3": pores.moved + pores.passed, "outflow_m3": self._outflows(pores),
@@ -107,7 +107,7 @@ class PreparedSoaked(PreparedAged):
         """Return the volume that has left through each drained support, m^3."""
         return {name: float(pores.out[which].sum()) for name, which in self.drains}
 
-    def _carried(self, state: Aged, u: Floats, stored: float, lost: float) -> nodal_forces.Carried:
+    def _carried(self, state: StateInTime, u: Floats, stored: float, lost: float) -> nodal_forces.Carried:
         """Return the nodal forces in a state, with the fluid."""
         found = PreparedAged._carried(self, state, u, stored, lost)
         pores = find_pore_fluid(state.memories)

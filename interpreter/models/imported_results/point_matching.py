@@ -41,8 +41,7 @@ OTHERS = (
 
 @dataclass(frozen=True)
 class Matched:
-    """Undeformed points `X` (n, 3), m, and their displacements `u` (t, n, 3), m, at `times` (t,), s, if the file has
-    them.
+    """Undeformed points `X` (n, 3), m, of a file, and their displacements `u` (t, n, 3), m, at `times` (t,), s, if any.
 
     `mesh` connects the points; None if there are only points. `name` is the file's name of the displacements. In a
     `flat`
@@ -87,9 +86,7 @@ class Matched:
         return np.column_stack([X[:, :2], np.full(len(X), 0.5 * (self.X[:, 2].min() + self.X[:, 2].max()))])
 
     def _between(self, X: Floats) -> tuple[Any, Floats, Floats]:
-        """Return interpolation points and weights without cells: a coincident point, the enclosing simplex, or the
-        nearest.
-        """
+        """Return interpolation points and weights without cells: a coincident point, a simplex, or the nearest."""
         far, nearest = self._tree.query(X)
         many = self.ways + 1
         which, share = np.repeat(nearest[:, None], many, axis=1), np.tile(np.eye(many)[0], (len(X), 1))

@@ -38,10 +38,8 @@ POWER = 0.1  # of a power of ten: a factor is taken for one
 
 
 @dataclass(frozen=True)
-class Kept:
-    """Compliance of results with a support: largest deviation `far`, m, prescribed displacement, and ratio of the
-    actual one.
-    """
+class SupportCompliance:
+    """Compliance with a support: largest deviation `far`, m, prescribed displacement, and ratio of the actual one."""
 
     support: Declared
     far: float
@@ -49,12 +47,12 @@ class Kept:
     times: float
 
 
-def kept(case: Case, place: ProbePoints, found: Matched, u: Floats) -> list[Kept]:
+def kept(case: Case, place: ProbePoints, found: Matched, u: Floats) -> list[SupportCompliance]:
     """Return the compliance with all supports that can be checked, by displacements u (n, 3), m, at the end."""
     return list(_each(case, place, found, u)) if found.spans else []
 
 
-def _each(case: Case, place: ProbePoints, found: Matched, u: Floats) -> Iterator[Kept]:
+def _each(case: Case, place: ProbePoints, found: Matched, u: Floats) -> Iterator[SupportCompliance]:
     for support in case.named_supports:
         thing = support.thing
         along = [c for c in getattr(thing, "components", ()) if c < found.ways]
@@ -65,7 +63,7 @@ def _each(case: Case, place: ProbePoints, found: Matched, u: Floats) -> Iterator
         if len(X):
             told, seen = thing.moved(X, _share(case, thing))[:, along], found.at(X, u[None])[0][:, along]
             square = float(np.sum(told**2))
-            yield Kept(support, _most(seen - told), _most(told), float(np.sum(seen * told)) / square if square else 1.0)
+            yield SupportCompliance(support, _most(seen - told), _most(told), float(np.sum(seen * told)) / square if square else 1.0)
 
 
 def _most(u: Floats) -> float:
@@ -95,7 +93,7 @@ def _certain(found: Matched, where: Condition, X: Floats) -> NDArray[np.bool_]:
     return certain
 
 
-def slips(declared: Declared, case: Case, each: list[Kept], most: float) -> Iterator[Diagnostic]:
+def slips(declared: Declared, case: Case, each: list[SupportCompliance], most: float) -> Iterator[Diagnostic]:
     """Yield warnings if results with displacements of at most `most`, m, violate supports."""
     for own in each:
         if own.far <= SLIPS * max(most, own.told):

@@ -56,9 +56,7 @@ class Driven:
 
 @dataclass(frozen=True)
 class Faces:
-    """Displacements that supports impose on whole faces, m, by face and component, and the nominal stresses of loads,
-    Pa.
-    """
+    """Displacements of whole faces by supports, m, by face and component, and the nominal stresses of loads, Pa."""
 
     case: Case
     held: dict[tuple[Face, int], tuple[float, str]] = field(default_factory=dict)

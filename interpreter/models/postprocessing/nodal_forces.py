@@ -117,9 +117,7 @@ class Carried:
 
     @cached_property
     def largest(self) -> float:
-        """Largest load, N, as the sum of the magnitudes of nodal forces, because the resultant of a uniform pressure is
-        zero.
-        """
+        """Largest load, N, as the sum of nodal force magnitudes, because a uniform pressure has no resultant."""
         return max((float(np.linalg.norm(f[:, :3], axis=1).sum()) for f in self.loads.values()), default=0.0)
 
 

@@ -26,8 +26,7 @@ def none(reason: str) -> Callable[[int], Floats]:
 
 
 def about(assembly: Assembly, x: Floats, mass: Callable[[], Any], linear: Linear) -> Callable[[int], Floats]:
-    """Return a function of `count` that returns the lowest frequencies (count,), Hz, in the state x under the full
-    load.
+    """Return a function of `count` that returns the lowest frequencies (count,), Hz, in the state x at full load.
 
     `mass` returns the mass matrix or its diagonal for the first degrees of freedom; the others have none. It raises
     Undefined with a reason. Each count is computed once, because reports are made repeatedly.

@@ -106,9 +106,7 @@ class Equations:
         return ProjectedEnergy(load, self.basis.fields)
 
     def assembly(self, internal: Sequence[Energy], loads: Sequence[Energy]) -> Assembly:
-        """Return energies and loads of the full model in the reduced space; the unknown of imposed displacements is
-        held.
-        """
+        """Return energies and loads of the full model in the reduced space; imposed displacements are held."""
         return Assembly(self.r, self.fixed, self.internal(internal), [self.load(load) for load in loads])
 
     @property

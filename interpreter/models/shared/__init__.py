@@ -1,3 +1,1 @@
-"""Code that several kinds of model share: supports, loads and contacts on meshes, dynamics, static results,
-capabilities.
-"""
+"""Code shared by models: supports, loads, contacts, materials, dynamics, static results, capabilities."""

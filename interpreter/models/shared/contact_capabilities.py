@@ -1,6 +1,4 @@
-"""Checks, before anything is built, whether a model supports the contacts of a scene, and which options exclude
-contact.
-"""
+"""Checks of which models, analyses and options support rigid contacts, before anything is built."""
 
 from __future__ import annotations
 

@@ -53,17 +53,13 @@ class MotionWithRigidBodies(PreparedMotion):
     dofs: int = 0
 
     def _resolution(self) -> None:
-        """Return None: the resolution of the time step is not known, because contact times depend on what the body
-        meets.
-        """
+        """Return None: the resolution of the time step is not known, because contact times are unknown."""
 
     def _step_error(self) -> None:
         """Return None: the time-step error is not known, because contact times depend on what the body meets."""
 
     def _state(self, motion: Motion) -> Floats:
-        """Return displacements, and the centre of mass, axes, velocity and spin in space of every rigid body (18
-        each,).
-        """
+        """Return displacements, and centre of mass, axes, velocity and spin of every rigid body (18 each,)."""
         told = self.chart.state(motion.x).reshape(-1, 12)
         own = motion.v[self.dofs :].reshape(-1, 2, 3)
         spins = np.einsum("bij,bj->bi", told[:, 3:].reshape(-1, 3, 3), own[:, 1])

@@ -206,10 +206,7 @@ def with_fiber_directions(case: Case, mesh: Mesh, X: Floats) -> Any:
 
 
 def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
-    """Return a material with arrays for what varies: at points of a rule (m, q), or one value per cell (m, 1).
-
-    Results of a solution use it: the constants have been checked at the points that it was solved with.
-    """
+    """Return a material with arrays for what varies: at points of a rule (m, q), or one value per cell (m, 1)."""
     if getattr(material, "turning", False):
         own = mesh.element.quadrature() if mesh.element.constant else rule
         found = material.placed(rule_positions(mesh, own), read_field)
@@ -261,9 +258,7 @@ class Density:
     case: Case
 
     def points(self, mesh: Mesh) -> tuple[Floats, Floats, Floats]:
-        """Return shape functions (q, a) or (m, q, a), volumes (m, q), m^3, and positions (m, q, 3), m, for mass
-        integrals.
-        """
+        """Return shape functions (q, a) or (m, q, a), volumes (m, q), m^3, positions (m, q, 3), m, for mass integrals."""
         from softmark.solvers.dynamics.mass_matrices import mass_points
 
         seen = density_resolved(self.case, mesh)
@@ -379,11 +374,7 @@ def _known_stiffness(case: Case, mesh: Mesh) -> Resolved | None:
 
 
 def _stiffness_measure(profile: Profile, found: Floats) -> Floats:
-    """Return the quantity whose change within a cell counts: the constant, or, for Poisson's ratio, 2 (1 - nu) / (1 - 2
-    nu).
-
-    This is the ratio of the P-wave modulus to the shear modulus, limited to about HARD (a nearly incompressible solid).
-    """
+    """Return the quantity whose change within a cell counts: the constant; of Poisson's ratio, M / mu up to HARD."""
     if profile.name != "poisson":
         return found
     told: Floats = 2.0 * (1.0 - found) / np.maximum(1.0 - 2.0 * found, 1.0 / HARD)
@@ -410,9 +401,7 @@ def _varying_constants(case: Case, mesh: Mesh, parts: Parts) -> Iterator[tuple[s
 
 
 def cell_means(mesh: Mesh, each: Sequence[Part]) -> dict[str, Floats]:
-    """Return means over cells (m,), SI, of every constant that varies in the body; `each` has the cells of one
-    material.
-    """
+    """Return means over cells (m,), SI, of every varying constant of the body; `each` has cells of one material."""
     names = dict.fromkeys(name for own in each for name in profiles(own.case.material))
     found = {name: np.empty(len(mesh.cells)) for name in names}
     rule = _finer_rule(mesh.kind)
@@ -436,9 +425,7 @@ def facts(case: Case, mesh: Mesh, parts: Parts) -> dict[str, Any]:
 
 
 def _locks(declared: Declared, case: Case, poisson: float) -> Iterator[Diagnostic]:
-    """Yield a warning if the element locks at the largest Poisson's ratio of its cells and no earlier check reported
-    it.
-    """
+    """Yield a warning if the element locks at the largest Poisson's ratio of its cells, unless reported earlier."""
     before, known = (
         declared.thing.locking(declared, replace(case, other_material=replace(case.typical[0], poisson=nu), parts=()))
         for nu in (case.largest_poisson, poisson)
@@ -448,9 +435,7 @@ def _locks(declared: Declared, case: Case, poisson: float) -> Iterator[Diagnosti
 
 
 def representative_materials(case: Case, mesh: Mesh, parts: Parts) -> tuple[Any, ...]:
-    """Return the materials of a case with means over cells for varying constants; for Poisson's ratio, the largest
-    value.
-    """
+    """Return the materials of a case with cell means of varying constants; for Poisson's ratio, the largest."""
     names, found = [case.body.name, *(part.name for part in case.parts)], list(case.materials)
     for of, profile, spread in _varying_constants(case, mesh, parts):
         number = names.index(of)

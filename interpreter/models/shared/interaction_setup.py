@@ -64,7 +64,7 @@ def find_unsupported_body(
 def find_equilibrium(solid: Any, problem: Statics) -> Equilibrium:
     """Find the equilibrium of a solid in contact, and the position of a force-driven rigid body. Raises NotConverged."""
     from softmark.solvers.statics.barrier_continuation import PassedThrough, solve_with_stiffer_barriers
-    from softmark.solvers.statics.rigid_substeps import in_substeps, presses_on_nodes, substeps_of
+    from softmark.solvers.statics.rigid_substeps import count_substeps, presses_on_nodes, solve_in_substeps
     from softmark.solvers.statics.static_equilibrium import equilibrium
 
     def whole(problem: Statics) -> Equilibrium:
@@ -80,10 +80,10 @@ def find_equilibrium(solid: Any, problem: Statics) -> Equilibrium:
         try:
             return whole(problem)
         except PassedThrough as failure:
-            count = substeps_of(problem)
+            count = count_substeps(problem)
             if count == 1 or not _are_wide(solid):
                 raise
-            found = in_substeps(problem, whole, count)
+            found = solve_in_substeps(problem, whole, count)
             if solid.pieces[0].case.planar and not presses_on_nodes(found):
                 raise failure from None
             return found
@@ -181,9 +181,7 @@ def _replace_contacts(assembly: Assembly, contacts: Mapping[str, RigidContact]) 
 
 
 def resume_interactions(made: Solid, before: DeformedMesh) -> Solid:
-    """Return a solid whose contacts continue from the rigid body positions and the friction history of the state
-    before.
-    """
+    """Return a solid whose contacts continue from the state before: rigid body positions, friction history."""
     known: Any = made  # a dataclass with a problem, its beds and its contacts
     if not (before.beside or before.rubbed):
         return made

@@ -211,9 +211,7 @@ def softness_note(
 
 
 def cell_constants(case: Case, mesh: Any) -> Any:
-    """Return a function that computes the varying constants of the cells of a deformed mesh, for files; None without
-    any.
-    """
+    """Return a function of the varying constants of the cells of a deformed mesh, for files; None without any."""
     if case.uniform or mesh is None:
         return None
     from softmark.interpreter.models.shared import heterogeneous_material

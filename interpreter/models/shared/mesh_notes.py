@@ -105,9 +105,7 @@ def _sliver_notes(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnos
 
 
 def _as_wide(mesh: Mesh) -> Mesh:
-    """Return the cells of a plane slice, each as thick as it is wide, because the thickness does not affect its
-    quality.
-    """
+    """Return the cells of a plane slice, each as thick as it is wide: thickness does not affect quality."""
     corners = mesh.points[mesh.cells]
     depth = np.ptp(mesh.points[:, 2])
     corners[:, :, 2] *= (np.sqrt(np.abs(mesh.volumes) / depth) / depth)[:, None]

@@ -189,9 +189,7 @@ class Model:
         return OF_NETWORKS if self.wired else MOST
 
     def forgets(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-        """Yield errors for fluid and stress relaxation that the model does not support; warn if time steps are too
-        long.
-        """
+        """Yield errors for unsupported fluid and stress relaxation; warn if time steps are too long."""
         if case.porous or case.drains:
             from softmark.interpreter.models.shared import fluid_capabilities
 

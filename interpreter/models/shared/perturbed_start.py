@@ -60,23 +60,29 @@ def solid_state(known: Disturbance, problem: Statics, points: Floats, cells: Int
     """Return perturbed displacements (dofs,), m, that satisfy the supports; unknowns other than displacements are zero."""
     import numpy as np
 
-    from softmark.solvers.statics.perturbed_states import PerturbedNodes, disturbed
+    from softmark.solvers.statics.perturbed_states import PerturbedNodes, perturb
 
     x = np.zeros(len(problem.rest))
-    x[: points.size] = (disturbed(known.kind, PerturbedNodes(points, cells, known.amount), known.seed) - points).ravel()
+    x[: points.size] = (perturb(known.kind, PerturbedNodes(points, cells, known.amount), known.seed) - points).ravel()
     x[problem.fixed] = problem.rest[problem.fixed] + problem.target
     return x
 
 
 def recover_solid(known: Disturbance, problem: Statics, points: Floats, elastic: Elastic) -> Equilibrium:
     """Find the equilibrium to which a perturbed solid returns. Raises NotConverged."""
-    from softmark.solvers.statics.recovery_from_perturbation import Tangled, inside_out, recovered
+    from softmark.solvers.statics.recovery_from_perturbation import (
+        PerturbedBody,
+        find_inverted_cells,
+        recover_equilibrium,
+    )
 
     state = solid_state(known, problem, points, elastic.cells)
     displacements = points.size  # the first unknowns
-    return recovered(
+    return recover_equilibrium(
         problem,
-        Tangled(state, elastic, lambda x: inside_out(elastic, x[:displacements]), len(elastic.cells), known.seed),
+        PerturbedBody(
+            state, elastic, lambda x: find_inverted_cells(elastic, x[:displacements]), len(elastic.cells), known.seed
+        ),
     )
 
 
@@ -86,11 +92,15 @@ def recover_springs(known: Disturbance, problem: Statics, points: Floats, elasti
     The law of `elastic` is not used. Springs do not distinguish inside from outside: only their own energy guides the
     solution, and a network that has folded is reported.
     """
-    from softmark.solvers.statics.recovery_from_perturbation import Tangled, inside_out, recovered
+    from softmark.solvers.statics.recovery_from_perturbation import (
+        PerturbedBody,
+        find_inverted_cells,
+        recover_equilibrium,
+    )
 
     state = solid_state(known, problem, points, elastic.cells)
-    tangled = Tangled(state, None, lambda x: inside_out(elastic, x), len(elastic.cells), known.seed)
-    return recovered(problem, tangled)
+    tangled = PerturbedBody(state, None, lambda x: find_inverted_cells(elastic, x), len(elastic.cells), known.seed)
+    return recover_equilibrium(problem, tangled)
 
 
 def recover_rod(known: Disturbance, problem: Statics, rest: Floats) -> Equilibrium:
@@ -101,13 +111,13 @@ def recover_rod(known: Disturbance, problem: Statics, rest: Floats) -> Equilibri
     import numpy as np
 
     from softmark.solvers.energies.rod_state import chain_elements
-    from softmark.solvers.statics.perturbed_states import PerturbedNodes, disturbed
-    from softmark.solvers.statics.recovery_from_perturbation import Tangled, recovered
+    from softmark.solvers.statics.perturbed_states import PerturbedNodes, perturb
+    from softmark.solvers.statics.recovery_from_perturbation import PerturbedBody, recover_equilibrium
 
     nodes = rest.reshape(-1, 7)
     body = PerturbedNodes(nodes[:, :3], chain_elements(len(nodes)), known.amount)
     x = nodes.copy()
-    x[:, :3] = disturbed(known.kind, body, known.seed)
+    x[:, :3] = perturb(known.kind, body, known.seed)
     if known.kind in ("scrambled", "spun"):
         q = np.random.default_rng([known.seed, 2]).standard_normal((len(nodes), 4))
         x[:, 3:] = q / np.linalg.norm(q, axis=1, keepdims=True)
@@ -117,4 +127,4 @@ def recover_rod(known: Disturbance, problem: Statics, rest: Floats) -> Equilibri
     x[held[:, 3:].any(axis=1), 3:] = nodes[held[:, 3:].any(axis=1), 3:]
     d = np.zeros(problem.space.dofs)
     d[problem.fixed] = problem.target
-    return recovered(problem, Tangled(problem.space.move(x.ravel(), d), seed=known.seed))
+    return recover_equilibrium(problem, PerturbedBody(problem.space.move(x.ravel(), d), seed=known.seed))

@@ -25,7 +25,7 @@ from softmark.records import dataclass
 from softmark.solvers.dynamics.load_amplitudes import Amplitude
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.external_loads import ScaledLoad
-from softmark.solvers.statics.quasistatic_history import Instant
+from softmark.solvers.statics.quasistatic_history import InstantLoading
 
 SAME = 1e-9  # of a step: times that are nearer are one
 KINKED = 1e-3  # of a table's largest value: steps end at its rows that are farther from what steps make of it
@@ -46,8 +46,7 @@ def case_at_full_size(case: Case) -> Case:
 
 @dataclass(frozen=True)
 class AmplitudeSchedule:
-    """Loads and supports over time: `courses` of every load, `movers`, and the full support displacements `target`
-    (c,).
+    """Loads and supports over time: `courses` of loads, `movers`, and full support displacements `target` (c,).
 
     Muscle and tendon amplitudes follow those of loads. A mover is an amplitude and the indices in the target that
     follow
@@ -78,16 +77,14 @@ class AmplitudeSchedule:
         shares = self.at(t, False).shares
         return [(load, ScaledLoad(energy, share)) for (load, energy), share in zip(driven, shares, strict=True)]
 
-    def after(self, begin: float | None) -> list[Instant]:
+    def after(self, begin: float | None) -> list[InstantLoading]:
         """Return loads and supports at the end of every step up to now, after a time `begin`, s, or from the start."""
         near, first = SAME * self.analysis.step, -1.0 if begin is None else begin
         now = self.analysis.now
         return [self.at(t, jumps) for t, jumps in self.grid() if first + near < t <= now + near]
 
     def grid(self) -> Iterator[tuple[float, bool]]:
-        """Yield the ends of steps, s, and whether it is just before a jump: start, steps, output times and amplitude
-        breaks.
-        """
+        """Yield the times of steps, outputs and amplitude breaks, s, and whether each is just before a jump."""
         analysis, near = self.analysis, SAME * self.analysis.step
         times = {analysis.step * i for i in range(int(np.ceil(analysis.duration / analysis.step * (1.0 - SAME))))}
         times |= {analysis.duration, *map(float, analysis.moments)}
@@ -107,10 +104,10 @@ class AmplitudeSchedule:
             yield t, False
             last = t
 
-    def at(self, t: float, before: bool) -> Instant:
+    def at(self, t: float, before: bool) -> InstantLoading:
         """Return loads and supports at a time, s, or just before it."""
         at = t - BEFORE * self.analysis.step if before else t
         target = self.target.copy()
         for course, which in self.movers:
             target[which] *= course.at(at)
-        return Instant(t, tuple(course.at(at) for course in self.courses), target)
+        return InstantLoading(t, tuple(course.at(at) for course in self.courses), target)

@@ -81,9 +81,7 @@ class CellMaterials:
     sizes: Floats
 
     def side(self, part: int) -> int:
-        """Return the direction, 1 (more cells) or -1 (fewer), in which assigning all cut cells of a region changes more
-        volume.
-        """
+        """Return which side, 1 (all) or -1 (none), changes more volume if it gets the cut cells of a region."""
         most = _dominant_material(self.shares)
         more, less = (
             float(self.sizes[_assign_cut_cells(self.shares, most, part, way) != most].sum()) for way in (1, -1)

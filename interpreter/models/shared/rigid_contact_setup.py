@@ -51,9 +51,7 @@ def contacts_on(case: Case, mesh: Mesh) -> dict[str, RigidContact]:
 
 
 def _must_be_once(case: Case, mesh: Mesh) -> None:
-    """Raise Fault if two contacts with a rigid body select the same whole facets; facets cut by both selections are
-    allowed.
-    """
+    """Raise Fault if two contacts with a rigid body select the same whole facets."""
     for i, later in enumerate(case.contacts):
         for first in (c for c in case.contacts[:i] if c.rigid.name == later.rigid.name):
             own, others = (find_loaded_surface(case.shape, mesh, t.thing.where).whole for t in (later, first))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.energies.energy import Floats, Ints
-    from softmark.solvers.statics.winding import Chain
+    from softmark.solvers.statics.winding import CellChain
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
@@ -41,7 +41,7 @@ class Turns:
 
     target: Floats
     circles: Sequence[OnCircles]
-    chains: tuple[Chain, ...] = ()  # of cells, from support to support
+    chains: tuple[CellChain, ...] = ()  # of cells, from support to support
     early = EARLY
 
     @property

@@ -16,9 +16,7 @@ if TYPE_CHECKING:
 
 
 def refusals(surfaced: bool, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors for models without a mesh surface (not `surfaced`), and for viscoelastic bodies and dynamic
-    analyses.
-    """
+    """Yield errors for models without a mesh surface (not `surfaced`), viscoelastic bodies and dynamics."""
     for pair in case.pairs:
         if not surfaced:
             yield _error(pair, f"`{declared.name}` has no surface that could touch", "no finite elements",

@@ -50,9 +50,7 @@ REMEDY = "try a smaller step, another integrator or more damping"
 
 @dataclass(frozen=True)
 class PreparedMotion:
-    """Dynamic analysis of a body, ready to solve; `static` is the same body prepared for a static analysis, with its
-    mesh.
-    """
+    """Dynamic analysis of a body, ready to solve; `static` is its static model, with the mesh."""
 
     static: Prepared
     declared: Declared
@@ -308,10 +306,8 @@ def _facts(track: Trajectory, tolerance: float) -> dict[str, Any]:
 def _momentum(touched: ContactHistory) -> dict[str, Any]:
     """Return the momentum balance of the deformable body, N s: its change, and the impulses that caused it.
 
-    `off` is the imbalance relative to the largest of them. It is of the order of the solver tolerance. With supports,
-    it is
-    that of one time step for bdf2 and generalised-alpha, whose steps use earlier states, and for implicit Euler, which
-    evaluates forces at the end of a step.
+    `off` is the imbalance relative to the largest: about the solver tolerance, or, with supports, that of one step for
+    bdf2, generalised-alpha and implicit Euler.
     """
     each = dict(zip(("contacts_Ns", "loads_Ns", "supports_Ns", "damping_Ns"), touched.impulses, strict=True))
     missing = float(np.linalg.norm(touched.change - touched.impulses.sum(axis=0)))
@@ -434,10 +430,7 @@ def in_motion(
     rest: Statics,
     pulling: int = 0,
 ) -> PreparedMotion:
-    """Return the dynamic analysis of a body on a mesh, with its mass (kg, matrix or diagonal) and each load separately.
-
-    The last `pulling` of the `loads` are muscles.
-    """
+    """Return the dynamic analysis of a body with its mass (kg) and each load; the last `pulling` loads are muscles."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic):
         raise TypeError("the analysis is static")
@@ -473,7 +466,7 @@ def in_motion(
 
 
 def velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
-    """Return initial velocities (3 n,), m/s, from the velocity of the body and its spin about the centre of mass."""
+    """Return initial velocities (3 n,), m/s, from velocity and spin about the centre of mass."""
     weights = (mass if mass.ndim == 1 else np.asarray(mass.sum(axis=1)).ravel())[::3]
     centre = weights @ points / weights.sum()
     v: Floats = np.array(analysis.velocity) + np.cross(np.array(analysis.spin), points - centre)

@@ -20,16 +20,14 @@ from softmark.solvers.energies.energy import Floats, Ints
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.rotating_supports import Turns
     from softmark.solvers.mesh.mesh import Mesh
-    from softmark.solvers.statics.winding import Chain
+    from softmark.solvers.statics.winding import CellChain
 
 
 SAME = 1e-12  # relative difference of imposed values that rounding may make
 
 
 def selected(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
-    """Return which nodes of a mesh (n,) a support holds; with `case.wide`, all of cells that it cuts. Raises Fault if
-    none.
-    """
+    """Return which nodes of a mesh (n,) a support holds; with `case.wide`, all of cut cells. Raises Fault if none."""
     from softmark.interpreter.models.shared.support_selection import grip  # beams, which know no meshes, come here too
 
     own = grip(owner.thing.where, mesh)
@@ -89,9 +87,7 @@ class Held:
         return turns_of(owners, fixed, points, per_node, target)
 
     def finished(self) -> tuple[Ints, Floats]:
-        """Return the held degrees of freedom in order, and their values. Raises Fault if a body at rest is free to
-        move.
-        """
+        """Return the held degrees of freedom in order, and their values. Raises Fault if a static body is free."""
         if len(self.values) == self.unknowns:
             raise self._rigid()
         if not (isinstance(self.case.analysis, Dynamic) or self.case.contacts):  # which touch may hold
@@ -112,8 +108,7 @@ class Held:
 
 
 def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple[Ints, Floats, Turns | None]:
-    """Return held degrees of freedom (c,), their displacements (c,), m, and the path of rotating supports. Raises
-    Fault.
+    """Return held dofs (c,), their displacements (c,), m, and the path of rotating supports. Raises Fault.
 
     `measured` has the tracked points that supports may follow, by the name of their reference.
     """
@@ -126,17 +121,17 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
     return fixed, target, way
 
 
-def _chains(case: Case, mesh: Mesh) -> tuple[Chain, ...]:
+def _chains(case: Case, mesh: Mesh) -> tuple[CellChain, ...]:
     """Return chains of cells between supports that hold rotations: rotating ones, and those that hold all components."""
-    from softmark.solvers.statics.winding import Grip, chains
+    from softmark.solvers.statics.winding import RotationSupport, find_cell_chains
 
     holds = range(2 if case.planar else 3)
     grips = [
-        Grip(np.nonzero(selected(case, support, mesh))[0], support.thing.rotation)
+        RotationSupport(np.nonzero(selected(case, support, mesh))[0], support.thing.rotation)
         for support in case.supports
         if support.thing.turns or (support.thing.tracked is None and set(holds) <= set(support.thing.components))
     ]
-    return chains(mesh.points, mesh.cells, grips)
+    return find_cell_chains(mesh.points, mesh.cells, grips)
 
 
 def held_of(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> Held:
@@ -192,9 +187,7 @@ def _scaled(rows: Floats, extent: float) -> Floats:
 
 
 def displacements(support: Declared, X: Floats, measured: Mapping[str, Any], share: float = 1.0) -> Floats:
-    """Return the displacements (n, 3), m, that a support imposes on undeformed points X (n, 3), at a share. Raises
-    Fault.
-    """
+    """Return the displacements (n, 3), m, that a support imposes on points X (n, 3) at a share. Raises Fault."""
     if support.thing.tracked is not None:
         return share * _followed(support, X, measured)
     moved: Floats = support.thing.moved(X, share)
@@ -202,9 +195,7 @@ def displacements(support: Declared, X: Floats, measured: Mapping[str, Any], sha
 
 
 def _followed(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floats:
-    """Return displacements (n, 3) of tracked points near the points X, interpolated by thin plate splines. Raises
-    Fault.
-    """
+    """Return displacements (n, 3) of tracked points near X, by thin plate splines. Raises Fault."""
     from scipy.interpolate import RBFInterpolator
     from scipy.spatial import cKDTree
 

@@ -45,8 +45,7 @@ class Loose:
     whole: bool
 
     def kept(self, declared: Declared, contacts: Mapping[str, Any], u: Floats) -> tuple[tuple[Diagnostic, ...], str]:
-        """Return warnings that name the contacts holding each piece in a state u (3 n,), m, and the remaining free
-        motions.
+        """Return warnings that name the contacts holding each piece in a state u (3 n,), m, and its free motions.
 
         The warnings contain no numbers of the state, so that equal warnings of several states can be merged. The
         motions are
@@ -73,9 +72,7 @@ class Loose:
         return diagnostic("W613", declared.at(), problem, label, remedy), adrift
 
     def _rows(self, contact: Any, u: Floats, piece: Bools) -> Floats:
-        """Return constraint rows (r, 6) of a contact: normal directions at pressed points, all directions at sticking
-        ones.
-        """
+        """Return constraint rows (r, 6) of a contact: normals of pressed points, all directions of sticking ones."""
         X, n, sticks = (
             _met(contact, u, piece) if isinstance(contact, DynamicPatternEnergy) else _pressed(contact, u, piece)
         )

@@ -70,7 +70,7 @@ class PreparedSprings(MeshBasedModel):
 
     def warm(self) -> None:
         """Compile or load every kernel, outside the timing."""
-        with factorisations.warming(len(self.problem.assembly.pattern.indices)):
+        with factorisations.warm_up_in_parallel(len(self.problem.assembly.pattern.indices)):
             warm_kernels()
 
     @property

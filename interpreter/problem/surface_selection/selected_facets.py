@@ -17,7 +17,7 @@ from softmark.interpreter.problem.surface_selection.facet_patches import (
 from softmark.interpreter.problem.surface_selection.plane_clipping import cut_along_planes
 from softmark.records import dataclass
 
-__all__ = ["Part", "select_patches", "select_facets"]
+__all__ = ["Part", "select_facets", "select_patches"]
 
 
 @dataclass(frozen=True)

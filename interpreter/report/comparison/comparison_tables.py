@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from softmark.interpreter.language.number_formatting import format_quantity, group_digits, typeset_number
 from softmark.interpreter.report.comparison.comparison_view import SceneView, spread_range, status_of
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
-from softmark.interpreter.report.page.html_markup import wrappable_name, count, prose, tag, text
+from softmark.interpreter.report.page.html_markup import count, prose, tag, text, wrappable_name
 from softmark.interpreter.study.analysis.comparison_analysis import EffortAtLevel
 from softmark.interpreter.study.analysis.comparison_point import ComparedPoint, Spread
 from softmark.interpreter.study.analysis.configuration_pairs import ChangeEffect, ErrorChange

@@ -9,7 +9,13 @@ from collections.abc import Sequence
 
 from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language.number_formatting import format_quantity
-from softmark.interpreter.report.comparison.comparison_view import CLOCKS, SceneView, separate_problems_note, status_of, views
+from softmark.interpreter.report.comparison.comparison_view import (
+    CLOCKS,
+    SceneView,
+    separate_problems_note,
+    status_of,
+    views,
+)
 from softmark.interpreter.report.comparison.study_answers import study_lines
 from softmark.interpreter.report.page.html_markup import plain
 from softmark.interpreter.study.analysis.comparison_point import ComparedPoint

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from softmark.interpreter.language.number_formatting import format_quantity, typeset_number
-from softmark.interpreter.report.comparison.comparison_tables import heading, row, row_head, format_bytes, table
+from softmark.interpreter.report.comparison.comparison_tables import format_bytes, heading, row, row_head, table
 from softmark.interpreter.report.comparison.comparison_view import SceneView
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
 from softmark.interpreter.report.page.figure_frame import details

@@ -8,7 +8,7 @@ from dataclasses import replace
 from softmark.interpreter.report.notebook.box_frame import ROWS, if_it_fits, isolated_frame, shell, verdict
 from softmark.interpreter.report.page.figure_frame import details
 from softmark.interpreter.report.page.html_markup import count, prose, tag
-from softmark.interpreter.report.run.figures.comparison_section import messages, vouched
+from softmark.interpreter.report.run.figures.comparison_section import error_statements, messages
 from softmark.interpreter.report.run.report_bodies import BodyResults, bodies
 from softmark.interpreter.report.run.report_header import title
 from softmark.interpreter.report.run.report_page import files_of
@@ -42,7 +42,7 @@ def _warning_summary(findings: Findings) -> str:
     warnings = findings.report.warnings
     if not warnings:
         return ""
-    return details(count(len(warnings), "warning"), expectation_table.warned(warnings[:ROWS]))
+    return details(count(len(warnings), "warning"), expectation_table.warning_list(warnings[:ROWS]))
 
 
 def _expectations(findings: Findings) -> str:
@@ -68,7 +68,7 @@ def _results(findings: Findings) -> Sequence[str]:
         return ()
     notes = Notes(linked=False)
     tables = [_table(findings, body, notes) for body in bodies(findings)]
-    return *tables, notes.list(), vouched(findings)
+    return *tables, notes.list(), error_statements(findings)
 
 
 def _table(findings: Findings, body: BodyResults, notes: Notes) -> str:

@@ -21,7 +21,13 @@ LINES = 200  # of its text
 
 def inline(scene: Scene, warnings: Sequence[Diagnostic]) -> str:
     """Return a scene as a piece of HTML of bounded size."""
-    parts = [tag("p", prose(_expected(scene))), _warning_summary(warnings), _parameters(scene), _declared(scene), _text(scene)]
+    parts = [
+        tag("p", prose(_expected(scene))),
+        _warning_summary(warnings),
+        _parameters(scene),
+        _declared(scene),
+        _text(scene),
+    ]
     return shell(scene.title or scene.source.name, *parts)
 
 
@@ -37,7 +43,7 @@ def _warning_summary(warnings: Sequence[Diagnostic]) -> str:
     if not warnings:
         return ""
     said = [ReportWarning(d.code, d.message, d.span.line if d.span else None, d.help) for d in warnings[:ROWS]]
-    return details(count(len(warnings), "warning"), expectation_table.warned(said))
+    return details(count(len(warnings), "warning"), expectation_table.warning_list(said))
 
 
 def _parameters(scene: Scene) -> str:

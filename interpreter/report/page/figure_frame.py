@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from softmark.interpreter.report.charts.line_chart import Chart, sample
-from softmark.interpreter.report.page.html_markup import wrappable_name, count, prose, tag, text
+from softmark.interpreter.report.page.html_markup import count, prose, tag, text, wrappable_name
 from softmark.records import dataclass
 
 SHOWN = 12  # curves of models that are drawn at first; the legend has the others
@@ -45,7 +45,9 @@ def _legend(chart: Chart, open_: Sequence[str] | None) -> str:
     for index, curve in enumerate(chart.curves):
         checked = open_ is None or curve.name in open_ or curve.look.role != "model"
         box = tag("input", type="checkbox", value=f"k{index}", checked=checked)
-        rows.append(tag("label", box, sample(curve.look), tag("span", wrappable_name(curve.name)), class_=curve.look.role))
+        rows.append(
+            tag("label", box, sample(curve.look), tag("span", wrappable_name(curve.name)), class_=curve.look.role)
+        )
     return tag("fieldset", tag("legend", "Curves"), *rows, class_="legend")
 
 

@@ -8,7 +8,15 @@ from typing import Any
 
 from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
 from softmark.interpreter.report.page.html_markup import plain, tag, text
-from softmark.interpreter.report.robustness.robustness_view import Ruler, class_of, percent, ruler, format_value, point_tooltip, points_along
+from softmark.interpreter.report.robustness.robustness_view import (
+    Ruler,
+    class_of,
+    format_value,
+    percent,
+    point_tooltip,
+    points_along,
+    ruler,
+)
 from softmark.interpreter.study.robustness.robustness_record import PairMap, RobustnessPoint, RobustnessStudyRecord
 
 WIDTH, LEFT, RIGHT, ROW, TOP = 900.0, 190.0, 24.0, 26.0, 10.0

@@ -13,10 +13,10 @@ from softmark.interpreter.report.robustness.robustness_view import (
     CLASSES,
     beyond,
     class_of,
-    percent,
-    reach,
     format_value,
+    percent,
     point_tooltip,
+    reach,
 )
 from softmark.interpreter.report.robustness.validity_range_text import gaps, nowhere_right
 from softmark.interpreter.report.run.tables.provenance_table import listing, scene_name, table_of

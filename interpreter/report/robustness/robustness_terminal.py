@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language import units
 from softmark.interpreter.planning.varied_quantities import WalkedQuantity
-from softmark.interpreter.report.robustness.validity_range_text import chosen, ends, gaps, nowhere_right
+from softmark.interpreter.report.robustness.validity_range_text import ends, gaps, nowhere_right, options_by_class
 from softmark.interpreter.study.robustness.robustness_record import (
     ChoiceEdge,
     RobustnessRecord,
@@ -61,7 +61,7 @@ def _is_vector(quantity: WalkedQuantity) -> bool:
 def _range(edges: Sequence[ValidityEdge], unit: str) -> str:
     """Return `right 0.3 .. 0.4995`, or that the model is right nowhere, or that nothing was judged."""
     if isinstance(edges[0], ChoiceEdge):
-        return "; ".join(f"{SAID.get(word, word)}: {', '.join(own)}" for word, own in chosen(edges[0]))
+        return "; ".join(f"{SAID.get(word, word)}: {', '.join(own)}" for word, own in options_by_class(edges[0]))
     found = ends(edges, lambda value: number(value, unit))
     if not found:
         return nowhere_right(edges)

@@ -8,7 +8,7 @@ from typing import Any
 
 from softmark.interpreter.language.number_formatting import format_quantity, typeset_number
 from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
-from softmark.interpreter.report.robustness.validity_range_text import chosen, ends
+from softmark.interpreter.report.robustness.validity_range_text import ends, options_by_class
 from softmark.interpreter.study.robustness.robustness_record import (
     ChoiceEdge,
     RobustnessPoint,
@@ -117,13 +117,15 @@ def beyond(edge: ValidityEdge, unit: str) -> str | None:
         return None
     words = class_of(edge.word).words
     if isinstance(edge, ChoiceEdge):
-        others = [(word, own) for word, own in chosen(edge) if word != "right"]
+        others = [(word, own) for word, own in options_by_class(edge) if word != "right"]
         return "; ".join(f"{class_of(word).words} with {', '.join(own)}" for word, own in others)
     at_once = edge.word == "unjudged" and edge.last_right is None
     return words if edge.met is None or at_once else f"{words} from {format_value(edge.met, unit)}"
 
 
-def points_along(study: RobustnessStudyRecord, model: str, quantity: WalkedQuantity) -> list[tuple[Value, RobustnessPoint]]:
+def points_along(
+    study: RobustnessStudyRecord, model: str, quantity: WalkedQuantity
+) -> list[tuple[Value, RobustnessPoint]]:
     """Return the points of a model along one quantity, all others nominal, in no particular order."""
     nominal = {q.name: q.nominal for q in study.quantities}
     own = []

@@ -31,7 +31,7 @@ def gaps(own: Collection[ValidityEdge]) -> str:
     return f"{blind} point{'s' if blind != 1 else ''} between not judged" if blind else ""
 
 
-def chosen(edge: ChoiceEdge) -> list[tuple[str, list[str]]]:
+def options_by_class(edge: ChoiceEdge) -> list[tuple[str, list[str]]]:
     """Return the options of a choice grouped by class, right ones first."""
     words = dict.fromkeys(("right", *edge.classes.values()))
     return [(word, own) for word in words if (own := edge.under(word))]

@@ -58,7 +58,7 @@ SECTIONS: tuple[tuple[str, Callable[[Findings], str]], ...] = (
     ("filled", filled_surface_table.section_of),
     ("bodies", region_table.bodies_of),
     ("regions", region_table.section_of),
-    ("varying", region_table.varying),
+    ("varying", region_table.varying_constants),
     ("loads", load_table.section_of),
     ("supports", reaction_table.section_of),
     ("contacts", contact_table.section_of),

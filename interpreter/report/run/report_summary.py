@@ -255,7 +255,7 @@ def value_of(result: Result, metric: str) -> float | None:
     return None if found is None or found.value is None else float(found.value)
 
 
-def worth(reference: ReferenceResult) -> str:
+def kind_of_reference(reference: ReferenceResult) -> str:
     """Return the kind of a reference: `consensus of 3 codes`."""
     codes = reference.facts.get("codes")
     return f"{reference.kind} of {codes} codes" if codes else reference.about

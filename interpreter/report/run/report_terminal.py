@@ -57,7 +57,7 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
 
     Each body has its own table; columns beyond `width` continue below.
     """
-    report = _shown(report)
+    report = _terminal_safe(report)
     paint = _Paint(terminal and not os.environ.get("NO_COLOR"))
     room = width or (max(80, shutil.get_terminal_size((WIDE, 24)).columns) if terminal else WIDE)
     findings = Findings(report)
@@ -68,8 +68,8 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
         parts.append(_Rows(findings, body, paint).text(room))
     if told := list(state_charts.lines(findings)):
         parts += ["", *told]
-    notes = [*_of_parts(findings), *_uncertain(report), *_doubted(report)]
-    notes += [*_reasons(report), *_said(report), *_read(report)]
+    notes = [*_symmetry_notes(findings), *_uncertainty_footnote(report), *_validity_footnote(report)]
+    notes += [*_reasons(report), *_reference_notes(report), *_reading_notes(report)]
     notes += [
         *reference_agreement.lines(findings),
         *error_statement_table.lines(report),
@@ -80,11 +80,11 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
     if notes:
         parts += ["", *notes]
     if report.expectations:
-        parts += ["", *(_expectation(e, paint) + _known(report, e) for e in report.expectations)]
+        parts += ["", *(_expectation(e, paint) + _reference_uncertainty(report, e) for e in report.expectations)]
     return "\n".join(parts)
 
 
-def _shown(report: Report) -> Report:
+def _terminal_safe(report: Report) -> Report:
     """Return the report with all external texts made safe for a terminal; the scene's text is unchanged."""
     scene = {n: v if n == "text" else all_visible(v) for n, v in report.scene.items()}
     models, references = ({n: _plain(r) for n, r in known.items()} for known in (report.models, report.references))
@@ -164,7 +164,7 @@ class _Rows:
         values = [self._value(result, m) for m in self.metrics]
         if isinstance(result, ModelResult):
             return [name, *values, *_effort(result)]
-        end = REFERENCE + result.kind + _left_open(result) if result.status == "converged" else result.status
+        end = REFERENCE + result.kind + _uncertainty_suffix(result) if result.status == "converged" else result.status
         return [f"({name})", *values, "", "", "", end]
 
     def _value(self, result: Result, metric: MetricColumn) -> str:
@@ -178,22 +178,22 @@ class _Rows:
         if is_negligible(found.value, self._largest[metric.name], metric.unit, self.findings.moved):
             return "0"
         off = stated_of(result, metric)
-        error = "" if off is None else f" {error_statement_table.beside(off, found)}"
+        error = "" if off is None else f" {error_statement_table.stated_error(off, found)}"
         marks = ("" if found.meaningful else " †") + (" ‡" if found.doubt else "")
         return _amount(found.value, found.unit) + error + marks
 
 
-def _left_open(reference: ReferenceResult) -> str:
+def _uncertainty_suffix(reference: ReferenceResult) -> str:
     """Return `, ± 23 µm`: the uncertainty of a reference, unless it is negligible."""
     error, facts = reference.estimated_error, reference.facts
     if error is not None:
         displaced = reference.probes or reference.shape is not None  # of one of forces alone it tells nothing
-        return f", ± {_off(error, 'm')}" if displaced and error >= LEAST_ERROR else ""
+        return f", ± {_format_uncertainty(error, 'm')}" if displaced and error >= LEAST_ERROR else ""
     known = facts.get("uncertainty") if "unit" in facts else None  # of a curve: of the value that is known the least
-    return f", ± {_off(known, facts['unit'])} at most" if known else ""
+    return f", ± {_format_uncertainty(known, facts['unit'])} at most" if known else ""
 
 
-def _off(value: float, unit: str) -> str:
+def _format_uncertainty(value: float, unit: str) -> str:
     """Return an uncertainty with two digits: `23 µm`."""
     return error_statement_table.amount(value, unit).replace("\N{NO-BREAK SPACE}", " ")
 
@@ -247,22 +247,25 @@ def _amount(value: float, unit_text: str) -> str:
     return format_moment_unit(f"{float(number):.6g} {unit}", unit_text)
 
 
-def _of_parts(findings: Findings) -> list[str]:
+def _symmetry_notes(findings: Findings) -> list[str]:
     """Return notes on models of a symmetric part: `push, held are of the quarter of layer that is modelled`."""
     same: dict[str, list[str]] = {}
     for metric in findings.metrics:
         if metric.part:
             same.setdefault(metric.part, []).append(metric.name)
-    return [f"{', '.join(names)}: of {part.replace('`', '')}{_theirs(findings, names)}" for part, names in same.items()]
+    return [
+        f"{', '.join(names)}: of {part.replace('`', '')}{_references_of_part(findings, names)}"
+        for part, names in same.items()
+    ]
 
 
-def _theirs(findings: Findings, metrics: Sequence[str]) -> str:
+def _references_of_part(findings: Findings, metrics: Sequence[str]) -> str:
     """Return the references whose numbers are of the same part."""
     known = [n for n, r in findings.report.references.items() if any(value_of(r, m) is not None for m in metrics)]
     return f"; of {', '.join(known)} as well" if known else ""
 
 
-def _uncertain(report: Report) -> list[str]:
+def _uncertainty_footnote(report: Report) -> list[str]:
     """Return the footnote on values that do not exceed the uncertainty of their reference."""
     found = {
         name: _amount(metric.uncertainty, metric.unit)
@@ -274,7 +277,7 @@ def _uncertain(report: Report) -> list[str]:
     return [f"† within the uncertainty of the reference ({each})"] if found else []
 
 
-def _doubted(report: Report) -> list[str]:
+def _validity_footnote(report: Report) -> list[str]:
     """Return the footnote on values whose reference may not be valid here."""
     found: dict[str, dict[str, None]] = {}
     for part in report.outcomes:
@@ -300,34 +303,34 @@ def _reasons(report: Report) -> list[str]:
     return lines
 
 
-def _read(report: Report) -> list[str]:
+def _reading_notes(report: Report) -> list[str]:
     """Return notes on how measurements were read, such as units below a header or omitted rows."""
     known = report.references.items()
     measured = [(n, r.facts.get("notes") or ()) for n, r in known if "uncertainty" in r.facts]
     return [all_visible(f"{name}: {note}") for name, notes in measured for note in notes]
 
 
-def _said(report: Report) -> list[str]:
+def _reference_notes(report: Report) -> list[str]:
     """Return notes that references give about themselves."""
     return [f"{name}: {said}" for name, r in report.references.items() if (said := r.facts.get("said"))]
 
 
-def _known(report: Report, e: ExpectationResult) -> str:
+def _reference_uncertainty(report: Report, e: ExpectationResult) -> str:
     """Return the reference uncertainty of a metric, if it is not small relative to the limit or may change the verdict."""
     if e.passed is None or e.value is None:
         return ""
     compared = (e.value, *e.limits)
-    known = [m for name, metric in e.about for m in _each(report, name, metric) if m.value in compared]
+    known = [m for name, metric in e.about for m in _metric_in_states(report, name, metric) if m.value in compared]
     open_ = max((m.uncertainty or 0.0 for m in known), default=0.0)
     if not open_:
         return ""
-    said = f"; the reference is known to \u00b1 {_off(open_, e.unit)}"
+    said = f"; the reference is known to \u00b1 {_format_uncertainty(open_, e.unit)}"
     if any(abs(e.value - limit) <= open_ for limit in e.limits):
         return f"{said}, which may turn this"
     return said if any(open_ > MENTIONED * abs(limit) for limit in e.limits) else ""
 
 
-def _each(report: Report, name: str, metric: str) -> Iterator[MetricResult]:
+def _metric_in_states(report: Report, name: str, metric: str) -> Iterator[MetricResult]:
     """Yield a metric of a model or reference in every state."""
     owner = report.models.get(name) or report.references.get(name)
     everywhere = [] if owner is None else [owner, *owner.each]

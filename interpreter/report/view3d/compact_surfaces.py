@@ -25,14 +25,14 @@ FINEST = 65535
 
 
 @dataclass(frozen=True)
-class Small:
+class ReducedSurfaces:
     """Reduced surfaces, and notes on what was left out."""
 
     shapes: Mapping[str, DrawnSurface]
     notes: tuple[str, ...]
 
 
-def fit(shapes: Mapping[str, DrawnSurface], points: int = POINTS, room: int = ROOM) -> Small:
+def reduce_surfaces(shapes: Mapping[str, DrawnSurface], points: int = POINTS, room: int = ROOM) -> ReducedSurfaces:
     """Thin surfaces to at most `points` points, keep as many frames as fit into `room` bytes, then thin further."""
     limit = points
     while True:
@@ -42,7 +42,7 @@ def fit(shapes: Mapping[str, DrawnSurface], points: int = POINTS, room: int = RO
             break
         limit //= 2
     kept = {name: _sampled(shape, max(frames, 2)) for name, shape in thin.items()}
-    return Small(kept, tuple(notes_of(shapes, kept)))
+    return ReducedSurfaces(kept, tuple(notes_of(shapes, kept)))
 
 
 def _affordable(shapes: Mapping[str, DrawnSurface], room: int) -> int:

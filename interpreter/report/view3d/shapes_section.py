@@ -12,21 +12,21 @@ import numpy as np
 from softmark.interpreter.language.number_formatting import choose_scale, format_quantity, group_digits, typeset_number
 from softmark.interpreter.report.charts.line_chart import sample
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
-from softmark.interpreter.report.page.figure_frame import SHOWN, PlateColumn, hidden_models_note, data_table, details
+from softmark.interpreter.report.page.figure_frame import SHOWN, PlateColumn, data_table, details, hidden_models_note
 from softmark.interpreter.report.page.html_markup import count, plain, prose, section, several, tag, text
 from softmark.interpreter.report.run.report_bodies import bodies
 from softmark.interpreter.report.run.report_summary import Findings, Result
-from softmark.interpreter.report.run.tables.line_probes import drawn_first, looks
+from softmark.interpreter.report.run.tables.line_probes import initially_shown, looks
 from softmark.interpreter.report.view3d import rigid_bodies_view
 from softmark.interpreter.report.view3d.compact_surfaces import (
     POINTS,
     ROOM,
     Floats,
-    Small,
-    fit,
+    ReducedSurfaces,
     notes_of,
     packed,
     packed_triangles,
+    reduce_surfaces,
     step_of,
 )
 from softmark.interpreter.report.view3d.shapes_toolbar import DECADES, FigureKind, colour_bar, time_bar, toolbar
@@ -36,7 +36,7 @@ from softmark.interpreter.results.run_report import DrawnSurface
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
-    from softmark.interpreter.report.view3d.surface_fields import CarriedColours
+    from softmark.interpreter.report.view3d.surface_fields import FieldColours
 
 PANELS = 24  # of more shapes than this only some models are shown at first
 CLIP = 95.0  # percentile of the points of one shape
@@ -53,11 +53,11 @@ def section_of(findings: Findings, points: int = POINTS, room: int = ROOM, still
     given = {n: r.shape for n, r in _ordered(findings) if r.shape is not None and _drawable(r.shape)}
     if not given:
         return ""
-    kept, figures = fit(given, points, room).shapes, []
+    kept, figures = reduce_surfaces(given, points, room).shapes, []
     for number, body in enumerate(bodies(findings)):
         own = {n: shape for n, shape in kept.items() if n in body.results}
         if own:
-            small = Small(own, tuple(notes_of({n: given[n] for n in own}, own)))
+            small = ReducedSurfaces(own, tuple(notes_of({n: given[n] for n in own}, own)))
             figures.append(_Shapes(findings, small, f"-{number}" if number else "", body.name, stills).figure())
     return section("shapes", "Shapes", *figures)
 
@@ -79,7 +79,7 @@ class _Shapes:
     """Figure of all surfaces."""
 
     findings: Findings
-    small: Small
+    small: ReducedSurfaces
     key: str = ""  # the end of its ids
     body: str = ""
     stills: bool = True  # pictures for readers without scripts
@@ -121,7 +121,7 @@ class _Shapes:
         """Shapes shown initially: if there are many, references and the models whose lines are drawn initially."""
         if len(self.shapes) <= PANELS:
             return dict(self.shapes)
-        models, chosen = self.findings.report.models, drawn_first(self.findings)
+        models, chosen = self.findings.report.models, initially_shown(self.findings)
         best = [n for n in chosen if n in self.shapes] or [n for n in self.shapes if n in models][:SHOWN]
         return {n: s for n, s in self.shapes.items() if n in best or n not in models}
 
@@ -142,14 +142,14 @@ class _Shapes:
         return any(s.frames is not None for s in self.shapes.values())
 
     @cached_property
-    def carried(self) -> CarriedColours | None:
+    def carried(self) -> FieldColours | None:
         """Stress and contacts as colour; None if the scene does not request them or no result has them."""
         given = {n: s for n in self.shapes if (s := self.findings.everyone[n].shape) is not None}
         if not any(c.values is not None for s in given.values() for c in s.carried):
             return None
-        from softmark.interpreter.report.view3d.surface_fields import CarriedColours
+        from softmark.interpreter.report.view3d.surface_fields import FieldColours
 
-        return CarriedColours(given, self.shapes, _last(self.dynamic, self.in_states))
+        return FieldColours(given, self.shapes, _last(self.dynamic, self.in_states))
 
     @property
     def in_states(self) -> bool:

@@ -49,7 +49,7 @@ def toolbar(
         scales = (("full", "Largest"), ("clipped", "Usual"), ("log", "Log"))
         groups.append(_choice("Scale", f"range{key}", scales, 1 if kind.clipped else 0))
     groups.append(_choice("Scale", f"span{key}", (("whole", "Largest"), ("usual", "Usual")), 1) if carried else "")
-    groups.append(_behind(ghosts) if ghosts else "")
+    groups.append(_background_choice(ghosts) if ghosts else "")
     groups.append(_numbers(carried) if len(carried) > 1 else "")
     groups.append(_view(kind.axes))
     who = tag("fieldset", tag("legend", "Shown"), *(_who(*known) for known in names), class_="who legend")
@@ -79,7 +79,7 @@ def _numbers(carried: Sequence[str]) -> str:
     return tag("div", tag("label", tag("span", _kinds(carried)), tag("select", *options)), class_="behind number")
 
 
-def _behind(ghosts: Sequence[tuple[int, str, bool]]) -> str:
+def _background_choice(ghosts: Sequence[tuple[int, str, bool]]) -> str:
     """Return the choice of the reference drawn in grey behind each shape."""
     options = [tag("option", "nothing", value="")]
     options += [tag("option", text(name), value=str(i), selected=first) for i, name, first in ghosts]

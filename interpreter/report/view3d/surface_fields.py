@@ -28,7 +28,7 @@ STATISTICS = ("least", "mean", "largest")
 
 
 @dataclass(frozen=True)
-class CarriedScale:
+class FieldScale:
     """Colour scale of one field of all models: its description, and its ends for all points and for usual ones."""
 
     kind: SurfaceField
@@ -42,29 +42,29 @@ class CarriedScale:
         return format_quantity(value, self.kind.unit, digits, percent=True)
 
 
-def scale_over(numbers: list[SurfaceField]) -> CarriedScale | None:
+def scale_over(numbers: list[SurfaceField]) -> FieldScale | None:
     """Return the scale of a field over several models; None if no model has it."""
     known = [n.values for n in numbers if n.values is not None and len(n.values)]
     if not known:
         return None
     least, most = min(float(v.min()) for v in known), max(float(v.max()) for v in known)
     tails = [(0.5 * (100.0 - USUAL), 0.5 * (100.0 + USUAL))] * len(known)
-    usual_of = [_told(v) for v in known] if numbers[0].partly else known
+    usual_of = [_for_usual_range(v) for v in known] if numbers[0].partly else known
     ends = [tuple(float(e) for e in np.percentile(v, tail)) for v, tail in zip(usual_of, tails, strict=True)]
     sizes = [max(abs(low), abs(high)) for low, high in ends]
     usual = [e for e, size in zip(ends, sizes, strict=True) if size <= FAR * float(np.median(sizes))]
     floor = FLAT * max(n.size for n in numbers) or 1e-12
     low, high = min(low for low, _ in usual), max(high for _, high in usual)
-    return CarriedScale(numbers[0], _apart(least, most, floor), _apart(low, high, floor))
+    return FieldScale(numbers[0], _separate_ends(least, most, floor), _separate_ends(low, high, floor))
 
 
-def _told(values: Floats) -> Floats:
+def _for_usual_range(values: Floats) -> Floats:
     """Return nonzero values (n,), with only as many zeros as are needed for zero to be an end of the usual range."""
     some = values[values != 0.0]
     return np.concatenate([np.zeros(2 + len(some) // 10), some]) if len(some) else values
 
 
-def _apart(low: float, high: float, floor: float) -> tuple[float, float]:
+def _separate_ends(low: float, high: float, floor: float) -> tuple[float, float]:
     """Return ends of a scale that differ by more than rounding errors."""
     if high - low > floor:
         return low, high
@@ -73,7 +73,7 @@ def _apart(low: float, high: float, floor: float) -> tuple[float, float]:
 
 
 @dataclass(frozen=True)
-class CarriedColours:
+class FieldColours:
     """Fields of a figure besides the errors. `given` are shapes with all points, `shapes` those that are drawn."""
 
     given: Mapping[str, DrawnSurface]
@@ -86,7 +86,7 @@ class CarriedColours:
         return {n: s for n, s in self.given.items() if s.carried}
 
     @cached_property
-    def known(self) -> dict[int, CarriedScale]:
+    def known(self) -> dict[int, FieldScale]:
         """Scales of the available fields, by the index of the requested field."""
         asked = range(max((len(s.carried) for s in self.models.values()), default=0))
         found = ((i, scale_over([s.carried[i] for s in self.models.values()])) for i in asked)
@@ -98,7 +98,7 @@ class CarriedColours:
         return list(self.known)
 
     @property
-    def scales(self) -> list[CarriedScale]:
+    def scales(self) -> list[FieldScale]:
         """Scales of the available fields."""
         return list(self.known.values())
 
@@ -163,8 +163,7 @@ class CarriedColours:
         return {"carried": found}
 
     def caption(self, errors: bool) -> str:
-        """Return the meaning of the colours, besides `errors` if there are any, models without data, and limitations.
-        """
+        """Return the meaning of the colours, besides `errors` if there are any, models without data, and limitations."""
         asked = []
         for scale in self.scales:
             by = several([f"`{m}`" for m in scale.kind.metrics])
@@ -221,7 +220,7 @@ class CarriedColours:
         return float(values.min()), float(values.mean()), float(values.max())
 
 
-def _below(scale: CarriedScale, ends: tuple[float, float], kind: str, words: str) -> str:
+def _below(scale: FieldScale, ends: tuple[float, float], kind: str, words: str) -> str:
     return scale_below(linear(*ends, scale.kind.words, scale.kind.unit, 6), kind, words)
 
 

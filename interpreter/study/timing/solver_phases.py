@@ -33,7 +33,7 @@ FUNCTIONS: dict[str, str] = {
     "softmark.solvers.dynamics.dynamic_forces.DynamicForces.tangent": "assembly",
     "softmark.solvers.dynamics.dynamic_forces.DynamicForces.add_mass": "assembly",
     "softmark.solvers.linear.factorisations.factor": "factorisation",
-    "softmark.solvers.linear.symbolic_cache.plan_of": "factorisation",
+    "softmark.solvers.linear.symbolic_cache.cached_plan": "factorisation",
 }
 
 # methods that every class of a module, or of the modules of a package, may have

@@ -1,7 +1,7 @@
 """Verification of each kind of model: forces by independent formulas, and the stated error.
 
-To add one: a module with a class derived from Voucher, or from Sized for models on meshes with a cell size, and its
-VOUCHER; a line in VOUCHERS. It is imported when such a model has an answer. A model without one is still solved and
+To add one: a module with a class derived from Verifier (or SizedMeshVerifier, for models on meshes with a cell size)
+and its VERIFIER; a line in VERIFIERS. It is imported when such a model has an answer. A model without one is still solved and
 reported: its forces are not verified, and it states no error.
 """
 
@@ -19,7 +19,7 @@ from softmark.interpreter.models.reduced.reduced_declaration import Reduced
 from softmark.interpreter.models.spring_network.spring_declaration import MassSpring
 from softmark.interpreter.verification.by_model.verifier import Verifier
 
-VOUCHERS: dict[type[Any], str] = {
+VERIFIERS: dict[type[Any], str] = {
     Fem: "softmark.interpreter.verification.by_model.solid_verifier",
     Beam6Dof: "softmark.interpreter.verification.by_model.beam_verifier",
     Frame6Dof: "softmark.interpreter.verification.by_model.frame_verifier",
@@ -32,8 +32,8 @@ VOUCHERS: dict[type[Any], str] = {
 
 def verifier_of(model: Any) -> Verifier:
     """Return the verifier of a model: that of its class or of a base class."""
-    known = next((VOUCHERS[cls] for cls in type(model).__mro__ if cls in VOUCHERS), None)
+    known = next((VERIFIERS[cls] for cls in type(model).__mro__ if cls in VERIFIERS), None)
     if known is None:
         return Verifier()
-    found: Verifier = import_module(known).VOUCHER
+    found: Verifier = import_module(known).VERIFIER
     return found

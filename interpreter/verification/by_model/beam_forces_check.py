@@ -18,7 +18,7 @@ from softmark.interpreter.problem.axial_selection import coverage, selects_whole
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.by_model.solid_forces_check import LEFT
 from softmark.interpreter.verification.by_model.verifier import VerifiedSolution
-from softmark.interpreter.verification.reaction_balance import summed
+from softmark.interpreter.verification.reaction_balance import sum_by_support
 from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.interpreter.vocabulary.load_words import (
     BodyForce,
@@ -71,7 +71,10 @@ class BeamLine:
         return CheckedRod(x, R, l, self.stiffness, rigid, natural), arm
 
     def loads(self, rod: CheckedRod) -> Floats:
-        """Return forces and moments at the nodes of the deformed rod (n, 6), N and N m in space. Raises Unchecked."""
+        """Return forces and moments at the nodes of the deformed rod (n, 6), N and N m in space.
+
+        Raises NoIndependentFormula.
+        """
         shape, both, l = self.case.prism, np.zeros((len(self.s), 6)), np.diff(self.s)
         f, m = both[:, :3], both[:, 3:]
         for load in self.case.loads:
@@ -79,7 +82,9 @@ class BeamLine:
                 case BodyForce(acceleration=g):
                     w = self.case.material.density * np.array(g)
                     if shape.tapered:
-                        f += np.outer(integrate_hats(self.s, 0.0, shape.length, lambda at: shape.section_at(at).area), w)
+                        f += np.outer(
+                            integrate_hats(self.s, 0.0, shape.length, lambda at: shape.section_at(at).area), w
+                        )
                         continue
                     w *= shape.section.area
                     f[:-1] += 0.5 * l[:, None] * w
@@ -233,10 +238,10 @@ def rod_of(found: VerifiedSolution) -> tuple[CheckedRod, float]:
         line, displacement = line_of(found), found.solution.displacement
         rod, arm = line.rod(displacement)
         if found.case.remembers:
-            from softmark.interpreter.verification.viscoelastic_forces_check import gone_of
+            from softmark.interpreter.verification.viscoelastic_forces_check import relaxed_strain
 
             rod = replace(
-                rod, gone=gone_of(found.case.material, displacement, lambda moved: line.rod(moved)[0].strains)
+                rod, gone=relaxed_strain(found.case.material, displacement, lambda moved: line.rod(moved)[0].strains)
             )
         found.known[rod_of] = rod, arm
     known: tuple[CheckedRod, float] = found.known[rod_of]
@@ -244,7 +249,7 @@ def rod_of(found: VerifiedSolution) -> tuple[CheckedRod, float]:
 
 
 def balance_of(found: VerifiedSolution) -> ForceBalance:
-    """Compute the force balance of a beam. Raises Unchecked."""
+    """Compute the force balance of a beam. Raises NoIndependentFormula."""
     return worse_balance(*_forces(found))
 
 
@@ -256,11 +261,11 @@ def worse_balance(inside: Floats, outside: Floats, fixed: NDArray[np.bool_], noi
 
 
 def reactions_of(found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
-    """Return the reaction of every support, and its rounding error, N. Raises Unchecked."""
+    """Return the reaction of every support, and its rounding error, N. Raises NoIndependentFormula."""
     inside, outside, _, noise = _forces(found)
     beam, left = line_of(found), (inside - outside) / _per_length(found)
     masks = {support.name: beam.carries(support) for support in beam.case.supports}
-    return summed(masks, left, rod_of(found)[0].x), LEFT * noise
+    return sum_by_support(masks, left, rod_of(found)[0].x), LEFT * noise
 
 
 def _per_length(found: VerifiedSolution) -> Floats:
@@ -271,7 +276,7 @@ def _per_length(found: VerifiedSolution) -> Floats:
 def _forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
     """Return internal and external forces, moments over the length (n, 6), N; what is held; rounding, N; computed once.
 
-    Raises Unchecked.
+    Raises NoIndependentFormula.
     """
     if _forces not in found.known:
         found.known[_forces] = _compute_forces(found)
@@ -280,7 +285,7 @@ def _forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_],
 
 
 def _compute_forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
-    """Compute the forces of `_forces`. Raises Unchecked."""
+    """Compute the forces of `_forces`. Raises NoIndependentFormula."""
     beam, model = line_of(found), found.declared.thing
     if found.solution.displacement is None or (len(beam.s) > 200 and not (model.shear and model.axial)):
         raise NoIndependentFormula("constraints of so many elements are not looked at again")

@@ -18,7 +18,7 @@ from softmark.interpreter.results.run_report import ModelResult
 from softmark.interpreter.verification.by_model.beam_forces_check import balance_of, reactions_of, rod_of
 from softmark.interpreter.verification.by_model.verifier import VerifiedSolution, Verifier
 from softmark.interpreter.verification.grid_convergence import COARSE
-from softmark.interpreter.verification.probe_errors import NO_ERROR, ProbeResultUnderTest, NoErrorEstimate
+from softmark.interpreter.verification.probe_errors import NO_ERROR, NoErrorEstimate, ProbeResultUnderTest
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.solvers.independent_forces.solid_forces import ForceBalance
 from softmark.solvers.mesh.shape import Swept
@@ -53,15 +53,15 @@ class BeamVerifier(Verifier):
         }  # fmt: skip
 
     def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
-        """Compute the force balance by solvers/independent_forces/rod_forces.py. Raises Unchecked."""
+        """Compute the force balance by solvers/independent_forces/rod_forces.py. Raises NoIndependentFormula."""
         return balance_of(found), found.solution.facts.get("residual")
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
-        """Compute the reactions by the same formulas. Raises Unchecked."""
+        """Compute the reactions by the same formulas. Raises NoIndependentFormula."""
         return reactions_of(found)
 
     def coarser(self, answer: SolutionUnderTest) -> list[tuple[Solution, float]]:
-        """Return solutions with half and a quarter of the segments. Raises Unknown."""
+        """Return solutions with half and a quarter of the segments. Raises NoErrorEstimate."""
         thing = answer.declared.thing
         found: list[tuple[Solution, float]] = []
         segments = thing.segments
@@ -83,7 +83,7 @@ class BeamVerifier(Verifier):
         return found
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the error of the theory. Raises Unknown."""
+        """Return the error of the theory. Raises NoErrorEstimate."""
         tensors = isinstance(seen.metric, TensorMetric)
         if not (seen.in_forces or seen.in_displacements or tensors):
             raise NoErrorEstimate(
@@ -96,7 +96,7 @@ class BeamVerifier(Verifier):
         return (2.0 if seen.in_forces else 1.0) * missing * seen.size  # an energy goes with the square of what bends
 
     def left_out(self, answer: SolutionUnderTest) -> float:
-        """Return the relative displacement error of the theory. Raises Unknown."""
+        """Return the relative displacement error of the theory. Raises NoErrorEstimate."""
         return theory_error(answer.declared.thing, answer.case, answer.result)
 
     def pieces(self, case: Case) -> Sequence[Swept]:
@@ -135,7 +135,10 @@ def taper_error(shape: Swept) -> float:
 
 
 def section_stress_scale(answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-    """Return the size that an error of section stress is relative to. Raises Unknown if the theory gives none."""
+    """Return the size that an error of section stress is relative to.
+
+    Raises NoErrorEstimate if the theory gives none.
+    """
     from softmark.interpreter.models.beam.end_effect_zones import disturbed
 
     if place := disturbed(answer.case, answer.declared.thing, seen.X):
@@ -143,4 +146,4 @@ def section_stress_scale(answer: SolutionUnderTest, seen: ProbeResultUnderTest) 
     return seen.size
 
 
-VOUCHER = BeamVerifier()
+VERIFIER = BeamVerifier()

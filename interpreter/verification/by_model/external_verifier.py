@@ -8,7 +8,7 @@ from typing import Any
 from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
 from softmark.interpreter.verification.by_model import solid_verifier
 from softmark.interpreter.verification.by_model.verifier import VerifiedSolution, Verifier
-from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest, NoErrorEstimate
+from softmark.interpreter.verification.probe_errors import NoErrorEstimate, ProbeResultUnderTest
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.solvers.independent_forces.solid_forces import ForceBalance
 
@@ -25,23 +25,23 @@ class ExternalVerifier(Verifier):
 
     def facts(self, found: VerifiedSolution) -> dict[str, Any]:
         """Return the same facts as for our elements."""
-        return solid_verifier.VOUCHER.facts(as_own_solution(found))
+        return solid_verifier.VERIFIER.facts(as_own_solution(found))
 
     def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
-        """Compute the force balance by the same formulas. Raises Unchecked."""
-        return solid_verifier.VOUCHER.balance(as_own_solution(found))
+        """Compute the force balance by the same formulas. Raises NoIndependentFormula."""
+        return solid_verifier.VERIFIER.balance(as_own_solution(found))
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
-        """Compute the reactions by the same formulas. Raises Unchecked."""
-        return solid_verifier.VOUCHER.reactions(as_own_solution(found))
+        """Compute the reactions by the same formulas. Raises NoIndependentFormula."""
+        return solid_verifier.VERIFIER.reactions(as_own_solution(found))
 
     def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Raise Unknown: there is no error estimate."""
+        """Raise NoErrorEstimate: there is no error estimate."""
         raise NoErrorEstimate(UNCHECKED)
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Raise Unknown: there is no error estimate."""
+        """Raise NoErrorEstimate: there is no error estimate."""
         raise NoErrorEstimate(UNCHECKED)
 
 
-VOUCHER = ExternalVerifier()
+VERIFIER = ExternalVerifier()

@@ -14,13 +14,19 @@ from softmark.interpreter.models.beam import flat_strips
 from softmark.interpreter.models.beam_frame import frame_selection
 from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.verification.by_model.beam_forces_check import stiffness_along, arm_of, deformed_axes, integrate_hats, worse_balance
+from softmark.interpreter.verification.by_model.beam_forces_check import (
+    arm_of,
+    deformed_axes,
+    integrate_hats,
+    stiffness_along,
+    worse_balance,
+)
 from softmark.interpreter.verification.by_model.beam_verifier import BENT, STRETCHED, TAPERED, BeamVerifier
 from softmark.interpreter.verification.by_model.solid_forces_check import LEFT
 from softmark.interpreter.verification.by_model.verifier import VerifiedSolution
 from softmark.interpreter.verification.grid_convergence import COARSE
 from softmark.interpreter.verification.probe_errors import NoErrorEstimate
-from softmark.interpreter.verification.reaction_balance import summed
+from softmark.interpreter.verification.reaction_balance import sum_by_support
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce, MomentLoad, PointLoad
@@ -98,7 +104,7 @@ class DeformedNetwork:
         return self.joined([rod.forces()[0] for rod in self.rods])
 
     def outside(self) -> Floats:
-        """Return forces and moments of loads (p, 6). Raises Unchecked."""
+        """Return forces and moments of loads (p, 6). Raises NoIndependentFormula."""
         return self.joined([np.sum([*self._loads(i, m)], axis=0) for i, m in enumerate(self.network.members)])
 
     def _loads(self, number: int, member: Member) -> Iterator[Floats]:
@@ -111,7 +117,9 @@ class DeformedNetwork:
             match load.thing.action:
                 case BodyForce(acceleration=g):
                     w = self.found.case.material.density * np.array(g)
-                    found[:, :3] = np.outer(integrate_hats(s, 0.0, member.length, lambda at: member.section_at(at).area), w)
+                    found[:, :3] = np.outer(
+                        integrate_hats(s, 0.0, member.length, lambda at: member.section_at(at).area), w
+                    )
                 case LineForce(begin=begin, end=end, force=q):
                     if frame_selection.line(self.network, begin, end)[0] == number:  # type: ignore[index]
                         low, high = sorted(
@@ -228,20 +236,23 @@ class FrameVerifier(BeamVerifier):
         }  # fmt: skip
 
     def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
-        """Compute the balance by solvers/independent_forces/rod_forces.py, summed at joints. Raises Unchecked."""
+        """Compute the balance by solvers/independent_forces/rod_forces.py, summed at joints.
+
+        Raises NoIndependentFormula.
+        """
         inside, outside, fixed, noise = _forces(found)
         inside, outside = (frame_of(found).turned(forces) for forces in (inside, outside))
         return worse_balance(inside, outside, fixed, noise), found.solution.facts.get("residual")
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
-        """Compute the reactions by the same formulas. Raises Unchecked."""
+        """Compute the reactions by the same formulas. Raises NoIndependentFormula."""
         inside, outside, _, noise = _forces(found)
         frame = frame_of(found)
         masks = {support.name: frame.carries(support) for support in found.case.supports}
-        return summed(masks, (inside - outside) / _per_length(found), frame.x), LEFT * noise
+        return sum_by_support(masks, (inside - outside) / _per_length(found), frame.x), LEFT * noise
 
     def left_out(self, answer: SolutionUnderTest) -> float:
-        """Return the largest theory error of a member, with the strain of all. Raises Unknown."""
+        """Return the largest theory error of a member, with the strain of all. Raises NoErrorEstimate."""
         checks = answer.result.solve.get("checks") or {}
         names = "bending_strain", "axial_strain", "curvature_per_m"
         bent, stretched, curvature = (float(checks.get(n) or 0.0) for n in names)
@@ -274,4 +285,4 @@ def _member_theory_error(network: Network, number: int, poisson: float, curvatur
     return found + JOINED * 0.5 * deep / length + TAPERED * member.slope**2
 
 
-VOUCHER = FrameVerifier()
+VERIFIER = FrameVerifier()

@@ -15,8 +15,8 @@ from softmark.interpreter.problem.body_case import case_for
 from softmark.interpreter.verification.by_model.solid_forces_check import LEFT
 from softmark.interpreter.verification.by_model.verifier import VerifiedSolution, Verifier
 from softmark.interpreter.verification.grid_convergence import HOPELESS
-from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest, NoErrorEstimate
-from softmark.interpreter.verification.reaction_balance import summed
+from softmark.interpreter.verification.probe_errors import NoErrorEstimate, ProbeResultUnderTest
+from softmark.interpreter.verification.reaction_balance import sum_by_support
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.solvers.independent_forces import solid_forces
@@ -36,19 +36,21 @@ class MaterialPointVerifier(Verifier):
         return {"largest_strain": float(np.linalg.norm(_gradient(found) - np.eye(3), 2))}
 
     def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
-        """Compute the balance of corner forces from differences of the energy. Raises Unchecked."""
+        """Compute the balance of corner forces from differences of the energy. Raises NoIndependentFormula."""
         inside, outside, held, noise, lacking = self._forces(found)
         return solid_forces.force_balance(inside, outside, held, noise, None, lacking), found.solution.facts.get(
             "residual"
         )
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
-        """Compute the reactions in the same way. Raises Unchecked."""
+        """Compute the reactions in the same way. Raises NoIndependentFormula."""
         inside, outside, _, noise, _ = self._forces(found)
         X = _corners(found)
         x = X if found.declared.thing.strain == "small" else X + found.solution.displacement(X)  # type: ignore[misc]
         left = np.hstack([inside - outside, np.zeros_like(inside)])
-        return summed({s.name: _held_corners(found, s.thing) for s in found.case.supports}, left, x), LEFT * noise
+        return sum_by_support(
+            {s.name: _held_corners(found, s.thing) for s in found.case.supports}, left, x
+        ), LEFT * noise
 
     def _forces(self, found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float, float]:
         if MaterialPointVerifier not in found.known:
@@ -61,7 +63,7 @@ class MaterialPointVerifier(Verifier):
         return 0.0
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the difference to the same point with the law of its material. Raises Unknown."""
+        """Return the difference to the same point with the law of its material. Raises NoErrorEstimate."""
         thing: Homogeneous = answer.declared.thing
         if driven(answer.case, thing.state, answer.declared).let_go:
             raise NoErrorEstimate(
@@ -104,7 +106,8 @@ def _corner_forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.
 def _stress(found: VerifiedSolution, F: Floats) -> tuple[Floats, float, float]:
     """Return P (3, 3), Pa, by differences of the energy at F, its rounding, Pa, and the constraint error, Pa.
 
-    For an incompressible solid, the pressure is the one that leaves no stress on the free sides. Raises Unchecked.
+    For an incompressible solid, the pressure is the one that leaves no stress on the free sides. Raises
+    NoIndependentFormula.
     """
     material, thing = found.case.material, found.declared.thing
     strain = thing.strain
@@ -127,7 +130,7 @@ def _stress(found: VerifiedSolution, F: Floats) -> tuple[Floats, float, float]:
 
 
 def differentiate_energy(psi: Any, F: Floats) -> tuple[Floats, float]:
-    """Return dpsi/dF (3, 3), Pa, by central differences, and their error, Pa. Raises Unchecked."""
+    """Return dpsi/dF (3, 3), Pa, by central differences, and their error, Pa. Raises NoIndependentFormula."""
     try:
         P, error = EnergyStress(psi).with_error(F[None])
     except ValueError as reason:
@@ -187,4 +190,4 @@ def _applied_stress(found: VerifiedSolution, axis: int) -> float:
     return total
 
 
-VOUCHER = MaterialPointVerifier()
+VERIFIER = MaterialPointVerifier()

@@ -37,7 +37,10 @@ class ReducedVerifier(SolidVerifier):
         return {}
 
     def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
-        """Compute the full model's balance in the reduced state, and the reported residual. Raises Unchecked."""
+        """Compute the full model's balance in the reduced state, and the reported residual.
+
+        Raises NoIndependentFormula.
+        """
         full, solution = found.scene.declared[found.declared.thing.reduces], found.solution
         reduced = solution.facts.get("reduced") or {}
         state = solid_state(full.thing, case_for(found.scene, full), solution.mesh)
@@ -94,4 +97,4 @@ def _share(part: float) -> str:
     return f"{100 * part:.2g} % of" if part < 1.0 else f"{part:.2g} times"
 
 
-VOUCHER = ReducedVerifier()
+VERIFIER = ReducedVerifier()

@@ -14,10 +14,10 @@ from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
 from softmark.interpreter.models.shared.material_regions import own_points
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.verification.cell_materials_check import alone
-from softmark.interpreter.verification.load_forces_check import loads_on
-from softmark.interpreter.verification.reaction_balance import summed
-from softmark.interpreter.verification.support_reactions_check import held
+from softmark.interpreter.verification.cell_materials_check import split_by_material
+from softmark.interpreter.verification.load_forces_check import load_forces
+from softmark.interpreter.verification.reaction_balance import sum_by_support
+from softmark.interpreter.verification.support_reactions_check import held_components
 from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.records import dataclass
 from softmark.solvers.elements import CELLS
@@ -45,36 +45,39 @@ class SolidState:
     @cached_property
     def held(self) -> NDArray[np.bool_]:
         """Mask of degrees of freedom that supports hold (n, 3)."""
-        return held(self.case, self.mesh)
+        return held_components(self.case, self.mesh)
 
     @cached_property
     def loads(self) -> tuple[Floats, float]:
-        """Nodal forces of all loads and foundations (n, 3), and their uncertainty, N. Raises Unchecked."""
-        found, unsure = loads_on(self.case, self.mesh, self.u, self.model.strain == "small", self.model.mass)
+        """Nodal forces of all loads and foundations (n, 3), and their uncertainty, N. Raises NoIndependentFormula."""
+        found, unsure = load_forces(self.case, self.mesh, self.u, self.model.strain == "small", self.model.mass)
         if any(getattr(material, "pulls", False) for material in self.case.materials):
             from softmark.interpreter.verification import fiber_directions_check
 
-            found = found + fiber_directions_check.pulls(self.case, self.mesh, self.u)
+            found = found + fiber_directions_check.muscle_forces(self.case, self.mesh, self.u)
         beds, vague = self.beds
         return sum(beds.values(), found), unsure + vague
 
     @cached_property
     def beds(self) -> tuple[dict[str, Floats], float]:
-        """Nodal forces of every foundation and contact (n, 3), N, and their uncertainty, N. Raises Unchecked."""
+        """Nodal forces of every foundation and contact (n, 3), N, and their uncertainty, N.
+
+        Raises NoIndependentFormula.
+        """
         found, unsure = dict[str, Floats](), 0.0
         if self.case.beds:
-            from softmark.interpreter.verification.foundation_forces import of_beds
+            from softmark.interpreter.verification.foundation_forces import foundation_forces
 
-            found, unsure = of_beds(self.case, self.mesh, self.u)
+            found, unsure = foundation_forces(self.case, self.mesh, self.u)
         if self.case.contacts:
-            from softmark.interpreter.verification.contact_forces_check import of_contacts
+            from softmark.interpreter.verification.contact_forces_check import all_contact_forces
 
-            touched, left = of_contacts(self.case, self.mesh, self.u)
+            touched, left = all_contact_forces(self.case, self.mesh, self.u)
             found, unsure = found | touched, unsure + left
         if self.case.pairs:
-            from softmark.interpreter.verification.self_contact_forces_check import of_pairs
+            from softmark.interpreter.verification.self_contact_forces_check import pair_forces
 
-            found = found | of_pairs(self.case, self.mesh, self.u)
+            found = found | pair_forces(self.case, self.mesh, self.u)
         return found, unsure
 
     @cached_property
@@ -88,13 +91,16 @@ class SolidState:
 
     @cached_property
     def balanced(self) -> tuple[Floats, float, float]:
-        """Forces, residual of the pressure equations and rounding, from `inside` at these nodes. Raises Unchecked."""
+        """Forces, residual of the pressure equations and rounding, from `inside` at these nodes.
+
+        Raises NoIndependentFormula.
+        """
         return self.inside(self.looked_at)
 
     def inside(self, chosen: Any) -> tuple[Floats, float, float]:
         """Return nodal forces (n, 3), N, of the cells around `chosen` nodes; with mixed pressures those of all cells.
 
-        Also the residual of the pressure equations, and the rounding. Raises Unchecked.
+        Also the residual of the pressure equations, and the rounding. Raises NoIndependentFormula.
         """
         try:
             return self._inside(chosen)
@@ -108,7 +114,7 @@ class SolidState:
             return self._pressed
         near = _cells_around(chosen, self.mesh)
         found, noise = np.zeros_like(self.mesh.points), 0.0
-        for own, which in alone(self.case, self.mesh):
+        for own, which in split_by_material(self.case, self.mesh):
             cells = self.mesh.cells[which][near[which]]
             rules = own_points(own, self.mesh.mesh, which, False)
             rules = None if rules is None else (rules[0][near[which]], rules[1][near[which]])
@@ -119,14 +125,14 @@ class SolidState:
         return found, 0.0, noise
 
     def _remembering(self, own: Case, body: Any) -> Any:
-        """Return the body with the history of its material, if it has one. Raises Unchecked."""
+        """Return the body with the history of its material, if it has one. Raises NoIndependentFormula."""
         if not own.material.branches:
             return body
         from softmark.interpreter.verification import viscoelastic_forces_check
 
         points = len(self.mesh.cells) * len(solid_forces.quadrature_rule(self.mesh.kind)[1])
-        return viscoelastic_forces_check.remembering(
-            body, viscoelastic_forces_check.course_of(own, self.model.strain, self.mesh, points)
+        return viscoelastic_forces_check.with_history(
+            body, viscoelastic_forces_check.deformation_history(own, self.model.strain, self.mesh, points)
         )
 
     @cached_property
@@ -136,14 +142,14 @@ class SolidState:
 
         body = checked_body(
             self.model,
-            poroelastic_forces_check.skeleton(self.case),
+            poroelastic_forces_check.drained_case(self.case),
             self.mesh.points,
             self.mesh.cells,
             self.mesh.kind,
             self.u,
         )
         f, noise = body.forces(self.mesh.cells)
-        fluid, lacking, more = poroelastic_forces_check.fluid_of(
+        fluid, lacking, more = poroelastic_forces_check.fluid_forces(
             self.case, self.mesh, self.u, self.model.strain == "small"
         )
         return f + fluid, lacking, noise + more
@@ -151,28 +157,31 @@ class SolidState:
     @cached_property
     def _pressed(self) -> tuple[Floats, float, float]:
         found, lacking, noise = np.zeros_like(self.mesh.points), 0.0, 0.0
-        for own, which in alone(self.case, self.mesh):
+        for own, which in split_by_material(self.case, self.mesh):
             f, less, left = self._remembering(own, mixed_solid(self.model, own, self.mesh, which)).forces()
             found, lacking, noise = found + f, float(np.hypot(lacking, less)), noise + left
         return found, lacking, noise
 
 
 def solid_state(model: Fem, case: Case, mesh: DeformedMesh | None) -> SolidState:
-    """Return the state of a mesh. Raises Unchecked."""
+    """Return the state of a mesh. Raises NoIndependentFormula."""
     if mesh is None or mesh.kind not in CELLS:
         raise NoIndependentFormula(f"there is no other formula for {model.element}")
     return SolidState(model, case, mesh)
 
 
 def balance_of(state: SolidState) -> ForceBalance:
-    """Compute the force balance of finite elements. Raises Unchecked."""
+    """Compute the force balance of finite elements. Raises NoIndependentFormula."""
     inside, lacking, noise = state.balanced
     outside, unsure = state.loads
     return solid_forces.force_balance(inside, outside, state.held, noise + unsure / LEFT, state.looked_at, lacking)
 
 
 def reactions_of(state: SolidState) -> tuple[dict[str, Wrench], float]:
-    """Return the reaction of every support, from the cells around it, and its rounding error, N. Raises Unchecked."""
+    """Return the reaction of every support, from the cells around it, and its rounding error, N.
+
+    Raises NoIndependentFormula.
+    """
     every = state.looked_at is None
     inside, _, noise = state.balanced if every else state.inside(np.flatnonzero(state.held.any(axis=1)))
     outside, unsure = state.loads
@@ -195,16 +204,16 @@ def _forces_on_others(state: SolidState, name: str, f: Floats) -> Floats:
 def _resultant(case: Case, f: Floats, x: Floats) -> Wrench:
     """Return the resultant of forces f (n, 3), N, at nodes x (n, 3), m, of one foundation."""
     whole = np.hstack([f, np.zeros_like(f)])
-    return summed({"bed": np.ones(whole.shape, dtype=np.bool_)}, whole, x, case.depth > 0.0)["bed"]
+    return sum_by_support({"bed": np.ones(whole.shape, dtype=np.bool_)}, whole, x, case.depth > 0.0)["bed"]
 
 
 def by_support(case: Case, mesh: DeformedMesh, left: Floats, x: Floats) -> dict[str, Wrench]:
     """Return the part of the residual forces (n, 3) at nodes x (n, 3) that each support carries."""
     masks = {}
     for support in case.supports:
-        own = held(replace(case, supports=(support,)), mesh)
+        own = held_components(replace(case, supports=(support,)), mesh)
         masks[support.name] = np.hstack([own, np.zeros_like(own)])
-    return summed(masks, np.hstack([left, np.zeros_like(left)]), x, case.depth > 0.0)
+    return sum_by_support(masks, np.hstack([left, np.zeros_like(left)]), x, case.depth > 0.0)
 
 
 def _cells_around(chosen: Any, mesh: DeformedMesh) -> Any:
@@ -215,7 +224,10 @@ def _cells_around(chosen: Any, mesh: DeformedMesh) -> Any:
 
 
 def mixed_solid(model: Fem, case: Case, mesh: DeformedMesh, which: Any = slice(None)) -> MixedBody:
-    """Return the deformed solid of a mixed formulation: of `which` cells, of one material. Raises Unchecked."""
+    """Return the deformed solid of a mixed formulation: of `which` cells, of one material.
+
+    Raises NoIndependentFormula.
+    """
     u, own = np.asarray(mesh.displacement, dtype=np.float64), None
     if model.formulation == "mixed":
         if mesh.pressures is None:
@@ -251,7 +263,7 @@ def mixed_solid(model: Fem, case: Case, mesh: DeformedMesh, which: Any = slice(N
 def checked_body(
     model: Fem, case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any = None
 ) -> CheckedBody:
-    """Return some cells of one material, deformed, with their stress law. Raises Unchecked.
+    """Return some cells of one material, deformed, with their stress law. Raises NoIndependentFormula.
 
     `rules` are local points (m, q, 3) and weights (m, q) of each cell, if they differ from those of the element:
     constants are integrated there, and `verification/heterogeneous_constants_check.py` checks that with another
@@ -290,11 +302,11 @@ def _passive_case(case: Case) -> Case:
         return case
     from softmark.interpreter.verification import fiber_directions_check
 
-    return fiber_directions_check.passive(case)
+    return fiber_directions_check.passive_case(case)
 
 
 def terms_of(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
-    """Return the stress terms of a model, and its stiffest modulus, Pa. Raises Unchecked."""
+    """Return the stress terms of a model, and its stiffest modulus, Pa. Raises NoIndependentFormula."""
     terms, stiff = _of_solid(model, case)
     if case.material.thin:
         return tuple(replace(term, stress=PlaneStressLaw(term.stress)) for term in terms), stiff
@@ -319,7 +331,7 @@ def _of_solid(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
 def _finite_terms(material: Any, selective: bool) -> tuple[StressTerm, ...]:
     """Return stress at finite strain by differences of the energy density: one term, or two, of shear and the rest.
 
-    Raises Unchecked.
+    Raises NoIndependentFormula.
     """
     of = material.of if material.thin else material  # of a plate: the solid that it is made of
     law, parts = of.finite_law(), of.finite_parts() if selective else None

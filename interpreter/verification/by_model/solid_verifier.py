@@ -21,17 +21,17 @@ from softmark.interpreter.verification.by_model.solid_forces_check import (
     reactions_of,
     solid_state,
 )
-from softmark.interpreter.verification.by_model.verifier import FINER, VerifiedSolution, SizedMeshVerifier, from_coarser
-from softmark.interpreter.verification.cell_materials_check import alone
+from softmark.interpreter.verification.by_model.verifier import FINER, SizedMeshVerifier, VerifiedSolution, from_coarser
+from softmark.interpreter.verification.cell_materials_check import split_by_material
 from softmark.interpreter.verification.estimation_budget import NOT_ASKED
-from softmark.interpreter.verification.frequency_errors import ToneAnswer
+from softmark.interpreter.verification.frequency_errors import FrequencyUnderTest
 from softmark.interpreter.verification.grid_convergence import HOPELESS
 from softmark.interpreter.verification.probe_errors import (
     TRIFLE,
-    Floats,
-    ProbeResultUnderTest,
     CachedField,
+    Floats,
     NoErrorEstimate,
+    ProbeResultUnderTest,
 )
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.interpreter.verification.unverified_models import NoIndependentFormula
@@ -63,14 +63,14 @@ class SolidVerifier(SizedMeshVerifier):
 
     def facts(self, found: VerifiedSolution) -> dict[str, Any]:
         """Return where the law loses stability; for an incompressible solid also the volume errors."""
-        return material_stability.facts(found) | self._volumes(found)
+        return material_stability.stability_facts(found) | self._volumes(found)
 
     def _volumes(self, found: VerifiedSolution) -> dict[str, Any]:
         """Return the volume errors of an incompressible solid."""
         mesh = found.solution.mesh
         if mesh is None or found.case.largest_poisson < 0.5 or not found.case.uniform:
             return {}
-        each = [(own, which) for own, which in alone(found.case, mesh) if own.material.poisson >= 0.5]
+        each = [(own, which) for own, which in split_by_material(found.case, mesh) if own.material.poisson >= 0.5]
         try:
             grown = [mixed_solid(found.declared.thing, own, mesh, which).grown() for own, which in each]
         except NoIndependentFormula:  # the balance of forces says why
@@ -79,11 +79,14 @@ class SolidVerifier(SizedMeshVerifier):
         return {"volume": max((most for most, _ in grown), default=0.0), **whole}
 
     def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
-        """Compute the force balance by solvers/independent_forces/solid_forces.py. Raises Unchecked."""
+        """Compute the force balance by solvers/independent_forces/solid_forces.py. Raises NoIndependentFormula."""
         return balance_of(self._solved(found)), found.solution.facts.get("residual")
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
-        """Compute the reactions by the same formulas, from the cells around supported nodes. Raises Unchecked."""
+        """Compute the reactions by the same formulas, from the cells around supported nodes.
+
+        Raises NoIndependentFormula.
+        """
         return reactions_of(self._solved(found))
 
     def rounding(self, found: VerifiedSolution) -> float:
@@ -92,7 +95,7 @@ class SolidVerifier(SizedMeshVerifier):
         return state.inside(np.flatnonzero(state.held.any(axis=1)))[2]
 
     def _solved(self, found: VerifiedSolution) -> SolidState:
-        """Return the state under verification, built once. Raises Unchecked."""
+        """Return the state under verification, built once. Raises NoIndependentFormula."""
         if SolidVerifier not in found.known:
             found.known[SolidVerifier] = solid_state(found.declared.thing, found.case, found.solution.mesh)
         known: SolidState = found.known[SolidVerifier]
@@ -105,7 +108,7 @@ class SolidVerifier(SizedMeshVerifier):
     # ------------------------------------------------------------------ discretisation
 
     def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the discretisation error from a finer space over the cells, or coarser meshes. Raises Unknown.
+        """Return the discretisation error from a finer space over the cells, or coarser meshes. Raises NoErrorEstimate.
 
         A finer space does not include the motion of a force-driven rigid body.
         """
@@ -123,9 +126,9 @@ class SolidVerifier(SizedMeshVerifier):
             raise NoErrorEstimate(f"{why}; {unknown}" if why and why != str(unknown) else str(unknown)) from unknown
 
     def _from_finer(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the discretisation error from a finer space. Raises Unknown."""
+        """Return the discretisation error from a finer space. Raises NoErrorEstimate."""
         fine: ProbeResultUnderTest
-        if isinstance(seen, ToneAnswer):
+        if isinstance(seen, FrequencyUnderTest):
             fine = replace(seen, vibrations=lambda count: self._tones(answer, count))
         elif seen.in_forces and (answer.case.contacts or answer.case.pairs):
             raise NoErrorEstimate("how bodies touch on a finer space over the same cells is not known")
@@ -195,16 +198,16 @@ class SolidVerifier(SizedMeshVerifier):
         tight = full and element.order > 1 and not answer.own.material.thin and _largest_poisson(answer) >= TIGHT
         return element.leaves * (LOST if tight else 1.0)
 
-    def _above(self, answer: SolutionUnderTest) -> finer_space_error.Above:
-        """Return the state of the finer space, computed once. Raises Unknown."""
+    def _above(self, answer: SolutionUnderTest) -> finer_space_error.FinerState:
+        """Return the state of the finer space, computed once. Raises NoErrorEstimate."""
         own = (answer.scene, answer.solid, answer.own)
 
-        def find() -> finer_space_error.Above:
+        def find() -> finer_space_error.FinerState:
             with answer.budget.reserving(OTHERS):
                 solved = answer.on_nodes(SYSTEM * (4.0 if answer.case.planar else 8.0) * answer.system)
-                return finer_space_error.found(*own, solved, answer.tangent, answer.budget)
+                return finer_space_error.solve_finer_space(*own, solved, answer.tangent, answer.budget)
 
-        above: finer_space_error.Above = answer.once("above", find)
+        above: finer_space_error.FinerState = answer.once("above", find)
         return above
 
     def _finer(self, answer: SolutionUnderTest) -> CachedField:
@@ -220,7 +223,7 @@ class SolidVerifier(SizedMeshVerifier):
         return found
 
     def _from_coarser(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the discretisation error from one or two coarser meshes. Raises Unknown."""
+        """Return the discretisation error from one or two coarser meshes. Raises NoErrorEstimate."""
         thing: Fem = answer.solid.thing
         if not answer.own.material.thin and thing.locks_at(_largest_poisson(answer)):
             raise NoErrorEstimate("its element locks at this Poisson's ratio, and coarse meshes agree on what is wrong")
@@ -243,7 +246,10 @@ class SolidVerifier(SizedMeshVerifier):
     # ------------------------------------------------------------------ the measure of strain
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the difference to the model with the best strain measure that its material has. Raises Unknown."""
+        """Return the difference to the model with the best strain measure that its material has.
+
+        Raises NoErrorEstimate.
+        """
         thing: Fem = answer.solid.thing
         best = self._best(answer, thing)
         if best == {}:
@@ -297,14 +303,16 @@ class SolidVerifier(SizedMeshVerifier):
     def _another(
         self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, key: str, thing: Fem, **changes: Any
     ) -> ProbeResultUnderTest:
-        """Return the probe results of another model on the same mesh. Raises Unknown."""
+        """Return the probe results of another model on the same mesh. Raises NoErrorEstimate."""
         other = replace(answer.solid, thing=thing.plain(**changes))
-        touching = answer.case.contacts or answer.case.pairs or isinstance(seen, ToneAnswer)  # which needs its modes
+        touching = (
+            answer.case.contacts or answer.case.pairs or isinstance(seen, FrequencyUnderTest)
+        )  # which needs its modes
         if answer.case.porous or answer.case.pressed or (seen.in_forces and touching):  # the past counts, or the place
             return seen.of(answer.solved(f"{key} at rest", other, case_for(answer.scene, other))[0])
         own = (answer.scene, other, case_for(answer.scene, other))
         found: Solution = answer.once(
-            key, lambda: finer_space_error.alike(*own, answer.on_nodes(0.5), answer.tangent, answer.budget)
+            key, lambda: finer_space_error.solve_on_same_mesh(*own, answer.on_nodes(0.5), answer.tangent, answer.budget)
         )
         return seen.of(found)
 
@@ -327,4 +335,4 @@ class SolidVerifier(SizedMeshVerifier):
         return seen.of(solution).apart(seen.of(own))
 
 
-VOUCHER = SolidVerifier()
+VERIFIER = SolidVerifier()

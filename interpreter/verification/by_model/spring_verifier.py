@@ -9,11 +9,11 @@ import numpy as np
 from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.verification.by_model.solid_forces_check import LEFT, by_support
-from softmark.interpreter.verification.by_model.verifier import VerifiedSolution, SizedMeshVerifier
-from softmark.interpreter.verification.load_forces_check import loads_on
-from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest, NoErrorEstimate
+from softmark.interpreter.verification.by_model.verifier import SizedMeshVerifier, VerifiedSolution
+from softmark.interpreter.verification.load_forces_check import load_forces
+from softmark.interpreter.verification.probe_errors import NoErrorEstimate, ProbeResultUnderTest
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
-from softmark.interpreter.verification.support_reactions_check import held
+from softmark.interpreter.verification.support_reactions_check import held_components
 from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.solid_forces import Floats, ForceBalance
@@ -28,13 +28,13 @@ class SpringVerifier(SizedMeshVerifier):
     holds = True
 
     def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
-        """Compute the balance from each spring separately. Raises Unchecked."""
+        """Compute the balance from each spring separately. Raises NoIndependentFormula."""
         mesh, inside, outside, noise = self._forces(found)
-        balance = solid_forces.force_balance(inside, outside, held(found.case, mesh), noise, None)
+        balance = solid_forces.force_balance(inside, outside, held_components(found.case, mesh), noise, None)
         return balance, found.solution.facts.get("residual")
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
-        """Compute the reactions by the same formulas. Raises Unchecked."""
+        """Compute the reactions by the same formulas. Raises NoIndependentFormula."""
         mesh, inside, outside, noise = self._forces(found)
         x = mesh.points + np.asarray(mesh.displacement, dtype=np.float64)
         return by_support(found.case, mesh, inside - outside, x), LEFT * noise
@@ -47,14 +47,14 @@ class SpringVerifier(SizedMeshVerifier):
                 raise NoIndependentFormula("the displacements of its nodes are not known")
             springs, u = built.springs, np.asarray(mesh.displacement, dtype=np.float64)
             inside, noise = solid_forces.spring_forces(mesh.points, springs.edges, springs.k, u)
-            outside, unsure = loads_on(found.case, mesh, u, False, "lumped")
+            outside, unsure = load_forces(found.case, mesh, u, False, "lumped")
             found.known[SpringVerifier] = mesh, inside, outside, noise + unsure / LEFT
         known: tuple[DeformedMesh, Floats, Floats, float] = found.known[SpringVerifier]
         return known
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Raise Unknown: the model error is not known."""
+        """Raise NoErrorEstimate: the model error is not known."""
         raise NoErrorEstimate("springs are no solid: no estimate of what they cannot do is known")
 
 
-VOUCHER = SpringVerifier()
+VERIFIER = SpringVerifier()

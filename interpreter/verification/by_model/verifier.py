@@ -11,7 +11,7 @@ from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
 from softmark.interpreter.models.shared.prepared_model import Prepared, Solution
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification import grid_convergence
-from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest, NoErrorEstimate
+from softmark.interpreter.verification.probe_errors import NoErrorEstimate, ProbeResultUnderTest
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.interpreter.verification.unverified_models import NoIndependentFormula
 from softmark.records import dataclass
@@ -46,21 +46,27 @@ class Verifier:
         return {}
 
     def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
-        """Return the force balance by independent formulas, and the solver's residual. Raises Unchecked."""
+        """Return the force balance by independent formulas, and the solver's residual. Raises NoIndependentFormula."""
         raise NoIndependentFormula(found.declared.thing.forceless or "there is no other formula for this model")
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
-        """Return the reaction of every support by the same formulas, and their rounding error, N. Raises Unchecked."""
+        """Return the reaction of every support by the same formulas, and their rounding error, N.
+
+        Raises NoIndependentFormula.
+        """
         raise NoIndependentFormula("there is no other formula for this model")
 
     def rounding(self, found: VerifiedSolution) -> float:
-        """Return the estimated rounding of the internal forces of cells, N; 0 if it is not known. Raises Unchecked."""
+        """Return the estimated rounding of the internal forces of cells, N; 0 if it is not known.
+
+        Raises NoIndependentFormula.
+        """
         return 0.0
 
     # ------------------------------------------------------------------ the error that it states
 
     def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the distance of a result from the limit of refinement. Raises Unknown."""
+        """Return the distance of a result from the limit of refinement. Raises NoErrorEstimate."""
         return from_coarser(self.coarser(answer), seen, self.order, answer)
 
     def loads_left(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, missing: float) -> float:
@@ -72,11 +78,11 @@ class Verifier:
         return True
 
     def coarser(self, answer: SolutionUnderTest) -> list[tuple[Solution, float]]:
-        """Return one or two coarser solutions, each with the ratio to the one before. Raises Unknown."""
+        """Return one or two coarser solutions, each with the ratio to the one before. Raises NoErrorEstimate."""
         raise NoErrorEstimate("no coarser one of its kind is known")
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the distance of the limit of refinement from the exact model. Raises Unknown."""
+        """Return the distance of the limit of refinement from the exact model. Raises NoErrorEstimate."""
         raise NoErrorEstimate("nothing is known of this kind of model")
 
     def cells(self, answer: SolutionUnderTest) -> int:
@@ -87,11 +93,14 @@ class Verifier:
 def from_coarser(
     coarser: list[tuple[Solution, float]], seen: ProbeResultUnderTest, order: float, answer: SolutionUnderTest
 ) -> float:
-    """Return the error of a result, from one or two coarser solutions and the theoretical order. Raises Unknown."""
+    """Return the error of a result, from one or two coarser solutions and the theoretical order.
+
+    Raises NoErrorEstimate.
+    """
     (first, ratio), *second = coarser
     near = seen.of(first)
     apart = seen.apart(near)
-    grid_convergence.must_tell([apart], seen.beside(apart))
+    grid_convergence.must_be_close([apart], seen.beside(apart))
     farther = None
     if second and abs(second[0][1] - ratio) <= 0.25 * ratio:
         far = near.of(second[0][0])
@@ -101,13 +110,13 @@ def from_coarser(
     if seen.in_forces and answer.case.contacts:
         from softmark.interpreter.verification import contact_error
 
-        found = contact_error.index(answer, seen, apart, ratio, farther)
-        grid_convergence.must_tell([found], seen.beside(apart), grid_convergence.HOPELESS)
+        found = contact_error.contact_error_index(answer, seen, apart, ratio, farther)
+        grid_convergence.must_be_close([found], seen.beside(apart), grid_convergence.HOPELESS)
         return found
     if seen.in_forces and farther is not None and farther > apart * ratio ** (order + grid_convergence.NEAR):
         apart = farther / ratio  # closer than any order says: an energy may pass its limit, and come back
-    found = grid_convergence.index(apart, ratio, order, farther)
-    grid_convergence.must_tell([found], seen.beside(apart), grid_convergence.HOPELESS)
+    found = grid_convergence.convergence_index(apart, ratio, order, farther)
+    grid_convergence.must_be_close([found], seen.beside(apart), grid_convergence.HOPELESS)
     return found
 
 
@@ -115,7 +124,7 @@ class SizedMeshVerifier(Verifier):
     """Verifier of models on meshes with a cell size."""
 
     def coarser(self, answer: SolutionUnderTest) -> list[tuple[Solution, float]]:
-        """Return solutions on meshes of twice and four times the size. Raises Unknown."""
+        """Return solutions on meshes of twice and four times the size. Raises NoErrorEstimate."""
         if answer.solid.thing.size is None:
             raise NoErrorEstimate("its mesh is that of a file, and there is no coarser one")
         found: list[tuple[Solution, float]] = []

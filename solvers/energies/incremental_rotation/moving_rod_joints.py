@@ -1,4 +1,4 @@
-"""Jointed rods in dynamics: the unknowns are those of the joints, and the nodes follow from them (see rod_joints.py)."""
+"""Jointed rods in dynamics: the unknowns are those of the joints (see rod_joints.py)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from softmark.solvers.energies.rod_joints import JointedRods, Joints
 
 
 class JointChart:
-    """Rotation chart of the joints: their rotation vectors, expressed in the axes of the nodes, are those of the nodes."""
+    """Rotation chart of the joints; their rotation vectors, in node axes, are those of the nodes."""
 
     def __init__(self, rest: Floats, joints: Joints) -> None:
         self.nodes, self.joints = RodChart(rest), joints

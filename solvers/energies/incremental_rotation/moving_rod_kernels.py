@@ -26,9 +26,7 @@ Ints = NDArray[np.int64]
 
 @kernel
 def update_rotations(x: Floats, X: Floats, q0: Floats, at: Floats, q: Floats, T: Floats) -> None:
-    """Compute positions X + u (n, 3), rotations q0 exp(phi / 2) (n, 4) and right Jacobians of phi (n, 3, 3) of x (n,
-    6).
-    """
+    """Compute positions X + u (n, 3), rotations q0 exp(phi / 2) (n, 4) and right Jacobians of phi (n, 3, 3)."""
     for k in range(x.shape[0]):
         a, b, c = x[k, 3], x[k, 4], x[k, 5]
         m = a * a + b * b + c * c
@@ -191,7 +189,7 @@ def _increments(
     theta: Floats, m: float, factors: tuple[float, float, float, float], R: Floats, Gamma: Floats, l: float,
     A: Floats, J: Floats, by: Floats,
 ) -> None:  # fmt: skip
-    """Compute A, J, and in `by` the derivatives of theta, psi and Gamma by the nodal increments; zero the rest of `by`."""
+    """Compute A, J, and in `by` the derivatives of theta, psi and Gamma by nodal increments."""
     tau, _, beta, _ = factors
     A[:], J[:], by[:] = 0.0, 0.0, 0.0
     _add_cross_matrix(theta, 0.5 * tau, A)

@@ -21,7 +21,7 @@ from softmark.solvers.energies.rod_rotation import rotation
 
 @dataclass(frozen=True)
 class MovingRodMoments(Energy):
-    """Moments `rest` at nodes `on`, over the unknowns of a chart: R^T m about own axes, tangent [R^T m]x d(rotation)."""
+    """Moments `rest` at nodes `on` over a chart's unknowns: R^T m about own axes, tangent [R^T m]x d(rotation)."""
 
     chart: RodChart
     on: RodMoments
@@ -116,9 +116,7 @@ class MovingGuidedTendon(Energy):
         return {}
 
     def _found(self, x: Floats) -> tuple[Floats, ...]:
-        """Return rotations (g, 3, 3), chord directions (c, 3) and lengths (c,), forces in own axes, and nodal forces
-        (g, 6).
-        """
+        """Return rotations (g, 3, 3), chord directions (c, 3), lengths (c,), own-axis and nodal forces (g, 6)."""
         at, q, _ = self.chart.turned(x)
         nodes, arms = self.through.nodes, self.through.arms
         own = q[nodes]

@@ -44,9 +44,7 @@ class RodChart:
         self._state: Floats | None = None  # cached state of the same unknowns
 
     def turned(self, x: Floats) -> Turned:
-        """Return positions (n, 3), rotations (n, 4) and d(own-axis rotation)/d theta (n, 3, 3), valid until the next
-        call.
-        """
+        """Return positions (n, 3), rotations (n, 4) and d(own-axis rotation)/d theta (n, 3, 3), until the next call."""
         if (known := x.tobytes()) != self._known:
             moving_rod_kernels.update_rotations(x.reshape(-1, 6), self.X, self.q0, self.at, self.q, self.T)
             self._known, self._state = known, None
@@ -109,7 +107,7 @@ class MovingRod(Energy):
         self._run(self.chart.turned(x), scale, g.reshape(-1, 6))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the tangent of the forces; if `projected`, its symmetric part by own-axis rotations, made semi-definite."""
+        """Add the tangent of the forces; `projected`: its symmetric part by own-axis rotations, semi-definite."""
         if projected:
             self._add_definite(x, data, slots, scale)
         else:

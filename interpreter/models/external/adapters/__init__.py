@@ -1,16 +1,18 @@
-"""A file for each program: how it is told, run and read; what it can do stands here, so that words import none of them.
+"""Adapters of external programs, one module each, and a table of what each program supports.
 
-An adapter is a module here, called as its program is, or that of a plugin, with
-    install                    in words, how to install what it needs
-    version()                  its number, None where it is not installed
-    places()                   of ours: what of it lies on the disk, which may be another of the same number
-    refuses(problem)           what of a `Problem` it cannot take, beyond what its line here says, with the reason
-    write(problem, folder)     its input; `problem.named` is there where its line says `by_name`
-    command(folder)            what is run there, see `external_process.py`, which leaves what it says in `log.txt`
-    read(folder)               the `Answer`. Raises NoAnswer where there is none, NotSettled where it says so itself
-Packages of Python have all of these from `package_process.py`, and a function `solved(problem)` for a process of its
-own. Programs on the PATH share `executables.py`; where one has a format in `decks`, what is run is what that writes.
-To add a program: that file, a line here, and an extra in pyproject.toml where it is a package of Python.
+The table is here so that declarations import no adapter. An adapter is a module here with the program's name, or that
+of a plugin, with
+    install                    text on how to install what it needs
+    version()                  version of the program, None if it is not installed
+    places()                   adapters shipped here only: its files on disk, which may differ for one version number
+    refuses(problem)           features of a `Problem` that it does not support beyond its table entry, with the reason
+    write(problem, folder)     write its input; `problem.named` is set if its entry says `by_name`
+    command(folder)            command to run there (external_process.py); its output is in `log.txt`
+    read(folder)               return the `Answer`. Raises NoAnswer if there is none, ExternalNotConverged if it
+    reports so
+Python packages get all of these from `package_process.py`, and add a function `solved(problem)` for a separate process.
+Programs on the PATH share `executables.py`; a program with a format in `exporters` runs what that writes.
+To add a program: that module, an entry here, and an extra in pyproject.toml if it is a Python package.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Program:
-    """What a program is called and what of ours it can compute exactly as we mean it."""
+    """Name of a program, and which features it can compute exactly as the scene means them."""
 
     title: str
     elements: tuple[str, ...]
@@ -125,10 +127,10 @@ PLUGGED: dict[str, tuple[Program, Any]] = {}  # programs of plugins by their wor
 
 
 def program(name: str) -> Program:
-    """What is known of a program of `outside(...)`. Raises KeyError for one that is in no table."""
+    """Return the table entry of a program of `outside(...)`. Raises KeyError if it is unknown."""
     return PROGRAMS.get(name) or PLUGGED[name][0]
 
 
 def adapter(name: str) -> Any:
-    """The module of a program. Raises KeyError for one that is in no table."""
+    """Return the module of a program. Raises KeyError if it is unknown."""
     return PLUGGED[name][1] if name in PLUGGED else import_module(f"{__name__}.{name}")

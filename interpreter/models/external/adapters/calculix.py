@@ -1,8 +1,8 @@
-"""CalculiX (`ccx`): decks in the style of Abaqus, run as a program, read from what it prints.
+"""CalculiX (`ccx`): input decks in the style of Abaqus, run as a program, and read from its printed output.
 
-In mm, Pa and uN (g, mm and s), for it takes forces below 1e-6 for none. It reads 20 characters of a number, which are
-14 digits, and prints 7 of each displacement; the restart file, which has them as doubles, gives the others where it
-agrees with those.
+Units are mm, Pa and uN (g, mm and s), because it ignores forces below 1e-6. It reads 20 characters of a number, that is
+14 digits, and prints 7 digits of each displacement. The restart file has doubles, which are used if they agree with the
+printed digits.
 Source: Dhondt, "CalculiX CrunchiX User's Manual", version 2.20.
 """
 
@@ -54,18 +54,18 @@ _TIME = re.compile(r"Total CalculiX Time:\s*([0-9.eE+-]+)")
 
 
 def version() -> str | None:
-    """What it says of itself; None where it is not installed, or says nothing."""
+    """Return the version that it prints; None if it is not installed, or prints none."""
     said = executables.said(program, "-v").split()
     return said[-1] if said else None
 
 
 def places() -> tuple[Path, ...]:
-    """The file that is run; none where it is not installed."""
+    """Return the executable; empty if it is not installed."""
     return executables.places(program)
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
-    """What of a problem it cannot take, and why; nothing where it takes all."""
+    """Return unsupported features of a problem, with reasons; empty if all are supported."""
     found = []
     if problem.element not in elements:
         found.append((problem.element, f"it has no such element; it has {', '.join(elements)}"))
@@ -89,12 +89,12 @@ def _of_law(stuff: Stuff, strain: str) -> Iterator[tuple[str, str]]:
 
 
 def write(problem: Problem, folder: Path) -> None:
-    """Its input, JOB.inp, in a folder. Raises ValueError for what it cannot take."""
+    """Write its input, JOB.inp, to a folder. Raises ValueError for unsupported features."""
     (folder / f"{JOB}.inp").write_text("\n".join([*deck(problem), ""]), encoding="ascii")
 
 
 def deck(problem: Problem, sets: Sequence[str] = ()) -> Iterator[str]:
-    """Its cards, and those of more sets. Raises ValueError for what it cannot take (`refuses`)."""
+    """Yield the cards of its input, with additional sets. Raises ValueError for unsupported features (`refuses`)."""
     if found := refuses(problem):
         raise ValueError("; ".join(f"{what}: {why}" for what, why in found))
     yield "** units: mm, Pa, uN (g, mm, s); nodes and elements count from 1"
@@ -112,18 +112,18 @@ def deck(problem: Problem, sets: Sequence[str] = ()) -> Iterator[str]:
 
 
 def number(value: float) -> str:
-    """As many digits as it reads."""
+    """Return a number with as many digits as it reads."""
     return f"{value:.13e}"
 
 
 def nodes(points: Floats, first: int, name: str) -> list[str]:
-    """Cards of nodes (n, 3), numbered from `first`."""
+    """Return the cards of nodes (n, 3), numbered from `first`."""
     rows = (",".join([str(first + i), *map(number, p)]) for i, p in enumerate(points.tolist()))
     return [f"*NODE, NSET={name}", *rows]
 
 
 def cells(kind: str, members: Ints, node: int, numbers: Ints | Sequence[int], name: str) -> list[str]:
-    """Cards of elements (m, a) with these numbers, whose nodes count from `node`; 16 numbers to a line."""
+    """Return the cards of elements (m, a) with these numbers, whose nodes count from `node`; 16 numbers per line."""
     lines = [f"*ELEMENT, TYPE={kind}, ELSET={name}"]
     for own, cell in zip(np.asarray(numbers).tolist(), (np.asarray(members) + node).tolist(), strict=True):
         row = [str(own), *map(str, cell)]
@@ -132,12 +132,12 @@ def cells(kind: str, members: Ints, node: int, numbers: Ints | Sequence[int], na
 
 
 def chosen(kind: str, name: str, numbers: Ints | Sequence[int]) -> list[str]:
-    """Cards of a set of nodes (NSET) or elements (ELSET)."""
+    """Return the cards of a set of nodes (NSET) or elements (ELSET)."""
     return [f"*{kind}, {kind}={name}", *map(str, np.asarray(numbers).tolist())]
 
 
 def law(stuff: Stuff) -> list[str]:
-    """Cards of what a material resists with: *ELASTIC is St Venant and Kirchhoff's law where a step has NLGEOM."""
+    """Return the cards of a law; *ELASTIC is the St Venant-Kirchhoff law if a step has NLGEOM."""
     own = stuff.constants
     if stuff.law in ("linear_elastic", "st_venant_kirchhoff"):
         return ["*ELASTIC", f"{number(own['young'])},{number(own['poisson'])}"]
@@ -149,7 +149,7 @@ def law(stuff: Stuff) -> list[str]:
 
 
 def _density(stuff: Stuff) -> list[str]:
-    """Its card, which nothing at rest asks for: weight is among the forces."""
+    """Return the card of the density, which statics does not use: weight is included in the forces."""
     return [] if stuff.density is None else ["*DENSITY", number(DENSE * stuff.density)]
 
 
@@ -162,7 +162,7 @@ _LAWS: Mapping[str, tuple[str, Callable[[Mapping[str, float]], list[float]]]] = 
 
 
 def _sets(problem: Problem) -> Iterator[str]:
-    """Nodes that are held where they are, a set for each direction."""
+    """Yield sets of fixed nodes, one for each direction."""
     for c in range(3):
         still = problem.held[(problem.held[:, 1] == c) & (problem.values == 0.0), 0]
         if len(still):
@@ -171,7 +171,7 @@ def _sets(problem: Problem) -> Iterator[str]:
 
 
 def _periods(problem: Problem) -> list[float]:
-    """How long each step takes: where states of a scene rise, each is at the time that it is called; else 1."""
+    """Return the duration of each step: states with increasing times end at these times; else 1."""
     rising = [b - a for a, b in pairwise((0.0, *problem.values_of_states))]
     return rising if len(rising) == len(problem.shares) and min(rising) > 0.0 else [1.0] * len(problem.shares)
 
@@ -198,7 +198,7 @@ def _step(problem: Problem, share: float, period: float) -> Iterator[str]:
 
 
 def export(problem: Problem, named: Named, folder: Path) -> list[str]:
-    """The same deck, with sets of nodes and elements that have the names of the scene."""
+    """Write the same deck, with sets of nodes and elements named as in the scene."""
     known = [("NSET", "S", named.supports), ("ELSET", "P", named.parts)]
     sets = [line for kind, letter, each in known for i, (name, own) in enumerate(each.items(), start=1)
             for line in chosen(kind, f"{letter}{i}_{re.sub(r'[^A-Za-z0-9]', '_', name)[:60]}", own + 1)]  # fmt: skip
@@ -210,12 +210,12 @@ def export(problem: Problem, named: Named, folder: Path) -> list[str]:
 
 
 def command(folder: Path) -> list[str]:
-    """What is run in the folder."""
+    """Return the command to run in the folder."""
     return [program, "-i", JOB]
 
 
 def read(folder: Path) -> Answer:
-    """What it has left in a folder, its log among it (LOG). Raises NoAnswer, NotSettled."""
+    """Read its output and its log (LOG) from a folder. Raises NoAnswer, ExternalNotConverged."""
     log = executables.text(folder / LOG) if (folder / LOG).exists() else ""
     said = _said(log)
     told = executables.text(folder / f"{JOB}.inp")
@@ -243,7 +243,7 @@ def read(folder: Path) -> Answer:
 
 
 def _said(log: str) -> str:
-    """Its errors and then its warnings, the first SAID of them on one line."""
+    """Return its errors and then its warnings, the first SAID of them, on one line."""
     found = sorted(dict.fromkeys((kind, " ".join(own.split())[:WIDE]) for own, kind in _TROUBLE.findall(log)),
                    key=lambda own: own[0])  # fmt: skip
     more = f"; and {len(found) - SAID} more" if len(found) > SAID else ""
@@ -251,7 +251,7 @@ def _said(log: str) -> str:
 
 
 def _progress(path: Path) -> tuple[int, float]:
-    """Iterations in all, and the time that was reached. Raises NoAnswer."""
+    """Return the total number of iterations, and the time reached. Raises NoAnswer."""
     rows = [line.split() for line in executables.text(path).splitlines()[2:]]
     try:
         kept = [row for row in rows if not row[2].endswith("U")]
@@ -261,7 +261,7 @@ def _progress(path: Path) -> tuple[int, float]:
 
 
 def _printed(path: Path) -> Iterator[Floats]:
-    """Displacements (n, 3), mm, of each state that was printed, to 7 digits. Raises NoAnswer."""
+    """Yield printed displacements (n, 3), mm, of each state, with 7 digits. Raises NoAnswer."""
     blocks = re.split(r"^ displacements[^\n]*\n", executables.text(path), flags=re.M)[1:]
     for block in blocks:
         rows = [line.split() for line in block.splitlines() if line.strip()]
@@ -275,7 +275,7 @@ def _printed(path: Path) -> Iterator[Floats]:
 
 
 def _doubles(path: Path, printed: Sequence[Floats]) -> list[Floats]:
-    """The same with all digits, where the restart file has them: a temperature and three displacements a node."""
+    """Return displacements with all digits from the restart file: a temperature and three displacements per node."""
     found, records = list(printed), iter(_records(path, 32 * len(printed[0])))
     for i, own in enumerate(printed):
         most = float(np.abs(own).max(initial=0.0))
@@ -288,7 +288,7 @@ def _doubles(path: Path, printed: Sequence[Floats]) -> list[Floats]:
 
 
 def _records(path: Path, size: int) -> Iterator[bytes]:
-    """Records of a size, in bytes, of an unformatted file of Fortran; up to where it is none."""
+    """Yield records of a size, in bytes, of an unformatted Fortran file, up to the first invalid one."""
     if not path.exists():
         return
     with path.open("rb") as file:

@@ -1,8 +1,8 @@
-"""DOLFINx: forms in UFL, compiled, and PETSc's Newton iteration (SNES), in whatever Python has it.
+"""DOLFINx: forms in UFL, compiled, and PETSc's Newton iteration (SNES), in any Python that has it.
 
-It is on no index of packages that pip asks. The Python that SOFTMARK_DOLFINX_PYTHON names is asked for it; where that
-is not set our own, and then each `python3` on the PATH and that of the system, in a process that imports nothing of it.
-`dolfinx_driver.py` is what that Python is given, and imports nothing of ours.
+It is not on the package index that pip uses. The Python named by SOFTMARK_DOLFINX_PYTHON is searched for it. If that is
+not set, first our own Python is, then each `python3` on the PATH and that of the system, in a process that imports
+nothing of it. `dolfinx_driver.py` is run by that Python, and imports nothing of softmark.
 Source: Baratta, Dean, Dokken, Habera, Hale, Richardson, Rognes, Scroggs, Sime, Wells (2023), DOLFINx: the next
 generation FEniCS problem solving environment, doi:10.5281/zenodo.10447666.
 """
@@ -50,7 +50,7 @@ print(json.dumps(None if spec is None else [number, list(spec.submodule_search_l
 
 @dataclass(frozen=True)
 class Found:
-    """A Python that has it: its program, the version, and the folders that it is imported from."""
+    """Python that has DOLFINx: its executable, the version, and the folders that it is imported from."""
 
     python: str
     version: str
@@ -58,19 +58,19 @@ class Found:
 
 
 def version() -> str | None:
-    """As its distribution says in the Python that has it; None where none has."""
+    """Return the version of its distribution in the Python that has it; None if none has it."""
     found = _found()
     return None if found is None else found.version
 
 
 def places() -> tuple[Path, ...]:
-    """That Python, and the folders that it imports it from; none where it is not installed."""
+    """Return that Python, and the folders that it imports DOLFINx from; empty if it is not installed."""
     found = _found()
     return () if found is None else tuple(map(Path, (found.python, *found.folders)))
 
 
 def write(problem: Problem, folder: Path) -> None:
-    """The problem, our nodes and points of quadrature in a cell of DOLFINx, and the script that solves it."""
+    """Write the problem, our nodes and quadrature points in a reference cell, and the script that solves it."""
     from softmark.solvers.elements import element_of
 
     PACKAGE.write(problem, folder)
@@ -83,7 +83,7 @@ def write(problem: Problem, folder: Path) -> None:
 
 
 def command(folder: Path) -> Sequence[str]:
-    """The Python that has it, with a copy of the script: beside this file is one that is called as DOLFINx is."""
+    """Return the Python that has it, with a copy of the script, because a module here has the name of DOLFINx."""
     found = _found()
     if found is None:
         raise NoAnswer(f"no Python has it: {install}")
@@ -95,7 +95,7 @@ def _found() -> Found | None:
 
 
 def candidates() -> Iterator[str]:
-    """The programs that are asked, in order, each once."""
+    """Yield the Python executables to search, in order, each once."""
     if named := os.environ.get(VARIABLE):
         yield shutil.which(named) or named
         return
@@ -105,12 +105,12 @@ def candidates() -> Iterator[str]:
 
 @cache
 def _first(pythons: tuple[str, ...]) -> Found | None:
-    """The first that has it."""
+    """Return the first Python that has it."""
     return next((found for python in pythons if (found := probed(python)) is not None), None)
 
 
 def probed(python: str) -> Found | None:
-    """What a Python says of it; None where it has none, or is no Python. Our own is not started for that."""
+    """Return the DOLFINx of a Python; None if it has none, or is not a Python. Our own Python is not started for that."""
     if python == sys.executable:
         number = PACKAGE.version()
         return None if number is None else Found(python, number, tuple(map(str, PACKAGE.places())))

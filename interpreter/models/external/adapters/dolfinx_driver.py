@@ -1,9 +1,9 @@
-"""What the Python that has DOLFINx is given: python dolfinx_driver.py FOLDER. It knows nothing of softmark but files.
+"""Script run by the Python that has DOLFINx: python dolfinx_driver.py FOLDER. It only reads and writes files.
 
-Of softmark are nodes, cells, what is held and the forces on nodes; of DOLFINx its Lagrange cells of the same nodes,
-which are curved as those are, its quadrature, which is looked at to have the same points, forms that are derivatives of
-the energies here, and PETSc's SNES with a direct solver (MUMPS, where PETSc has it) and no line search. The load comes
-in steps that are halved where an iteration ends. Written for the versions 0.5 to 0.10, run with 0.5.2.
+Nodes, cells, constraints and nodal forces are those of softmark. DOLFINx provides its Lagrange cells of the same nodes,
+with the same curvature, its quadrature, which is checked to have the same points, forms that are derivatives of the
+energies here, and PETSc's SNES with a direct solver (MUMPS, if PETSc has it) and no line search. The load is applied in
+steps that are halved if an iteration fails. Written for the versions 0.5 to 0.10, run with 0.5.2.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ NEAR = 1e-9  # of the size of a body, and of a cell: how far points that are one
 
 
 class Refused(Exception):
-    """Why there is no answer, in words for users; `unsettled` where the iteration says so itself."""
+    """Failure without an answer, with a message for users; `unsettled` if the iteration did not converge."""
 
     def __init__(self, why: str, unsettled: bool = False) -> None:
         super().__init__(why)
@@ -110,14 +110,14 @@ def fung(H: Any, c: Any) -> Any:
 
 
 def deformed(H: Any) -> Any:
-    """F."""
+    """Return the deformation gradient F."""
     import ufl
 
     return ufl.Identity(3) + H
 
 
 def bar(H: Any) -> tuple[Any, Any]:
-    """i = J^(-2/3) I1 - 3 and k = J^(-4/3) I2 - 3."""
+    """Return the isochoric invariants i = J^(-2/3) I1 - 3 and k = J^(-4/3) I2 - 3."""
     import ufl
 
     F = deformed(H)
@@ -127,7 +127,7 @@ def bar(H: Any) -> tuple[Any, Any]:
 
 
 def swelling(H: Any, c: Any) -> Any:
-    """K/2 g(J)^2."""
+    """Return the volumetric energy K/2 g(J)^2."""
     import ufl
 
     J = ufl.det(deformed(H))
@@ -148,7 +148,7 @@ FINITE = {
 
 
 class Body:
-    """Its mesh and space; `dofs` (n, 3) are the unknowns of our nodes."""
+    """Mesh and function space; `dofs` (n, 3) are the unknowns of our nodes."""
 
     def __init__(self, words: Any, arrays: Any, cell: Any) -> None:
         import basix
@@ -171,7 +171,7 @@ class Body:
         self.dofs = self._dofs(arrays["points"])
 
     def _mesh(self, points: Any, cells: Any) -> Any:
-        """Of nodes and cells in its own order."""
+        """Return the mesh of nodes and cells, in its own order."""
         import ufl
         from dolfinx.mesh import create_mesh
         from mpi4py import MPI
@@ -191,7 +191,7 @@ class Body:
         return create_mesh(MPI.COMM_SELF, cells, points, ufl.Mesh(element))
 
     def _dofs(self, points: Any) -> Any:
-        """By the cells' nodes, which are in one order in geometry and space; each must be where ours is."""
+        """Return the unknowns of our nodes, by the nodes of cells, after checking that positions agree."""
         geometry, space = self.mesh.geometry, self.space.dofmap
         nodes, blocks = rows(geometry.dofmap), rows(space.list)
         ours = np.asarray(geometry.input_global_indices)[nodes]
@@ -205,7 +205,7 @@ class Body:
         return 3 * found[:, None] + np.arange(3)
 
     def energy(self, words: Any, arrays: Any) -> Any:
-        """The form of its energy: an integral for each material."""
+        """Return the form of its energy: an integral for each material."""
         import ufl
         from dolfinx import fem
 
@@ -232,7 +232,7 @@ class Body:
 
 
 def constants(told: Any) -> Any:
-    """Those of a law, with the moduli at rest."""
+    """Return the constants of a law, with the initial moduli."""
     E, nu = told["young"], told["poisson"]
     mu = 0.5 * E / (1.0 + nu)
     lam = E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
@@ -240,7 +240,7 @@ def constants(told: Any) -> Any:
 
 
 def order(ours: Any, theirs: Any) -> list[int]:
-    """Of its nodes in a cell (a, 3), where each is among ours."""
+    """Return the index among our nodes of each of its nodes in a cell (a, 3)."""
     apart = np.abs(np.asarray(theirs)[:, None] - ours).max(axis=2)
     found = apart.argmin(axis=1)
     if sorted(found) != list(range(len(ours))) or apart.min(axis=1).max() > NEAR:
@@ -249,14 +249,14 @@ def order(ours: Any, theirs: Any) -> list[int]:
 
 
 def same(some: Any, others: Any) -> bool:
-    """Whether rows (n, d) are the same, in any order."""
+    """Return whether rows (n, d) are equal in any order."""
     if some.shape != others.shape:
         return False
     return bool(np.abs(some[:, None] - others).max(axis=2).min(axis=1).max() <= NEAR)
 
 
 def rows(table: Any) -> Any:
-    """A table of cells as an array (m, a); before 0.6 it is a list of neighbours."""
+    """Return a table of cells as an array (m, a); before version 0.6 it is an adjacency list."""
     flat = getattr(table, "array", None)
     return np.asarray(table) if flat is None else np.asarray(flat).reshape(table.num_nodes, -1)
 
@@ -265,7 +265,7 @@ def rows(table: Any) -> Any:
 
 
 class Newton:
-    """PETSc's SNES over a body, under a share of the load."""
+    """PETSc's SNES over a body, at a fraction of the load."""
 
     def __init__(self, words: Any, arrays: Any, body: Body) -> None:
         import ufl
@@ -309,7 +309,7 @@ class Newton:
         return snes
 
     def _residual(self, snes: Any, x: Any, r: Any) -> None:
-        """Forces out of balance, and of what is held, how far it is from where it is held."""
+        """Compute the residual forces, and the deviation of constrained unknowns from their values."""
         from dolfinx.fem import petsc
 
         self.body.u.x.array[:] = x.array_r
@@ -329,7 +329,7 @@ class Newton:
         P.zeroRows(self.fixed, 1.0)
 
     def _balanced(self, snes: Any, iteration: int, norms: Any) -> Any:
-        """Forces out of balance against the larger of loads and reactions, as softmark counts them."""
+        """Compare residual forces with the larger of loads and reactions, as softmark does."""
         from petsc4py import PETSc
 
         why, left = PETSc.SNES.ConvergedReason, self.snes.getFunction()[0].array_r.copy()
@@ -345,7 +345,7 @@ class Newton:
         return why.ITERATING if iteration < MOST else why.DIVERGED_MAX_IT
 
     def raised(self, at: float, to: float) -> None:
-        """From one share of the load to another; in one step, or in more where that fails. Raises Refused."""
+        """Raise the load fraction in one step, or in more if that fails. Raises Refused."""
         step = to - at
         while at < to:
             before = self.x.array_r.copy()
@@ -359,7 +359,7 @@ class Newton:
                 raise Refused(f"its Newton iteration ends at {100.0 * at:.4g} % of the load", unsettled=True)
 
     def _solved(self, share: float) -> bool:
-        """Whether its iteration comes to an equilibrium under a share of the load."""
+        """Return whether the iteration converges at a load fraction."""
         self.share = share
         self.snes.solve(None, self.x)
         self.iterations += self.snes.getIterationNumber()
@@ -367,14 +367,14 @@ class Newton:
 
     @property
     def nodal(self) -> Any:
-        """Displacements (n, 3), m, of our nodes; what is held, to the last digit."""
+        """Return displacements (n, 3), m, of our nodes, exact where they are constrained."""
         x = self.x.array_r.copy()
         x[self.fixed] = self.share * self.values
         return x[self.body.dofs]
 
 
 def solved(words: Any, arrays: Any, cell: Any) -> tuple[Any, Any]:
-    """What is told of the answer, and its displacements (s, n, 3), m. Raises Refused."""
+    """Return the facts of the answer, and its displacements (s, n, 3), m. Raises Refused."""
     begin = time.perf_counter()
     newton = Newton(words, arrays, Body(words, arrays, cell))
     ready = time.perf_counter()

@@ -1,4 +1,4 @@
-"""Programs that are found on the PATH: where they lie, what they say of themselves, and what they have left as text."""
+"""Programs found on the PATH: their location, their output, and the text files that they leave."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ WIDE = 300  # characters of what it says that are told
 
 
 def places(program: str) -> tuple[Path, ...]:
-    """The file that is run; none where it is not installed."""
+    """Return the executable; empty if it is not installed."""
     found = shutil.which(program)
     return () if found is None else (Path(found).resolve(),)
 

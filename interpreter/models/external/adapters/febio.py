@@ -1,7 +1,7 @@
-"""FEBio 4 (`febio4`): the deck that `dsl export --to febio` writes, read from the displacements that it asks for.
+"""FEBio 4 (`febio4`): runs the deck that `dsl export --to febio` writes, and reads the displacements it requests.
 
-Their table has 12 digits, a block for each step of time, of which those at whole times are states. Its log says whether
-it came to the end, and how long it took. It was never run here: what is read is what its sources say it writes.
+The table of displacements has 12 digits, and a block for each time step, of which those at whole times are states. The
+log shows whether it finished, and its time. It was never run here: the format is taken from its sources.
 Source: FEBio User Manual 4, "Running FEBio from a command line" and "Logfile"; FECore/DataRecord.cpp,
 FEBioLib/FEBioModel.cpp and FEBio/FEBioApp.cpp.
 """
@@ -39,7 +39,7 @@ CLOCKS = {"Input": "io_s", "Initialization": "setup_s", "Solve": "solve_s"}
 
 
 def version() -> str | None:
-    """What it says of itself; None where it is not installed."""
+    """Return the version that it prints; None if it is not installed."""
     if not places():
         return None
     found = re.search(r"FEBio version\s*=\s*(\S+)", executables.said(program, "-info", "-norun"))
@@ -47,22 +47,22 @@ def version() -> str | None:
 
 
 def places() -> tuple[Path, ...]:
-    """The file that is run; none where it is not installed."""
+    """Return the executable; empty if it is not installed."""
     return executables.places(program)
 
 
 def write(problem: Problem, folder: Path) -> None:
-    """Its deck."""
+    """Write its deck."""
     deck.export(problem, executables.NAMELESS, folder)
 
 
 def command(folder: Path) -> list[str]:
-    """What is run in the folder; its threads are those of OMP_NUM_THREADS."""
+    """Return the command to run in the folder; OMP_NUM_THREADS sets its threads."""
     return [program, "-i", deck.FILE, "-nosplash"]
 
 
 def read(folder: Path) -> Answer:
-    """What it has left in a folder. Raises NoAnswer, NotSettled."""
+    """Read its output from a folder. Raises NoAnswer, ExternalNotConverged."""
     told, log = executables.text(folder / deck.FILE), executables.text(folder / LOG)
     said = _said(log)
     reached = [*map(float, _REACHED.findall(log))]
@@ -79,13 +79,13 @@ def read(folder: Path) -> Answer:
 
 
 def _said(log: str) -> str:
-    """Its errors and warnings on one line."""
+    """Return its errors and warnings on one line."""
     boxes = (" ".join(line.strip(" *") for line in box.splitlines()).split() for box in _BOX.findall(log))
     return visible("; ".join(dict.fromkeys(" ".join(words) for words in boxes)))[: executables.WIDE]
 
 
 def _blocks(table: str) -> list[tuple[float, str]]:
-    """What was written at each time. Raises NoAnswer."""
+    """Return the text written at each time. Raises NoAnswer."""
     try:
         parts = re.split(r"^\*Step[^\n]*\n\*Time\s*=\s*(\S+)\n\*Data[^\n]*\n", table, flags=re.M)[1:]
         return [(float(time), rows) for time, rows in zip(parts[::2], parts[1::2], strict=True)]
@@ -94,7 +94,7 @@ def _blocks(table: str) -> list[tuple[float, str]]:
 
 
 def _state(blocks: dict[float, str], time: int, count: int) -> Floats:
-    """Displacements (n, 3), mm, at a time. Raises NoAnswer."""
+    """Return displacements (n, 3), mm, at a time. Raises NoAnswer."""
     rows = next((own for at, own in blocks.items() if abs(at - time) <= SAME), None)
     if rows is None:
         raise NoAnswer(f"{TABLE} has no displacements at time {time}")

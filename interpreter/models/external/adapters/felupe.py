@@ -1,11 +1,11 @@
-"""FElupe: its regions, laws and Newton iteration (SciPy's SuperLU); the load in steps that shrink where that fails.
+"""FElupe: its regions, laws and Newton iteration (SciPy's SuperLU); load steps are reduced where that fails.
 
-Of ours are nodes, cells, what is held, the forces on nodes, and when to stop: its own rule counts forces below 1e-3 of
-its unit as none, which in SI is a millinewton. Its laws that are ours to the last term:
+Nodes, cells, constraints, nodal forces and the stopping criterion are ours, because its own criterion treats forces
+below 1e-3 of its unit as zero, which in SI is a millinewton. Its laws that agree with ours exactly:
     linear_elastic          LinearElastic        small strain
     neo_hookean             NeoHookeCompressible psi = mu/2 tr C - mu ln J + lam/2 (ln J)^2
     neo_hookean_isochoric   NeoHooke             psi = mu/2 (J^(-2/3) tr C - 3) + K/2 (J - 1)^2
-A law of St Venant and Kirchhoff it has by automatic differentiation alone, which needs another package: left out.
+It has the St Venant-Kirchhoff law only by automatic differentiation, which needs another package: left out.
 Source: Dutzler, FElupe (2025), doi:10.5281/zenodo.4817406.
 """
 
@@ -37,7 +37,7 @@ MOST = 16  # iterations of a step
 
 
 def solved(problem: Problem) -> Answer:
-    """Displacements under each share of the load. Raises NoAnswer."""
+    """Return displacements at each load fraction. Raises NoAnswer."""
     begin = time.perf_counter()
     newton = Newton(problem)
     ready = time.perf_counter()
@@ -58,7 +58,7 @@ def solved(problem: Problem) -> Answer:
 
 
 def law(problem: Problem) -> Any:
-    """Its law."""
+    """Return its law for the problem."""
     import felupe
 
     (stuff,) = problem.stuff
@@ -72,7 +72,7 @@ def law(problem: Problem) -> Any:
 
 
 class Newton:
-    """Its Newton iteration over a body, under a share of the load."""
+    """Newton iteration over a body, at a fraction of the load."""
 
     def __init__(self, problem: Problem) -> None:
         import felupe
@@ -97,7 +97,7 @@ class Newton:
         return self.field[0].values
 
     def raised(self, at: float, to: float) -> None:
-        """From one share of the load to another; in one step, or in more where that fails. Raises NoAnswer."""
+        """Raise the load fraction in one step, or in more if that fails. Raises NoAnswer."""
         step = to - at
         while at < to:
             before = self.u.copy()
@@ -111,7 +111,7 @@ class Newton:
                 raise NoAnswer(f"its Newton iteration ends at {100.0 * at:.4g} % of the load")
 
     def _solved(self, share: float) -> bool:
-        """Whether its iteration comes to an equilibrium under a share of the load."""
+        """Return whether the iteration converges at a load fraction."""
         import felupe
 
         self.load.update(share * self.problem.forces)
@@ -127,7 +127,7 @@ class Newton:
         return bool(np.all(np.isfinite(self.u)))
 
     def _balanced(self, dx: Any, x: Any, f: Any, ftol: float, **others: Any) -> tuple[float, float, bool]:
-        """Forces out of balance against the larger of loads and reactions."""
+        """Compare residual forces with the larger of loads and reactions."""
         self.iterations += 1
         forces = np.asarray(f).ravel()
         largest = max(float(np.linalg.norm(self.load.values)), float(np.linalg.norm(forces[self.dof0])))

@@ -27,7 +27,7 @@ write, command, read = PACKAGE.write, PACKAGE.command, PACKAGE.read
 
 
 def solved(problem: Problem) -> Answer:
-    """Displacements after the steps that are asked for. Raises NoAnswer."""
+    """Return displacements after the requested steps. Raises NoAnswer."""
     return _moved(problem) if problem.section is None else mujoco_rod.solved(problem)
 
 

@@ -28,7 +28,7 @@ STIFF = 'solimp="0.9999 0.9999 0.001 0.5 2"'  # of the constraints on edges: the
 
 
 def solved(problem: Problem) -> Answer:
-    """Displacements and axes of sections after the steps that are asked for. Raises NoAnswer."""
+    """Return displacements and section axes after the requested steps. Raises NoAnswer."""
     import mujoco
 
     begin = time.perf_counter()
@@ -62,12 +62,12 @@ def solved(problem: Problem) -> Answer:
 
 
 def held_ends(problem: Problem) -> tuple[bool, bool]:
-    """Whether the first and the last node are clamped."""
+    """Return whether the first and the last node are clamped."""
     return bool(np.any(problem.held[:, 0] == 0)), bool(np.any(problem.held[:, 0] == len(problem.points) - 1))
 
 
 def deck(problem: Problem, motion: Motion, section: Section) -> str:
-    """The model in its own language, along x: a body with slides for every node, and one that twists for every edge."""
+    """Return the model in MJCF, along x: a body with slides for every node, and one that twists for every edge."""
     X = (problem.points - problem.points[0]) @ section.axes
     ends, lengths = held_ends(problem), np.linalg.norm(np.diff(X, axis=0), axis=1)
     free = np.ones(X.shape, dtype=np.bool_)
@@ -94,13 +94,13 @@ def deck(problem: Problem, motion: Motion, section: Section) -> str:
 
 
 def torsion(high: float, wide: float) -> float:
-    """The torsion constant of a box of these half sizes, m^4, by the formula of its compiler."""
+    """Return the torsion constant of a box of these half sizes, m^4, by the formula of its compiler."""
     b, a = sorted((high, wide))
     return a * b**3 * (16.0 / 3.0 - 3.36 * b / a * (1.0 - b**4 / a**4 / 12.0))
 
 
 def _vertices(X: Floats, lengths: Floats, ends: tuple[bool, bool]) -> tuple[str, str, str]:
-    """Bodies, places and edges of the flex: our nodes, and one beyond each that is clamped; these two never move."""
+    """Return bodies, places and edges of the flex: our nodes, and a fixed one beyond each clamped end."""
     names, places = [f"n{i}" for i in range(len(X))], [np.zeros(3)] * len(X)
     if ends[0]:
         names, places = ["world", "world", *names[1:]], [X[0] - [SHORT * lengths[0], 0.0, 0.0], X[0], *places[1:]]
@@ -112,20 +112,20 @@ def _vertices(X: Floats, lengths: Floats, ends: tuple[bool, bool]) -> tuple[str,
 
 
 def _twists(count: int, ends: tuple[bool, bool]) -> list[str]:
-    """What it calls the joints that twist so many edges: by their place among all, and the last one by none."""
+    """Return its names of the joints that twist the edges."""
     names = [f"rod_twist_{i + ends[0]}" for i in range(count)]
     return names if ends[1] else [*names[:-1], "rod_twist"]
 
 
 def _turning(inertia: Floats, ends: tuple[bool, bool]) -> Iterator[str]:
-    """A body for each edge, kg m^2 about its axis (m,), whose joint is the angle of its section."""
+    """Yield a body for each edge, with inertia (m,), kg m^2, about its axis; its joint is the angle of the section."""
     for name, own in zip(_twists(len(inertia), ends), inertia.tolist(), strict=True):
         about = f'<inertial pos="0 0 0" mass="{SMALL}" diaginertia="{own!r} {own!r} {own!r}"/>'
         yield f'<body name="{name}">{about}<joint name="{name}" axis="1 0 0"/></body>'
 
 
 def _axes(x: Floats, frames: Floats, angles: Floats) -> Floats:
-    """Axes of edges as columns (m, 3, 3), at nodes x (n, 3): t and u of a step before (m, 2, 3), by turns of angles."""
+    """Return axes of edges as columns (m, 3, 3), with nodes x (n, 3), from t and u of the step before (m, 2, 3)."""
     t = np.diff(x, axis=0)
     t /= np.linalg.norm(t, axis=1)[:, None]
     before, u = frames[:, 0], frames[:, 1]

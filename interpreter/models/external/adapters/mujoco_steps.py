@@ -1,4 +1,4 @@
-"""Steps of MuJoCo, whatever is in its model."""
+"""Time stepping of any MuJoCo model."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from softmark.interpreter.models.external.external_problem import Floats, Motion
 
 
 def stepped(model: Any, data: Any, motion: Motion, look: Callable[[int], None]) -> tuple[Floats, int]:
-    """Seconds of each step, and of how many the iterations ran out; `look(i)` when state i of `after` is reached.
+    """Return the seconds of each step, and how many reached the iteration limit.
 
-    Raises NotSettled for numbers that it calls bad itself, or that are none.
+    `look(i)` is called at state i of `after`. Raises ExternalNotConverged for values that are bad or not finite.
     """
     import mujoco
 

@@ -29,7 +29,7 @@ RADIUS = 1e-4  # m of a particle, which touches nothing
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
-    """Damping by stiffness, explicit steps, and nodes of which only some components are held."""
+    """Return unsupported features: damping by stiffness, explicit steps, and nodes with only some components held."""
     motion, found = problem.motion, []
     if motion is not None and motion.damping_stiffness:
         found.append(("damping_stiffness", "its damping of cells is another"))
@@ -42,7 +42,7 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
 
 
 def solved(problem: Problem) -> Answer:
-    """Displacements after the steps that are asked for. Raises NoAnswer."""
+    """Return displacements after the requested steps. Raises NoAnswer."""
     from newton.solvers import SolverVBD
 
     count = USUAL if problem.motion is None else problem.motion.iterations or USUAL
@@ -50,7 +50,7 @@ def solved(problem: Problem) -> Answer:
 
 
 def moved(problem: Problem, iterations: int, solver_of: Any, colours: bool) -> Answer:
-    """A motion by one of its solvers, after one step that compiles and counts for nothing. Raises NoAnswer."""
+    """Return a motion by one of its solvers, after one uncounted step that compiles. Raises NoAnswer."""
     begin = time.perf_counter()
     motion = problem.motion
     if motion is None:
@@ -80,7 +80,7 @@ def moved(problem: Problem, iterations: int, solver_of: Any, colours: bool) -> A
 
 
 def built(problem: Problem, motion: Motion, colours: bool) -> Any:
-    """Its model: a particle for each node, without gravity, for the weight is a force."""
+    """Return its model: a particle for each node, without gravity, because weight is a force."""
     import newton
     import warp
 

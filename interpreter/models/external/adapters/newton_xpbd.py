@@ -23,7 +23,7 @@ USUAL = 2  # iterations: its own default
 
 
 def solved(problem: Problem) -> Answer:
-    """Displacements after the steps that are asked for. Raises NoAnswer."""
+    """Return displacements after the requested steps. Raises NoAnswer."""
     from newton.solvers import SolverXPBD
 
     count = USUAL if problem.motion is None else problem.motion.iterations or USUAL

@@ -26,7 +26,7 @@ write, command, read = PACKAGE.write, PACKAGE.command, PACKAGE.read
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
-    """Nodes that are held in the middle of an edge alone, which no shape function of its own is zero at."""
+    """Return an error for supports that hold only the node inside an edge, where no shape function vanishes."""
     if problem.element != "tet10":
         return []
     held = problem.is_held
@@ -37,7 +37,7 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
 
 
 def ends(problem: Problem) -> tuple[Any, Any]:
-    """Corners (e, 2) of the edges of quadratic cells, and the nodes between them (e,)."""
+    """Return the corners (e, 2) of the edges of quadratic cells, and the nodes between them (e,)."""
     from softmark.solvers.elements.tet10 import EDGES
 
     pairs = problem.cells[:, np.array(EDGES)].reshape(-1, 2)
@@ -46,7 +46,7 @@ def ends(problem: Problem) -> tuple[Any, Any]:
 
 
 def solved(problem: Problem) -> Answer:
-    """Displacements under each share of the load."""
+    """Return displacements at each load fraction."""
     import ngsolve as ng
 
     begin = time.perf_counter()
@@ -73,7 +73,7 @@ def solved(problem: Problem) -> Answer:
 
 
 class Body:
-    """Its mesh and space. Unknowns x (3, v + e): of each component, those of vertices and then of edges."""
+    """Mesh and function space. Unknowns x (3, v + e) are, for each component, those of vertices and then of edges."""
 
     def __init__(self, problem: Problem) -> None:
         """From our corners; what lies between them bends the mesh."""
@@ -95,7 +95,7 @@ class Body:
         self._bent()
 
     def _edges(self) -> Any:
-        """Which of its edges each of our nodes between corners is of (e,)."""
+        """Return its edge for each of our nodes between corners (e,)."""
         number = np.zeros(len(self.problem.points), dtype=np.int64)
         number[self.corners] = np.arange(len(self.corners))
         theirs = np.sort([[v.nr for v in edge.vertices] for edge in self.mesh.edges], axis=1)
@@ -105,7 +105,7 @@ class Body:
         return order[np.searchsorted(keys[order], wanted)]
 
     def _bubble(self) -> float:
-        """What the shape function of an edge is in the middle of it."""
+        """Return the value of an edge's shape function at its midpoint."""
         import ngsolve as ng
 
         element = ng.H1(self.mesh, order=2).GetFE(ng.ElementId(ng.VOL, 0))
@@ -113,7 +113,7 @@ class Body:
         return float(values[np.abs(values).argmax()])
 
     def _bent(self) -> None:
-        """The mesh by as much as our nodes between corners lie beside the straight edges."""
+        """Deform the mesh by the offsets of our nodes between corners from straight edges."""
         import ngsolve as ng
 
         points = self.problem.points
@@ -126,7 +126,7 @@ class Body:
 
     @property
     def dx(self) -> Any:
-        """Integrates by our points of quadrature."""
+        """Integration measure with our quadrature points."""
         import ngsolve as ng
 
         from softmark.solvers.elements import element_of
@@ -136,7 +136,7 @@ class Body:
         return ng.dx(intrules={ng.ET.TET: rule})
 
     def cellwise(self, values: Any) -> Any:
-        """A number for each cell (m,)."""
+        """Return a function with one value per cell (m,)."""
         import ngsolve as ng
 
         found = ng.GridFunction(ng.L2(self.mesh, order=0))
@@ -147,14 +147,14 @@ class Body:
         return function.vec.FV().NumPy().reshape(3, -1)
 
     def unknown(self, u: Any) -> Any:
-        """The unknowns (3, v + e) of displacements u (n, 3), m."""
+        """Return the unknowns (3, v + e) of displacements u (n, 3), m."""
         x = np.zeros((3, self.space.ndof // 3))
         x[:, : len(self.corners)] = u[self.corners].T
         x[:, self.mesh.nv + self.edges] = (u[self.middles] - u[self.pairs].mean(axis=1)).T / self.bubble
         return x
 
     def nodal(self, x: Any) -> Any:
-        """Displacements (n, 3), m, of unknowns."""
+        """Return the displacements (n, 3), m, of unknowns."""
         x = x.reshape(3, -1)
         u = np.zeros_like(self.problem.points)
         u[self.corners] = x[:, : len(self.corners)].T
@@ -162,7 +162,7 @@ class Body:
         return u
 
     def forces(self) -> Any:
-        """Those on its unknowns (3 (v + e),), which do the same work as those on our nodes."""
+        """Return forces on its unknowns (3 (v + e),), which do the same work as our nodal forces."""
         f = self.problem.forces.copy()
         between = f[self.middles]
         for i in (0, 1):
@@ -173,7 +173,7 @@ class Body:
         return x.ravel()
 
     def held(self) -> tuple[Any, Any]:
-        """A state that has what is held where it is held and is zero else, and the unknowns that are free."""
+        """Return a state with the imposed displacements and zeros, and the free unknowns."""
         import ngsolve as ng
 
         node, component = self.problem.held.T

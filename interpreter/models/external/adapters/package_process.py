@@ -1,7 +1,7 @@
-"""Packages of Python: each solves in a process of its own, which reads a problem from a folder and leaves an answer.
+"""Python packages as external programs: each solves in a separate process, from a folder with the problem.
 
     python -P -m softmark.interpreter.models.external.adapters.NAME FOLDER
-Nothing of them is imported here. Arrays go by .npz, without pickles, the rest by JSON.
+No package is imported here. Arrays are stored as .npz without pickles, the rest as JSON.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ SECTION = ("area", "stiffness", "inertia", "axes")  # of a rod
 
 @dataclass(frozen=True)
 class Package:
-    """A package of Python: the module of its adapter, what it is imported and distributed as, and our extra of it."""
+    """Python package: the module of its adapter, its import and distribution names, and our extra that installs it."""
 
     module: str
     imported: str
@@ -47,11 +47,11 @@ class Package:
 
     @property
     def install(self) -> str:
-        """How to."""
+        """Text on how to install it."""
         return f"pip install 'softmark[{self.extra}]'"
 
     def version(self) -> str | None:
-        """As its distribution says; None where it is not installed. Nothing of it is imported."""
+        """Return the version of its distribution; None if it is not installed. Nothing of it is imported."""
         if find_spec(self.imported) is None:
             return None
         try:
@@ -60,17 +60,17 @@ class Package:
             return "of a folder"
 
     def places(self) -> tuple[Path, ...]:
-        """The folders, or the file, that it is imported from; none where it is not installed."""
+        """Return the folders, or the file, that it is imported from; empty if it is not installed."""
         if (spec := find_spec(self.imported)) is None:
             return ()
         return tuple(map(Path, spec.submodule_search_locations or [spec.origin or ""]))
 
     def refuses(self, problem: Problem) -> list[tuple[str, str]]:
-        """Nothing beyond what the table says."""
+        """Return nothing beyond what the table excludes."""
         return []
 
     def write(self, problem: Problem, folder: Path) -> None:
-        """The problem, for a process of its own."""
+        """Write the problem for the separate process."""
         arrays = {name: getattr(problem, name) for name in ARRAYS}
         arrays |= {f"stuff{i}": stuff.cells for i, stuff in enumerate(problem.stuff)}
         if (motion := problem.motion) is not None:
@@ -87,11 +87,11 @@ class Package:
         (folder / f"{ASKED}.json").write_text(json.dumps(words))
 
     def command(self, folder: Path) -> Sequence[str]:
-        """This Python, with that module."""
+        """Return the command: this Python with that module."""
         return [sys.executable, "-P", "-m", self.module, str(folder)]
 
     def read(self, folder: Path) -> Answer:
-        """What the process has left. Raises NoAnswer."""
+        """Read the answer of the process. Raises NoAnswer."""
         try:
             said = json.loads((folder / f"{TOLD}.json").read_text())
             if (why := said.get("why")) is not None:
@@ -110,7 +110,7 @@ class Package:
 
 
 def problem_in(folder: Path) -> Problem:
-    """What was written by `Package.write`."""
+    """Return the problem that `Package.write` has written."""
     words = json.loads((folder / f"{ASKED}.json").read_text())
     with np.load(folder / f"{ASKED}.npz", allow_pickle=False) as arrays:
         stuff = tuple(Stuff(cells=arrays[f"stuff{i}"], **own) for i, own in enumerate(words["stuff"]))
@@ -123,7 +123,7 @@ def problem_in(folder: Path) -> Problem:
 
 
 def moduli(problem: Problem) -> tuple[Any, Any]:
-    """Lame's constants of the cells (m,) each, Pa."""
+    """Return Lame's constants of the cells (m,) each, Pa."""
     lam, mu = np.empty(len(problem.cells)), np.empty(len(problem.cells))
     for stuff in problem.stuff:
         lam[stuff.cells], mu[stuff.cells] = stuff.lame
@@ -131,7 +131,7 @@ def moduli(problem: Problem) -> tuple[Any, Any]:
 
 
 def main(solved: Callable[[Problem], Answer]) -> int:
-    """In the process of its own: read, solve, write; its clock of both files is `io_s`."""
+    """Read, solve and write, in the separate process; `io_s` is the time of both files."""
     folder = Path(sys.argv[1])
     begin = time.perf_counter()
     problem = problem_in(folder)

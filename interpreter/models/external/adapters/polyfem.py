@@ -42,22 +42,22 @@ CLOCKS = {
 
 
 def version() -> str | None:
-    """None where it is not installed."""
+    """Return None if it is not installed; it reports no version."""
     return executables.UNKNOWN if places() else None
 
 
 def places() -> tuple[Path, ...]:
-    """The file that is run; none where it is not installed."""
+    """Return the executable; empty if it is not installed."""
     return executables.places(program)
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
-    """What of a problem has no words in its deck, loads among it."""
+    """Return features of a problem that its deck cannot express, including loads."""
     return deck.refuses(problem) or deck.lost(problem, _named(problem))
 
 
 def write(problem: Problem, folder: Path) -> None:
-    """Its deck, with its mesh beside it."""
+    """Write its deck and its mesh."""
     deck.export(problem, _named(problem), folder)
     executables.keep(problem, folder)
 
@@ -68,13 +68,13 @@ def _named(problem: Problem) -> Named:
 
 
 def command(folder: Path) -> list[str]:
-    """What is run in the folder; a shell knows how many threads it may have, which its environment does not limit."""
+    """Return the command to run in the folder; a shell limits its threads, which its environment does not."""
     return ["sh", "-c", f'exec {program} --json {deck.FILE} --output_dir . --log_level info'
             ' --max_threads "${OMP_NUM_THREADS:-1}"']  # fmt: skip
 
 
 def read(folder: Path) -> Answer:
-    """What it has left in a folder. Raises NoAnswer, NotSettled."""
+    """Read its output from a folder. Raises NoAnswer, ExternalNotConverged."""
     log = executables.text(folder / LOG)
     errors, solved = _ERROR.findall(log), _SOLVED.findall(log)
     said = visible("; ".join(dict.fromkeys(own.strip() for own in errors)))[: executables.WIDE]
@@ -89,7 +89,7 @@ def read(folder: Path) -> Answer:
 
 
 def _matched(points: Floats, found: Floats, nodes: Floats) -> Floats:
-    """Displacements (n, 3), m, of our nodes. Raises NoAnswer."""
+    """Return displacements (n, 3), m, of our nodes, matched by position. Raises NoAnswer."""
     from scipy.spatial import cKDTree
 
     distance, node = cKDTree(nodes).query(points)
@@ -104,7 +104,7 @@ def _matched(points: Floats, found: Floats, nodes: Floats) -> Floats:
 
 
 def _clocks(path: Path) -> dict[str, float]:
-    """What its statistics say of times, s; nothing where they say none."""
+    """Return the times in its statistics, s; empty if there are none."""
     try:
         told = json.loads(executables.text(path))
         return {name: sum(float(told[f"time_{own}"]) for own in parts) for name, parts in CLOCKS.items()}

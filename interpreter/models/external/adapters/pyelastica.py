@@ -27,7 +27,7 @@ write, command, read = PACKAGE.write, PACKAGE.command, PACKAGE.read
 
 
 def solved(problem: Problem) -> Answer:
-    """Displacements and axes of sections after the steps that are asked for. Raises NoAnswer."""
+    """Return displacements and section axes after the requested steps. Raises NoAnswer."""
     begin = time.perf_counter()
     elastica = imported()
     motion = problem.motion
@@ -59,10 +59,11 @@ def solved(problem: Problem) -> Answer:
 
 
 def energy(rod: Any) -> float:
-    """Of its motion and of its strain, J: no more of strain than its law has.
+    """Return the kinetic and strain energy, J; the strain energy is a lower bound for its law.
 
-    What it says itself of strain, S e^2 / 2, forgets that its sections grow thin, which divides its forces by the
-    stretch and its couples by the third power of it. Pulled, it does less work than that; pressed, no less.
+    Its own strain energy, S e^2 / 2, ignores that its sections grow thin, which divides its forces by the stretch and
+    its
+    couples by the third power of the stretch. In tension it does less work than that; in compression no less.
     """
     motion = rod.compute_translational_energy() + rod.compute_rotational_energy()
     strain, bending = rod.sigma - rod.rest_sigma, rod.kappa - rod.rest_kappa

@@ -32,7 +32,7 @@ ELEMENTS = {
 
 
 def solved(problem: Problem) -> Answer:
-    """Displacements under each share of the load."""
+    """Return displacements at each load fraction."""
     import skfem
 
     begin = time.perf_counter()
@@ -57,14 +57,14 @@ def solved(problem: Problem) -> Answer:
 
 
 def stiffness(u: Any, v: Any, w: Any) -> Any:
-    """lam tr(eps(u)) tr(eps(v)) + 2 mu eps(u) : eps(v)."""
+    """Return the bilinear form lam tr(eps(u)) tr(eps(v)) + 2 mu eps(u) : eps(v)."""
     from skfem.helpers import ddot, sym_grad, trace
 
     return w["lam"] * trace(sym_grad(u)) * trace(sym_grad(v)) + 2.0 * w["mu"] * ddot(sym_grad(u), sym_grad(v))
 
 
 def order(name: str, element: Any) -> list[int]:
-    """Of its nodes in a cell, where each is among ours: both say where they are."""
+    """Return the index among our nodes of each of its nodes in a cell, by position."""
     from softmark.solvers.elements import element_of
 
     ours = element_of(name).places()

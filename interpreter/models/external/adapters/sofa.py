@@ -33,28 +33,28 @@ SETTLED, LOST, ITERATION = "[CONVERGED]", "[DIVERGED]", "Newton iteration #"
 
 
 def version() -> str | None:
-    """None where it is not installed."""
+    """Return None if it is not installed; it reports no version."""
     return executables.UNKNOWN if places() else None
 
 
 def places() -> tuple[Path, ...]:
-    """The file that is run; none where it is not installed."""
+    """Return the executable; empty if it is not installed."""
     return executables.places(program)
 
 
 def write(problem: Problem, folder: Path) -> None:
-    """Its scene."""
+    """Write its scene."""
     deck.export(problem, executables.NAMELESS, folder)
     executables.keep(problem, folder)
 
 
 def command(folder: Path) -> list[str]:
-    """What is run in the folder."""
+    """Return the command to run in the folder."""
     return [program, "-g", "batch", "-n", "1", deck.FILE]
 
 
 def read(folder: Path) -> Answer:
-    """What it has left in a folder. Raises NoAnswer, NotSettled."""
+    """Read its output from a folder. Raises NoAnswer, ExternalNotConverged."""
     log, files = executables.text(folder / LOG), sorted(folder.glob(f"{deck.ANSWER}*.vtu"))
     if LOST in log:
         why = log.partition(LOST)[2].partition("\n")[0].strip()[: executables.WIDE]

@@ -1,8 +1,8 @@
-"""Files that a model is exported as, a module each: `refuses(problem)` and `export(problem, named, folder)`.
+"""Export formats of a model, one module each: `refuses(problem)` and `export(problem, named, folder)`.
 
-`refuses` says what of a problem has no words in the format, and why; `export` writes files and gives their names. One
-that tells what acts on facets by a word for each load has `lost(problem, named)` besides, which says the same of those.
-To add a format: that file, and a line here. Adapters of programs that are run write the same files.
+`refuses` returns features of a problem that the format cannot express, with reasons; `export` writes files and returns
+their names. A format with separate entries for surface loads also has `lost(problem, named)`, which does the same for
+loads. To add a format: a module, and a line here. Adapters of programs write the same files.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Format:
-    """The module of a format, what it is, the unit of its lengths, and what its numbers are in."""
+    """Export format: its module, description, unit of lengths, and system of units."""
 
     module: str
     what: str
@@ -26,7 +26,7 @@ class Format:
     units: str = "m, kg, s, N and Pa"
 
     def unit_of(self, si: str) -> str:
-        """The unit in its files of what is in `si` elsewhere."""
+        """Return the unit in its files of a quantity with SI unit `si`."""
         return OF_MM.get(si, si) if self.units == MM else si
 
 
@@ -59,5 +59,5 @@ FORMATS: dict[str, Format] = {
 
 
 def form(name: str) -> Any:
-    """The module of a format. Raises KeyError for one that is in no table."""
+    """Return the module of a format. Raises KeyError if it is unknown."""
     return import_module(f"softmark.interpreter.models.external.{FORMATS[name].module}")

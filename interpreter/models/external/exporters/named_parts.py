@@ -1,4 +1,4 @@
-"""What of a model has a name in its scene: materials, supports and loads, as cells, nodes, facets and forces."""
+"""Named parts of a scene for export: materials, supports and loads, as cells, nodes, facets and forces."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Named:
-    """By their names: the cells (k,) of materials, the nodes (k,) of supports, the forces (n, 3), N, of loads.
+    """Cells (k,) of materials, nodes (k,) of supports and forces (n, 3), N, of loads, by name.
 
-    `facets` (k, a) are those of the mesh's boundary that a support holds all nodes of, or that a load acts on.
+    `facets` (k, a) are those of the boundary with all nodes held by a support, or on which a load acts.
     """
 
     parts: Mapping[str, Ints]
@@ -31,7 +31,7 @@ class Named:
 
 
 def named_of(prepared: PreparedSolid, case: Case) -> Named:
-    """Of a prepared model. Raises Fault."""
+    """Return the named parts of a prepared model. Raises Fault."""
     mesh, every = prepared.mesh, np.arange(len(prepared.mesh.cells), dtype=np.int64)
     names = [case.body.name, *(part.name for part in case.parts)]
     parts = {names[own.number]: every[own.which] for own in prepared.pieces}
@@ -44,7 +44,7 @@ def named_of(prepared: PreparedSolid, case: Case) -> Named:
 
 
 def _whole(mesh: Mesh, nodes: Ints) -> Ints:
-    """Facets of the boundary all of whose nodes are among some."""
+    """Return the boundary facets whose nodes are all among some nodes."""
     inside = np.zeros(len(mesh.points), dtype=np.bool_)
     inside[nodes] = True
     found: Ints = mesh.facets[inside[mesh.facets].all(axis=1)]

@@ -175,8 +175,9 @@ def _same(one: Floats, other: Floats) -> bool:
 
 
 def _weights(problem: Problem) -> Floats:
-    """Masses that a body force acts by at nodes (n,), kg: a linear shape function has 1/4 of a cell, a quadratic one
-    -1/20 at a corner and 1/5 between two.
+    """Return the nodal masses of a body force (n,), kg.
+
+    A linear shape function has 1/4 of a cell, a quadratic one -1/20 at a corner and 1/5 between two.
     """
     found, corners = np.zeros(len(problem.points)), Mesh(problem.points, problem.cells[:, :4])
     shares = np.full(4, 0.25) if problem.element == "tet4" else np.array([-0.05] * 4 + [0.2] * 6)

@@ -1,1 +1,1 @@
-"""Rods that other programs solve: in words, and as arrays."""
+"""Models of rods that other programs solve: declaration and builder."""

@@ -1,4 +1,4 @@
-"""A rod that another program moves, as arrays."""
+"""Construction of rod models that an external program solves."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PreparedRod(PreparedMoving):
-    """A rod that a program moves; `solid` is the same of ours, at rest, which knows its nodes, sections and loads."""
+    """Dynamic analysis of a rod by a program; `solid` is our static rod with its nodes, sections and loads."""
 
     @property
     def rod(self) -> PreparedBeam:
-        """The rod of ours."""
+        """Our static rod."""
         return cast("PreparedBeam", self.solid)
 
     def asked(self) -> Problem:
-        """What the program is told."""
+        """Return the problem for the program."""
         rod, case = self.rod, self.case
         fixed = np.asarray(rod.problem.fixed, dtype=np.int64)
         material = case.material
@@ -59,7 +59,7 @@ class PreparedRod(PreparedMoving):
         )
 
     def looked_at(self, answer: Answer, problem: Problem) -> Floats:
-        """Displacements of nodes (t, n, 3), m, after the steps that were asked for. Raises NoAnswer."""
+        """Return nodal displacements (t, n, 3), m, after the requested steps. Raises NoAnswer."""
         u = super().looked_at(answer, problem)
         turned = answer.turned
         if turned is None or turned.shape != (*u.shape[:2], 3, 3) or not np.all(np.isfinite(turned)):
@@ -67,7 +67,7 @@ class PreparedRod(PreparedMoving):
         return u
 
     def seen(self, answer: Answer, u: Floats) -> dict[str, Any]:
-        """The same of a rod, around whose axis sections turn as the program says."""
+        """Return displacements over time and at the end; sections rotate about the axis as the program computed."""
         assert answer.turned is not None
         rest, points = self.rod.rest, self.rod.points
         frames = np.concatenate([points + u, quaternion(answer.turned)], axis=2).reshape(len(u), -1)
@@ -84,7 +84,7 @@ def load(model: OutsideRod) -> None:
 
 
 def prepare(model: OutsideRod, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
-    """The same of ours, at rest, to be told; nothing where the program cannot compute it. Raises Fault."""
+    """Build our static rod for transfer, or none if the program does not support it. Raises Fault."""
     if reasons := model.reasons(case):
         return Unbuilt(model.words_of(reasons), "unsupported")
     rod = beam.at_rest(model.ours, replace(declared, thing=model.ours), case)

@@ -1,4 +1,4 @@
-"""Rods that other programs move."""
+"""Declaration of rod models that other programs solve."""
 
 from __future__ import annotations
 
@@ -77,16 +77,16 @@ class OutsideRod(Asked):
 
     @property
     def told(self) -> Program:
-        """What is known of the program."""
+        """Table entry of the program."""
         return RODS[self.program]
 
     @property
     def ours(self) -> Beam6Dof:
-        """The rod of ours that it is told of."""
+        """Our rod model that defines its problem."""
         return Beam6Dof(self.segments, body=self.body)
 
     def reasons(self, case: Case) -> list[Reason]:
-        """What of it the program cannot do exactly as the scene means it, and why."""
+        """Return the features that the program cannot compute exactly as the scene means them, with reasons."""
         return [*of_motion(case), *self._of_body(case), *self._of_loads(case), *self._of_clamps(case),
                 *self.of_steps(case)]  # fmt: skip
 
@@ -128,18 +128,18 @@ class OutsideRod(Asked):
             yield "the supports", "it keeps its length, which leaves it no way between two clamps"
 
     def stations(self, case: Case) -> list[float]:
-        """Nodes along the axis, m from the root."""
+        """Return the stations of nodes along the axis, m from the root."""
         return self.ours.stations(case)
 
     def outline(self, case: Case) -> str:
-        """One line for the plan and the report."""
+        """Return a one-line description for the plan and the report."""
         return f"{self.told.title}: {self.segments} segments of a rod; {self.told.moves}"
 
     def kind(self, case: Case) -> ModelKind:
-        """What it is but for its segments."""
+        """Return the family of the model, that is all but its segments."""
         rod = self.ours.kind(case)
         return replace(rod, words=f"{rod.words}, {self.told.title}")
 
     def orders(self) -> dict[str, int]:
-        """Of a program whose clamp holds half a segment it is one."""
+        """Return the convergence order; it is one for a program whose clamp holds half a segment."""
         return {"segments": self.told.order}

@@ -20,7 +20,7 @@ from softmark.interpreter.report.run.tables.line_probes import (
     AXES,
     Floats,
     arc,
-    drawn_first,
+    initially_shown,
     lines_of,
     looks,
     points_of,
@@ -102,7 +102,7 @@ class Lines:
 
     def plate(self) -> str:
         """Return chart, legend, caption, table and CSV."""
-        open_ = drawn_first(self.findings)
+        open_ = initially_shown(self.findings)
         return plate(self._chart(open_), prose(self._caption(open_)), self._columns(), self._save(), open_=open_)
 
     def _chart(self, open_: Sequence[str]) -> Chart:

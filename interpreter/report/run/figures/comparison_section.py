@@ -8,8 +8,8 @@ from softmark.interpreter.language.number_formatting import format_reference_err
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
 from softmark.interpreter.report.page.html_markup import prose, section, tag, text
 from softmark.interpreter.report.run.report_bodies import BodyResults, bodies
-from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, Result, value_of, worth
-from softmark.interpreter.report.run.tables.error_statement_table import checked, silent, words
+from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, Result, kind_of_reference, value_of
+from softmark.interpreter.report.run.tables.error_statement_table import models_without_estimate, verified_forces, words
 from softmark.interpreter.report.run.tables.metric_details import details_of
 from softmark.interpreter.report.run.tables.results_table import (
     SYMBOLS,
@@ -41,19 +41,19 @@ def section_of(findings: Findings) -> str:
         tag("p", caption(findings), class_="quiet about"),
         tables,
         notes.list(),
-        vouched(findings),
+        error_statements(findings),
         save,
         about,
         details_of(findings),
     )
 
 
-def vouched(findings: Findings) -> str:
+def error_statements(findings: Findings) -> str:
     """Return the errors that models state, and that their forces were verified."""
     models = findings.report.models.items()
     said = [tag("li", tag("code", text(name)), " ", prose(w)) for name, m in models if (w := words(m))]
-    said += [tag("li", prose(quiet))] if (quiet := silent(findings.report)) else []
-    again = checked(findings.report)
+    said += [tag("li", prose(quiet))] if (quiet := models_without_estimate(findings.report)) else []
+    again = verified_forces(findings.report)
     stated = tag("ul", *said, class_="notes") if said else ""
     return stated + (tag("p", text(again), class_="quiet about") if again else "")
 
@@ -91,7 +91,7 @@ def _meaning(metric: MetricColumn) -> str:
 
 
 def _source(name: str, reference: ReferenceResult) -> str:
-    error, said_kind = reference.estimated_error, worth(reference)
+    error, said_kind = reference.estimated_error, kind_of_reference(reference)
     own = "" if error is None else f" Its own error is {format_reference_error(error)}."
     said = str(reference.facts.get("said") or "")
     own += f" {said[:1].upper()}{said[1:]}." if said else ""

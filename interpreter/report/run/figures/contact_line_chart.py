@@ -14,8 +14,8 @@ from softmark.interpreter.report.charts.line_chart import Curve as Drawn
 from softmark.interpreter.report.page.figure_frame import plate
 from softmark.interpreter.report.page.html_markup import prose, section
 from softmark.interpreter.report.run.report_summary import Findings, MetricColumn
-from softmark.interpreter.report.run.tables.curve_points import columns, saved
-from softmark.interpreter.report.run.tables.line_probes import drawn_first, looks
+from softmark.interpreter.report.run.tables.curve_points import columns, csv_of_curves
+from softmark.interpreter.report.run.tables.line_probes import initially_shown, looks
 from softmark.interpreter.results.run_report import PlottedCurve
 from softmark.records import dataclass
 
@@ -24,14 +24,14 @@ WIDTH, HEIGHT = 640.0, 300.0
 
 def section_of(findings: Findings) -> str:
     """Return a chart for each metric with a curve along its probe; metrics with equal curves share one. Else empty."""
-    charts: dict[tuple[object, ...], Along] = {}
+    charts: dict[tuple[object, ...], LineCurves] = {}
     for metric in findings.metrics:
         along = {} if metric.probe is None else curves_of(findings, metric, "m")
         models = {n: c for n, c in along.items() if n in findings.report.models}
         if models:
             same = (metric.probe, *((n, tuple(c.y.tolist())) for n, c in models.items()))
-            before = charts.get(same) or Along(findings, len(charts), metric, {})
-            charts[same] = replace(before, curves={**_right(metric, along), **before.curves, **along})
+            before = charts.get(same) or LineCurves(findings, len(charts), metric, {})
+            charts[same] = replace(before, curves={**_reference_curves(metric, along), **before.curves, **along})
     return section("along", "Along lines", *(own.plate() for own in charts.values())) if charts else ""
 
 
@@ -41,7 +41,7 @@ def curves_of(findings: Findings, metric: MetricColumn, unit: str) -> dict[str, 
     return {name: m.curve for name, m in every if m is not None and m.curve and m.curve.units[0] == unit}
 
 
-def _right(metric: MetricColumn, along: Mapping[str, PlottedCurve]) -> dict[str, PlottedCurve]:
+def _reference_curves(metric: MetricColumn, along: Mapping[str, PlottedCurve]) -> dict[str, PlottedCurve]:
     """Return the reference curves of a metric, which are the same for all models."""
     right = metric.against or metric.model
     each = [PlottedCurve(c.x, c.known, c.units) for c in along.values() if c.known is not None]
@@ -49,7 +49,7 @@ def _right(metric: MetricColumn, along: Mapping[str, PlottedCurve]) -> dict[str,
 
 
 @dataclass(frozen=True)
-class Along:
+class LineCurves:
     """Curves of all models and references over the distance from the start of the line."""
 
     findings: Findings
@@ -80,7 +80,7 @@ class Along:
 
     def plate(self) -> str:
         """Return the chart."""
-        open_ = [*drawn_first(self.findings, self.curves), *self.findings.report.references]
+        open_ = [*initially_shown(self.findings, self.curves), *self.findings.report.references]
         known = looks(self.findings.report)
         drawn = tuple(
             Drawn(n, known[n], tuple(zip(c.x.tolist(), c.y.tolist(), strict=True)), 1 + i, 1, 1, n in open_)
@@ -88,7 +88,7 @@ class Along:
         )
         chart = Chart(self.key, self.heading, self.desc(), *self.axes(), WIDTH, HEIGHT, drawn,
                       left=78.0, right=110.0)  # fmt: skip
-        found, file = columns(self.curves, self.units), saved(self.named, self.curves, self.units)
+        found, file = columns(self.curves, self.units), csv_of_curves(self.named, self.curves, self.units)
         return plate(chart, prose(self.caption()), found, file, open_=open_)
 
     def axes(self) -> tuple[Axis, Axis]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.charts.chart_axes import Axis, linear
 from softmark.interpreter.report.page.html_markup import section
-from softmark.interpreter.report.run.figures.contact_line_chart import Along, curves_of
+from softmark.interpreter.report.run.figures.contact_line_chart import LineCurves, curves_of
 from softmark.interpreter.report.run.report_summary import Findings
 from softmark.records import dataclass
 
@@ -17,12 +17,12 @@ def section_of(findings: Findings) -> str:
         timed = curves_of(findings, metric, "s") if metric.against is None and metric.model is None else {}
         same = tuple((n, c.units, tuple(c.y.tolist())) for n, c in timed.items())
         if timed and same not in charts:
-            charts[same] = _Followed(findings, len(charts), metric, timed).plate()
+            charts[same] = _TimeCurves(findings, len(charts), metric, timed).plate()
     return section("contacts-in-time", "Contacts over time", *charts.values()) if charts else ""
 
 
 @dataclass(frozen=True)
-class _Followed(Along):
+class _TimeCurves(LineCurves):
     """Values of a metric over time, of all models."""
 
     @property

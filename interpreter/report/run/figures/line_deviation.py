@@ -21,7 +21,7 @@ from softmark.interpreter.report.page.embedded_csv import csv_link, short
 from softmark.interpreter.report.page.figure_frame import PlateColumn, hidden_models_note, plate
 from softmark.interpreter.report.page.html_markup import prose, section, tag
 from softmark.interpreter.report.run.report_summary import Findings
-from softmark.interpreter.report.run.tables.line_probes import Floats, arc, drawn_first, lines_of, looks
+from softmark.interpreter.report.run.tables.line_probes import Floats, arc, initially_shown, lines_of, looks
 from softmark.interpreter.results.run_report import ProbeResult
 from softmark.records import dataclass
 
@@ -77,7 +77,7 @@ class _Pair:
             return ""
         if self.largest == 0.0:
             return tag("p", prose(f"At `{self.probe}` every model agrees with `{self.reference}` exactly."))
-        open_ = drawn_first(self.findings)
+        open_ = initially_shown(self.findings)
         return plate(self._chart(open_), self._caption(open_), self._columns(), self._save(), open_=open_)
 
     @cached_property

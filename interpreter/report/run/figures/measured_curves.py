@@ -12,9 +12,9 @@ from softmark.interpreter.report.charts.chart_axes import Axis, linear
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
 from softmark.interpreter.report.page.figure_frame import plate
 from softmark.interpreter.report.page.html_markup import listed, prose, section
-from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, worth
-from softmark.interpreter.report.run.tables.curve_points import columns, saved
-from softmark.interpreter.report.run.tables.line_probes import drawn_first, looks
+from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, kind_of_reference
+from softmark.interpreter.report.run.tables.curve_points import columns, csv_of_curves
+from softmark.interpreter.report.run.tables.line_probes import initially_shown, looks
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -41,14 +41,14 @@ def section_of(findings: Findings) -> str:
         same = (reference.name, *((n, tuple(c.y.tolist())) for n, c in seen.items()))  # of other statistics
         plates.setdefault(same, "")
         if seen and not plates[same]:
-            plates[same] = _Measured(findings, len(plates), metric, reference.name, reference.drawn, seen).plate()
+            plates[same] = _MeasuredCurve(findings, len(plates), metric, reference.name, reference.drawn, seen).plate()
     found = [made for made in plates.values() if made]
     kinds = {r.kind for r in findings.report.references.values() if r.drawn is not None}
     return section("curves", "Measured curves" if kinds == {"measurement"} else "Curves", *found) if found else ""
 
 
 @dataclass(frozen=True)
-class _Measured:
+class _MeasuredCurve:
     """A measured curve with those of models."""
 
     findings: Findings
@@ -88,7 +88,7 @@ class _Measured:
 
     def plate(self) -> str:
         """Return the chart."""
-        open_ = [*drawn_first(self.findings, self.seen), *self.findings.report.references]
+        open_ = [*initially_shown(self.findings, self.seen), *self.findings.report.references]
         chart = Chart(
             f"curve-{self.number}", f"{self.metric.name}: against {self.reference}", self._desc(), *self._axes(),
             WIDTH, HEIGHT, tuple(self._curves(open_)), left=78.0, right=110.0,
@@ -125,7 +125,9 @@ class _Measured:
         """Return a caption: curves, source of the measurement, and the range that is judged."""
         reference = self.findings.report.references[self.reference]
         beside = "with the band in which codes lie" if self.agreed else "with its uncertainty on both sides"
-        said = [f"`{self.metric.name}`: curves of models over `{self.reference}` ({worth(reference)}), {beside}."]
+        said = [
+            f"`{self.metric.name}`: curves of models over `{self.reference}` ({kind_of_reference(reference)}), {beside}."
+        ]
         said += [self._inside()] if self.agreed else []
         facts = reference.facts
         if facts.get("repeats", 1) > 1:
@@ -153,4 +155,4 @@ class _Measured:
         if (band := self.drawn.band) is not None:
             for name, y in zip(("least", "largest"), band, strict=True):
                 known[f"{self.reference}, {name}"] = replace(self.drawn, y=y)
-        return saved(f"{self.metric.name}-curve", known, self.drawn.units)
+        return csv_of_curves(f"{self.metric.name}-curve", known, self.drawn.units)

@@ -39,7 +39,7 @@ class _Step:
 
 
 @dataclass(frozen=True)
-class _Course:
+class _IterationHistory:
     """Iteration history of one model; a report keeps the last part of a long one, so it starts at `first`."""
 
     name: str
@@ -81,7 +81,7 @@ class _Course:
 def section_of(findings: Findings) -> str:
     """Return the charts; empty if no model has a history."""
     known = looks(findings.report)
-    everyone = [_Course(n, m, known[n]) for n, m in findings.report.models.items()]
+    everyone = [_IterationHistory(n, m, known[n]) for n, m in findings.report.models.items()]
     courses = [course for course in everyone if course.steps]
     if not courses:
         return ""
@@ -109,7 +109,7 @@ def _key(phases: Mapping[str, Look]) -> str:
     return tag("ul", *items, class_="key")
 
 
-def _plate(index: int, course: _Course, phases: Mapping[str, Look], y: Axis) -> str:
+def _plate(index: int, course: _IterationHistory, phases: Mapping[str, Look], y: Axis) -> str:
     last = course.first + len(course.steps)
     chart = Chart(
         f"newton-{index}", f"Convergence of {course.name}",
@@ -128,7 +128,7 @@ def _phases_in_words(steps: Sequence[_Step]) -> str:
     return f"Phases: {', then '.join([*shown, *more])}."
 
 
-def _curves(course: _Course, phases: Mapping[str, Look], y: Axis) -> Iterator[Curve]:
+def _curves(course: _IterationHistory, phases: Mapping[str, Look], y: Axis) -> Iterator[Curve]:
     """Yield a curve for each run of one phase, extended to the first point of the next, so that the line is continuous."""
     rows, start = course.rows, 0
     for phase, group in groupby(step.phase for step in course.steps):
@@ -152,7 +152,7 @@ def _not_finite(steps: Sequence[_Step]) -> str:
     return tag("path", class_="lost", d=crosses) if crosses else ""
 
 
-def _columns(course: _Course) -> list[PlateColumn]:
+def _columns(course: _IterationHistory) -> list[PlateColumn]:
     numbers = [(str(course.first + i),) for i in range(len(course.rows))]
     cells = [(s.phase, _percent(s.load), _number(s.residual), _percent(s.length)) for s in course.rows]
     return [PlateColumn("iteration", ("iteration",), numbers), PlateColumn(course.name, SYMBOLS, cells)]
@@ -166,7 +166,7 @@ def _percent(value: float | None) -> str:
     return "–" if value is None else typeset_number(f"{value * 100:.4g} %")
 
 
-def _save(course: _Course) -> str:
+def _save(course: _IterationHistory) -> str:
     rows: list[list[Cell]] = [
         [course.first + i, s.phase, s.load, s.residual, s.length] for i, s in enumerate(course.rows)
     ]

@@ -29,13 +29,13 @@ def section_of(findings: Findings) -> str:
     """Return a table and a figure for each set of frame times, with all its rates; empty if there is none."""
     groups: dict[tuple[Any, ...], dict[MetricColumn, Judged]] = {}
     for metric in findings.metrics:
-        if judged := _judged(findings, metric):
+        if judged := _judged_models(findings, metric):
             groups.setdefault(_clock_of(judged), {})[metric] = judged
     parts = [_Clock(findings, number, judged).html() for number, judged in enumerate(groups.values())]
     return section("realtime", "Real time", *parts) if parts else ""
 
 
-def _judged(findings: Findings, metric: MetricColumn) -> Judged:
+def _judged_models(findings: Findings, metric: MetricColumn) -> Judged:
     found = {n: m.metrics.get(metric.name) for n, m in findings.report.models.items()}
     return {n: m for n, m in found.items() if m is not None and "verdict" in m.details and "limit_s" in m.details}
 

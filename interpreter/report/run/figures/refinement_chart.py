@@ -63,7 +63,7 @@ def _these(families: list[str]) -> str:
 
 
 @dataclass(frozen=True)
-class _Varied:
+class _ErrorChart:
     """One error of all families; subclasses define the varied quantity."""
 
     findings: Findings
@@ -97,7 +97,7 @@ class _Varied:
             line = [(n, v, abs(e)) for n, v, e in pairs if e]
             if len(line) > 1:
                 found[family] = line
-        return dict(zip(_told_apart(list(found)), found.values(), strict=True))
+        return dict(zip(_short_family_names(list(found)), found.values(), strict=True))
 
     def plate(self) -> str:
         """Return the figure; empty if no family has two members with an error."""
@@ -166,7 +166,7 @@ class _Varied:
         return csv_link(f"{self.metric.name}-{self.kind}", header, rows)
 
 
-def _told_apart(families: list[str]) -> list[str]:
+def _short_family_names(families: list[str]) -> list[str]:
     """Return family names without their common parts: `tet4`, `hex8, selectively integrated`."""
     parts = [family.split(", ") for family in families]
     shared = set.intersection(*map(set, parts)) if len(parts) > 1 else set()
@@ -185,7 +185,7 @@ def _errors(errors: list[float], name: str, unit: str) -> Axis:
     return replace(axis, ticks=tuple((v, format_quantity(v, unit, 3, percent=True)) for v in within))
 
 
-class _Sizes(_Varied):
+class _Sizes(_ErrorChart):
     """Error against the number of unknowns."""
 
     kind, symbol = "refinement", "unknowns"
@@ -203,7 +203,7 @@ class _Sizes(_Varied):
         return Axis(low, high, "unknowns", ticks, log=True)
 
 
-class _Ratios(_Varied):
+class _Ratios(_ErrorChart):
     """Error against Poisson's ratio, on the scale log(1 - 2 nu), which spreads nearly incompressible values."""
 
     kind, symbol = "poisson", "nu"

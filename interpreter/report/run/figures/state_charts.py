@@ -18,7 +18,7 @@ from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
 from softmark.interpreter.report.page.figure_frame import PlateColumn, plate
 from softmark.interpreter.report.page.html_markup import count, prose, section
 from softmark.interpreter.report.run.report_summary import Findings, MetricColumn
-from softmark.interpreter.report.run.tables.line_probes import drawn_first, looks
+from softmark.interpreter.report.run.tables.line_probes import initially_shown, looks
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.interpreter.results.state_results import ANSWERED, Curve, Moment, format_state
 from softmark.records import dataclass
@@ -63,7 +63,7 @@ class _Metric:
 
     def plate(self) -> str:
         """Return the chart."""
-        open_ = [*drawn_first(self.findings, self.curves), *self.findings.report.references]
+        open_ = [*initially_shown(self.findings, self.curves), *self.findings.report.references]
         known = looks(self.findings.report)
         drawn = [
             Drawn(n, known[n], tuple(None if v is None else (s, v) for s, v in self._pairs(c)), 1 + i, 1, 1, n in open_)

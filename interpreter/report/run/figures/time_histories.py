@@ -15,7 +15,7 @@ from softmark.interpreter.report.page.figure_frame import PlateColumn, plate
 from softmark.interpreter.report.page.html_markup import prose, section, tag, text
 from softmark.interpreter.report.run.figures.energy_charts import energy_plates
 from softmark.interpreter.report.run.report_summary import Findings
-from softmark.interpreter.report.run.tables.line_probes import AXES, Floats, drawn_first, looks
+from softmark.interpreter.report.run.tables.line_probes import AXES, Floats, initially_shown, looks
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.interpreter.results.run_report import ProbeResult
 from softmark.records import dataclass
@@ -27,7 +27,7 @@ WIDTH, HEIGHT = 640.0, 300.0
 
 def section_of(findings: Findings) -> str:
     """Return charts over time; empty if nothing has a history."""
-    every = courses_of(findings)
+    every = point_histories(findings)
     charts = [course.plate() for course in {course.about: course for course in reversed(every)}.values()][::-1]
     energies, events = energy_plates(findings), _events(findings)
     if not charts and not energies and not events:
@@ -35,20 +35,20 @@ def section_of(findings: Findings) -> str:
     return section("histories", "Over time", *charts, energies, events)
 
 
-def courses_of(findings: Findings) -> list[Course]:
+def point_histories(findings: Findings) -> list[PointHistory]:
     """Return the histories of all probes that have one."""
-    courses = [(n, seen) for n in findings.probes if (seen := _courses(findings, n))]
-    return [Course(findings, i, name, seen) for i, (name, seen) in enumerate(courses)]
+    courses = [(n, seen) for n in findings.probes if (seen := _probe_histories(findings, n))]
+    return [PointHistory(findings, i, name, seen) for i, (name, seen) in enumerate(courses)]
 
 
-def _courses(findings: Findings, probe: str) -> dict[str, ProbeResult]:
+def _probe_histories(findings: Findings, probe: str) -> dict[str, ProbeResult]:
     """Return the histories of a probe, by model or reference."""
     seen = findings.probes[probe].items()
     return {n: p for n, p in seen if p.course is not None and p.times is not None and p.course.size > 0}
 
 
 @dataclass(frozen=True)
-class Course:
+class PointHistory:
     """Displacement history of one point of a probe, in the direction in which it moves most."""
 
     findings: Findings
@@ -97,7 +97,7 @@ class Course:
 
     def plate(self) -> str:
         """Return the chart."""
-        open_ = [*drawn_first(self.findings), *self.findings.report.references]
+        open_ = [*initially_shown(self.findings), *self.findings.report.references]
         chart = Chart(
             f"course-{self.number}", f"Displacement over time at {self.probe}", self._desc(), *self._axes(),
             WIDTH, HEIGHT, tuple(self._curves(open_)), left=70.0, right=70.0,

@@ -8,7 +8,13 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.number_formatting import round_significant
 from softmark.interpreter.report.page.html_markup import prose, tag, text
 from softmark.interpreter.report.run.report_summary import Findings
-from softmark.interpreter.report.run.tables.table_section import by_thing, newtons, pressing, row_head, table_section
+from softmark.interpreter.report.run.tables.table_section import (
+    by_thing,
+    format_force,
+    newtons,
+    row_head,
+    table_section,
+)
 from softmark.interpreter.results.reaction_results import ContactResult
 from softmark.interpreter.results.run_report import Report
 from softmark.interpreter.results.state_results import SOLVED
@@ -80,7 +86,7 @@ def lines(report: Report) -> Iterator[str]:
                 )
                 yield f"{contact} does not touch in {model}{left}"
                 continue
-            force = pressing(own.reaction.force, DIGITS, ROUNDING)
+            force = format_force(own.reaction.force, DIGITS, ROUNDING)
             if own.beyond is not None:
                 yield f"{contact} presses with {force} in {model}, on too few cells for an area or a pressure"
                 continue

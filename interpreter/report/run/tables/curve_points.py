@@ -22,14 +22,14 @@ def columns(curves: Mapping[str, PlottedCurve], units: tuple[str, str]) -> list[
     places = choose_decimals(x, across, 6)
     found = [PlateColumn(across.heading("x"), (across.heading("x"),), [(across.fixed(v, places),) for v in x])]
     for name, curve in curves.items():
-        y = _each_at(curve, first.x.tolist())[::every]
+        y = _values_at(curve, first.x.tolist())[::every]
         places = choose_decimals([v for v in y if v is not None], up, 6)
         shown = [("–" if v is None else up.fixed(v, places),) for v in y]
         found.append(PlateColumn(name, (up.heading("y"),), shown))
     return found
 
 
-def saved(file: str, curves: Mapping[str, PlottedCurve], units: tuple[str, str]) -> str:
+def csv_of_curves(file: str, curves: Mapping[str, PlottedCurve], units: tuple[str, str]) -> str:
     """Return a link to a file with every point of the curves."""
     header = ["name", f"x [{units[0]}]", f"y [{units[1]}]"]
     rows: list[list[Cell]] = [
@@ -40,7 +40,7 @@ def saved(file: str, curves: Mapping[str, PlottedCurve], units: tuple[str, str])
     return csv_link(file, header, rows)
 
 
-def _each_at(curve: PlottedCurve, places: Sequence[float]) -> list[float | None]:
+def _values_at(curve: PlottedCurve, places: Sequence[float]) -> list[float | None]:
     """Return y at its own points, None elsewhere; if x values repeat, the points of the return path come second."""
     known: dict[float, list[float]] = {}
     for x, y in zip(curve.x.tolist(), curve.y.tolist(), strict=True):

@@ -14,7 +14,7 @@ SEVERAL = 5  # names that a line lists
 
 def words(model: ModelResult) -> str | None:
     """Return `states an error of at most 3 %` for the first metric; None if no error was estimated."""
-    if not model.stated or unasked(model):
+    if not model.stated or has_no_estimate(model):
         return None
     first = next((n for n in model.metrics if n in model.stated), next(iter(model.stated)))
     said = model.stated[first]
@@ -32,7 +32,7 @@ def amount(value: float, unit: str = "1", of: float | None = None) -> str:
     return shown
 
 
-def unasked(model: ModelResult) -> bool:
+def has_no_estimate(model: ModelResult) -> bool:
     """Return whether a model states no error because none was requested."""
     each = model.stated.values()
     return all(s.value is None and NOT_ASKED in (s.reason or "") for s in each)
@@ -41,7 +41,7 @@ def unasked(model: ModelResult) -> bool:
 NOT_ASKED = "`--stated` does"  # in the reason of what would cost something
 
 
-def beside(value: float, found: MetricResult) -> str:
+def stated_error(value: float, found: MetricResult) -> str:
     """Return `± 0.05`: the stated error of a metric, in the unit in which the metric is shown."""
     dimension = units.parse_unit(found.unit).dimension
     if dimension == units.NONE:
@@ -61,7 +61,7 @@ def _two(value: float) -> str:
     return f"{float(shown):.0f}" if 1.0 <= value < 1e6 and float(shown) == round(float(shown)) else shown
 
 
-def checked(report: Report) -> str | None:
+def verified_forces(report: Report) -> str | None:
     """Return a line about the verified forces; None if there are none."""
     solved = (own for m in report.models.values() for own in m.each or (m,))
     checks = (own.solve.get("checks") or {} for own in solved)
@@ -74,9 +74,9 @@ def checked(report: Report) -> str | None:
     )
 
 
-def silent(report: Report) -> str | None:
+def models_without_estimate(report: Report) -> str | None:
     """Return `no error is stated for a, b: ...` for models whose errors were not requested; None if there are none."""
-    names = [f"`{n}`" for n, m in report.models.items() if m.stated and unasked(m)]
+    names = [f"`{n}`" for n, m in report.models.items() if m.stated and has_no_estimate(m)]
     if not names:
         return None
     who = ", ".join(names) if len(names) <= SEVERAL else f"{len(names)} models"
@@ -92,5 +92,5 @@ def lines(report: Report) -> Iterator[str]:
             yield f"{name} {own}"
         elif first[own] == name:
             yield f"{alike[own]} models {own.replace('states', 'state', 1)}"
-    if (quiet := silent(report)) is not None:
+    if (quiet := models_without_estimate(report)) is not None:
         yield quiet

@@ -68,11 +68,11 @@ def _value(e: ExpectationResult) -> str:
 
 def warnings(findings: Findings) -> str:
     """Return the section of warnings; empty if there are none."""
-    said = warned(findings.report.warnings, findings.lines)
+    said = warning_list(findings.report.warnings, findings.lines)
     return section("warnings", "Warnings", said) if said else ""
 
 
-def warned(warnings: Iterable[ReportWarning], lines: Container[int] = ()) -> str:
+def warning_list(warnings: Iterable[ReportWarning], lines: Container[int] = ()) -> str:
     """Return a list of warnings, equal ones merged, with links to `lines`; empty if there are none."""
     same: dict[tuple[str, str, str], list[ReportWarning]] = {}
     for one in warnings:

@@ -30,7 +30,7 @@ def _row(name: str, own: Mapping[str, Any]) -> str:
         units.format_value(float(f"{own[key]:.3g}"), units.LENGTH) for key in ("mesh_to_surface_m", "surface_to_mesh_m")
     ]
     words = (
-        f"{units.format_value(float(f'{has:.5g}'), VOLUME)}, {off:+.2g} % of the surface's{_missed(own)}",
+        f"{units.format_value(float(f'{has:.5g}'), VOLUME)}, {off:+.2g} % of the surface's{_surface_deviation(own)}",
         f"{ways[0]} and {ways[1]}",
         f"{own['quality']:.2g} and {own['median_quality']:.2g}",
         "; ".join(own["repairs"]) or "nothing",
@@ -39,7 +39,7 @@ def _row(name: str, own: Mapping[str, Any]) -> str:
     return tag("tr", row_head(name), *(tag("td", text(w) if i else prose(w)) for i, w in enumerate(words)))
 
 
-def _missed(own: Mapping[str, Any]) -> str:
+def _surface_deviation(own: Mapping[str, Any]) -> str:
     """Return the deviation of a faceted surface from the body that it approximates."""
     share = 100 * own.get("facets_m3", 0.0) / own["surface_m3"]
     return f", whose facets miss {share:.2g} % of the body" if share else ""

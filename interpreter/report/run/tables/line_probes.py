@@ -64,7 +64,7 @@ def _by_kind(report: Report) -> dict[str, Look]:
     return {n: replace(model_look(places.get(n, i)), colour=colours[n] % COLOURS) for i, n in enumerate(report.models)}
 
 
-def drawn_first(findings: Findings, among: Collection[str] | None = None) -> list[str]:
+def initially_shown(findings: Findings, among: Collection[str] | None = None) -> list[str]:
     """Return the models that a figure shows initially.
 
     If there are many, these are the models with the smallest first error; if they belong to a few kinds, the best and

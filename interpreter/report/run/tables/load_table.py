@@ -28,11 +28,11 @@ def _row(name: str, own: Mapping[str, Resultant]) -> str:
     who, one = min(own.items(), key=lambda item: abs(1.0 - item[1].share))  # the force is exact, a moment some model's
     force, moment = (newtons(v, ROUNDING) for v in (one.exact_force or one.force, one.exact_moment or one.moment))
     moment += "\N{MIDDLE DOT}m" + (f" in `{who}`" if abs(1.0 - one.share) > SHOWN else "")
-    cells = (tag("td", text(force)), tag("td", prose(moment)), tag("td", prose(_taken(own))))
+    cells = (tag("td", text(force)), tag("td", prose(moment)), tag("td", prose(_applied_fraction(own))))
     return tag("tr", row_head(name), *cells)
 
 
-def _taken(own: Mapping[str, Resultant]) -> str:
+def _applied_fraction(own: Mapping[str, Resultant]) -> str:
     """Return `whole`, or the models that apply less or more."""
     off = [f"{100 * r.share:.4g} % by `{n}`" for n, r in own.items() if abs(1.0 - r.share) > SHOWN]
     unknown = [f"{100 * r.remainder / r.area:.2g} % open in `{n}`" for n, r in own.items()

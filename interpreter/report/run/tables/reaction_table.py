@@ -9,7 +9,13 @@ from typing import Any
 from softmark.interpreter.language.compiled_scene import RIGID
 from softmark.interpreter.report.page.html_markup import prose, tag, text
 from softmark.interpreter.report.run.report_summary import Findings
-from softmark.interpreter.report.run.tables.table_section import by_thing, newtons, pressing, row_head, table_section
+from softmark.interpreter.report.run.tables.table_section import (
+    by_thing,
+    format_force,
+    newtons,
+    row_head,
+    table_section,
+)
 from softmark.interpreter.results.reaction_results import SupportResult
 from softmark.interpreter.results.run_report import ModelResult, Report
 from softmark.interpreter.results.state_results import SOLVED
@@ -68,7 +74,7 @@ def lines(report: Report) -> Iterator[str]:
         for name, held in own.items():
             if held.reaction is not None and report.models[name].status == "converged":
                 force = held.reaction.force if _size(held) > least[name] else (0.0, 0.0, 0.0)
-                alike.setdefault(pressing(force, 3, LITTLE), []).append(name)
+                alike.setdefault(format_force(force, 3, LITTLE), []).append(name)
         if alike:
             each = (f"{size} in {_who(names)}" for size, names in alike.items())
             yield f"{support} carries {', '.join(each)}"

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from softmark.interpreter.language.number_formatting import format_quantity
-from softmark.interpreter.report.run.report_summary import Findings, worth
+from softmark.interpreter.report.run.report_summary import Findings, kind_of_reference
 
 SEVERAL = 6  # names that a line lists
 
@@ -18,7 +18,7 @@ def lines(findings: Findings) -> Iterator[str]:
             continue
         held = [*_verdicts(findings, name)]
         band = _band(reference.facts)
-        line = f"{name} ({worth(reference)}){': ' if band or held else ''}{'; '.join([*band, *held])}"
+        line = f"{name} ({kind_of_reference(reference)}){': ' if band or held else ''}{'; '.join([*band, *held])}"
         yield line.replace("\N{NO-BREAK SPACE}", " ")
 
 

@@ -32,11 +32,11 @@ def section_of(findings: Findings) -> str:
 
 def _row(name: str, own: Mapping[str, Mapping[str, Any]]) -> str:
     asked = units.format_value(float(f"{max(v['asked_m3'] for v in own.values()):.5g}"), VOLUME)
-    cells = (tag("td", text(asked)), tag("td", prose(_taken(own))))
+    cells = (tag("td", text(asked)), tag("td", prose(_covered_fraction(own))))
     return tag("tr", row_head(name), *cells)
 
 
-def _taken(own: Mapping[str, Mapping[str, Any]]) -> str:
+def _covered_fraction(own: Mapping[str, Mapping[str, Any]]) -> str:
     """Return `followed`, or the models whose cells cover too little or too much."""
     off = []
     for model, v in own.items():
@@ -67,7 +67,7 @@ def _cell(one: tuple[float, float, units.Dimension]) -> str:
     return tag("td", prose(f"{shown}, the mesh has " + ("it all" if abs(off) < SAME else f"{100 * off:+.2g} %")))
 
 
-def varying(findings: Findings) -> str:
+def varying_constants(findings: Findings) -> str:
     """Return a table of all constants that vary in space; empty if no model has any."""
     known = by_thing({n: m.solve.get("graded") or {} for n, m in findings.report.models.items()})
     return table_section("Varying", VARYING, HEADS, [_constant(*entry) for entry in known.items()])
@@ -78,11 +78,11 @@ def _constant(name: str, own: Mapping[str, Mapping[str, Any]]) -> str:
     least, most = min(v["least"] for v in own.values()), max(v["most"] for v in own.values())
     mean = next(iter(own.values()))["mean"]
     low, high, middle = (units.format_value(float(f"{v:.5g}"), dimension) for v in (least, most, mean))
-    resolved = prose("; ".join(map(_resolved, own, own.values())))
+    resolved = prose("; ".join(map(_unresolved_variation, own, own.values())))
     return tag("tr", row_head(name), tag("td", text(f"{low} to {high}")), tag("td", text(middle)), tag("td", resolved))
 
 
-def _resolved(model: str, said: Mapping[str, Any]) -> str:
+def _unresolved_variation(model: str, said: Mapping[str, Any]) -> str:
     """Return the largest change within a cell, the quadrature error, and the fraction outside of a field."""
     found = [f"`{model}` up to {said['within_cells']:.3g} times"]
     if said["integral_lost"] > SHOWN:

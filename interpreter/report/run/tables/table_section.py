@@ -14,8 +14,7 @@ T = TypeVar("T")
 
 
 def by_thing(known: Mapping[str, Mapping[str, T]]) -> dict[str, dict[str, T]]:
-    """Return values grouped by name and then by model, from values by model and then by name, in order of appearance.
-    """
+    """Return values grouped by name and then by model, from values by model and then by name, in order of appearance."""
     names = dict.fromkeys(name for own in known.values() for name in own)
     return {name: {model: own[name] for model, own in known.items() if name in own} for name in names}
 
@@ -47,7 +46,7 @@ def _components(vector: Sequence[float], digits: int, nothing: float) -> str:
     )
 
 
-def pressing(force: Sequence[float], digits: int, rounding: float) -> str:
+def format_force(force: Sequence[float], digits: int, rounding: float) -> str:
     """Return the size of a force in N or, if it is not along an axis as for symmetric parts, all its components."""
     size = math.hypot(*force)
     if round_significant(size, digits) == round_significant(

@@ -9,7 +9,7 @@ from softmark.interpreter.language.number_formatting import format_quantity, typ
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
 from softmark.interpreter.report.page.html_markup import listed, prose, tag, text
 from softmark.interpreter.report.run.figures.tolerance_bands import Band
-from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, Result, worth
+from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, Result, kind_of_reference
 from softmark.interpreter.report.run.tables.metric_details import unit_of
 from softmark.interpreter.report.run.tables.table_section import row_head, table_section
 from softmark.interpreter.results.state_results import format_state
@@ -24,7 +24,7 @@ HEADS = ("Number", "By", "Found", "Given", "Uncertainty", "Difference", "Within"
 
 
 @dataclass(frozen=True)
-class _Held:
+class _ComparedValue:
     """One number compared with a given value, SI; `state` in words, "" for a scene without states."""
 
     metric: str
@@ -81,7 +81,7 @@ def _percent(share: float) -> str:
 
 def section_of(findings: Findings) -> str:
     """Return the table; empty if no value is given."""
-    held = [one for metric in findings.metrics for one in _of(findings, metric)]
+    held = [one for metric in findings.metrics for one in _comparisons_of_metric(findings, metric)]
     if not held:
         return ""
     header = [
@@ -106,28 +106,28 @@ def section_of(findings: Findings) -> str:
     return table_section("Values", LEAD, HEADS, rows, _sources(findings) + save)
 
 
-def _of(findings: Findings, metric: MetricColumn) -> Iterator[_Held]:
+def _comparisons_of_metric(findings: Findings, metric: MetricColumn) -> Iterator[_ComparedValue]:
     """Yield the comparisons of a metric for all models, in every state."""
     for name, result in findings.everyone.items():
         in_each: Sequence[Result] = result.each
         each = [(format_state(value), own.metrics) for value, own in zip(result.states, in_each, strict=True)]
         for state, metrics in each or [("", result.metrics)]:
             found = metrics.get(metric.name)
-            if found is not None and (told := _told(found.details)) is not None:
-                yield _Held(metric.name, name, state, *told[:5], kind_of(findings, metric.name), told[5])
+            if found is not None and (told := _comparison_details(found.details)) is not None:
+                yield _ComparedValue(metric.name, name, state, *told[:5], kind_of(findings, metric.name), told[5])
 
 
 def kind_of(findings: Findings, metric: str) -> str:
     """Return the kind of reference of a metric: `consensus of 3 codes`."""
     named = findings.declared.get(metric)
     reference = findings.report.references.get((named.against if named else None) or "")
-    return "" if reference is None else worth(reference)
+    return "" if reference is None else kind_of_reference(reference)
 
 
 _Told = tuple[str, float, float, float, bool, tuple[float, float] | None]
 
 
-def _told(details: Mapping[str, Any]) -> _Told | None:
+def _comparison_details(details: Mapping[str, Any]) -> _Told | None:
     """Return unit, computed and given value, uncertainty, verdict and band; None for other metrics."""
     key = next((key for key in details if key.startswith("given_")), None)
     if key is None:
@@ -144,6 +144,6 @@ def _sources(findings: Findings) -> str:
     same: dict[str, list[str]] = {}
     for name, reference in findings.report.references.items():
         if "value" in reference.facts:
-            same.setdefault(f"{worth(reference)}; {reference.source}", []).append(f"`{name}`")
+            same.setdefault(f"{kind_of_reference(reference)}; {reference.source}", []).append(f"`{name}`")
     items = [tag("li", prose(f"{listed(names)}: {said}")) for said, names in same.items()]
     return tag("ul", *items, class_="notes sources") if items else ""
