@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from softmark.solvers.assembly.sparsity_patterns import others, prepare
+from softmark.solvers.assembly.sparsity_patterns import build_pattern, free_dofs
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Energy, Floats, Ints
 
 
@@ -30,11 +30,11 @@ class Assembly:
         """Compute the sparsity pattern of all energies."""
         self.dofs = dofs
         self.internal, self.loads = tuple(internal), tuple(loads)
-        self.free = others(dofs, fixed)
+        self.free = free_dofs(dofs, fixed)
         self.points = points  # (dofs / 3, 3), where unknowns are three displacements of each point
         self.conservative = all(e.conservative for e in (*self.internal, *self.loads))
         self.saddle = any(e.saddle for e in self.internal)
-        self.pattern = prepare(dofs, fixed, [e.stencils for e in (*self.internal, *self.loads)])
+        self.pattern = build_pattern(dofs, fixed, [e.stencils for e in (*self.internal, *self.loads)])
         self._posed: tuple[Sequence[Energy], float, list[tuple[Energy, float]]] = (), 0.0, []
 
     def with_internal(self, internal: Sequence[Energy]) -> Assembly:

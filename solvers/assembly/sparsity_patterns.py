@@ -87,7 +87,7 @@ class _Blocks:
 _KNOWN: WeakValueDictionary[bytes, Pattern] = WeakValueDictionary()
 
 
-def prepare(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
+def build_pattern(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
     """Return the pattern of all stencils over the degrees of freedom that are not `fixed`.
 
     Problems that differ only in their loads, as states of one body do, share one: it is most of their memory.
@@ -97,32 +97,35 @@ def prepare(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
         asked.update(np.ascontiguousarray(own, dtype=np.int64).data)
     known = _KNOWN.get(asked.digest())
     if known is None:
-        known = _KNOWN[asked.digest()] = _made(dofs, fixed, stencils)
+        known = _KNOWN[asked.digest()] = _compute_pattern(dofs, fixed, stencils)
     return known
 
 
-def _made(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
+def _compute_pattern(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
     """Compute the pattern of all stencils."""
-    free = others(dofs, fixed)
-    width = 3 if all(_in_threes(s) for s in stencils) else 1
+    free = free_dofs(dofs, fixed)
+    width = 3 if all(_is_in_triples(s) for s in stencils) else 1
     count = -(-dofs // width)
     number = np.full(count * width, -1, dtype=np.int64)
     number[free] = np.arange(len(free))
     members = [np.ascontiguousarray(s[:, ::width]) // width for s in stencils]
-    blocks = _blocks(members, number.reshape(count, width))
-    indptr, indices = _layout(blocks)
-    slots = (_slots(m, blocks, indptr).reshape(*s.shape, s.shape[1]) for m, s in zip(members, stencils, strict=True))
+    blocks = _block_neighbours(members, number.reshape(count, width))
+    indptr, indices = _csr_structure(blocks)
+    slots = (
+        _entry_positions(m, blocks, indptr).reshape(*s.shape, s.shape[1])
+        for m, s in zip(members, stencils, strict=True)
+    )
     return Pattern(len(free), indptr, indices, tuple(slots))
 
 
-def others(dofs: int, fixed: Ints) -> Ints:
+def free_dofs(dofs: int, fixed: Ints) -> Ints:
     """Return the degrees of freedom that are not `fixed`."""
     free = np.ones(dofs, dtype=np.bool_)
     free[fixed] = False
     return np.flatnonzero(free)
 
 
-def _in_threes(stencil: Ints) -> bool:
+def _is_in_triples(stencil: Ints) -> bool:
     """Return whether each stencil consists of runs 3 i, 3 i + 1, 3 i + 2."""
     if stencil.shape[1] % 3:
         return False
@@ -131,7 +134,7 @@ def _in_threes(stencil: Ints) -> bool:
     return same and not np.any(first % 3)
 
 
-def _blocks(members: Sequence[Ints], number: NDArray[Any]) -> _Blocks:
+def _block_neighbours(members: Sequence[Ints], number: NDArray[Any]) -> _Blocks:
     """Return the neighbours of blocks that share a stencil: B^T B, B the incidence (stencils, blocks)."""
     none = [np.zeros(0, dtype=np.int64)]
     lengths = np.concatenate([np.full(len(m), m.shape[1]) for m in members] + none)
@@ -147,7 +150,7 @@ def _blocks(members: Sequence[Ints], number: NDArray[Any]) -> _Blocks:
     return _Blocks(place, number, np.cumsum(free, axis=1) - free, before)
 
 
-def _layout(blocks: _Blocks) -> tuple[Any, Any]:
+def _csr_structure(blocks: _Blocks) -> tuple[Any, Any]:
     """Return indptr and indices of the free-free matrix: free rows of a block have the columns of its neighbours."""
     near, free = blocks.near, blocks.free
     columns = blocks.number[near.indices].ravel()
@@ -161,7 +164,7 @@ def _layout(blocks: _Blocks) -> tuple[Any, Any]:
     return indptr.astype(kind), columns.astype(kind)[at]
 
 
-def _slots(members: Ints, blocks: _Blocks, indptr: Any) -> NDArray[Any]:
+def _entry_positions(members: Ints, blocks: _Blocks, indptr: Any) -> NDArray[Any]:
     """Return positions of local entries (n, b, width, b, width), -1 if the row or column is fixed."""
     (n, b), width = members.shape, blocks.number.shape[1]
     slots = np.empty((n, b, width, b, width), dtype=indptr.dtype)

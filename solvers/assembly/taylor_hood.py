@@ -13,7 +13,7 @@ from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 
 
-def seeping(
+def poroelastic_energy(
     mesh: Mesh, parts: Integration, pair: Any, mu: float, pores: PermeabilityLaw, turns: bool
 ) -> PoroelasticSolid:
     """Return the energy of a porous solid: displacements, then pressures; `pair` is its law and volume measure.

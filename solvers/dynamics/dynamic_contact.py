@@ -139,8 +139,9 @@ class DynamicContacts:
         return FrictionResult(float(np.max(whole[hold.which], initial=0.0)), sticks, area, heat)
 
     def accept(self, start: Motion, end: Motion, time: float) -> None:
-        """Check the end of a step. Raises TooSoft if a point ends inside a rigid body, StepFailed if one passed through
-        it.
+        """Check the end of a step.
+
+        Raises BarrierTooSoft if a point ends inside a rigid body, StepFailed if one passed through it.
         """
         here = self.at(time)
         if here.passed(end.x, self.at(start.time).places(start.x)):
@@ -153,7 +154,7 @@ class DynamicContacts:
     def _add_contact_points(self, start: Motion, end: Motion, here: ContactsAtTime) -> None:
         """Add contact points to facets that penetrate a rigid body between points.
 
-        Raises CutsIn, to repeat the step.
+        Raises FacetPenetration, to repeat the step.
         """
         if self.couple is None or self._rounds > ROUNDS or all(c.facing is None for c in here.posed):
             return
@@ -178,8 +179,9 @@ class DynamicContacts:
         self.contacts[i], self.slots[i] = contact, self.couple(contact.stencils)
 
     def _stiffen(self, i: int) -> None:
-        """Stiffen a barrier. Raises TooSoft to repeat the step, or StepFailed if the barrier is at its largest
-        stiffness.
+        """Stiffen a barrier.
+
+        Raises BarrierTooSoft to repeat the step, or StepFailed if the barrier has its largest stiffness.
         """
         barrier = self.contacts[i].barrier
         if barrier.stiffness * STIFFER > STIFFEST * self._first[i]:

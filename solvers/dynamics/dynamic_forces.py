@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from softmark.records import dataclass
-from softmark.solvers.assembly.sparsity_patterns import Pattern, prepare
+from softmark.solvers.assembly.sparsity_patterns import Pattern, build_pattern
 from softmark.solvers.dynamics.dynamic_problem import Dynamics
 from softmark.solvers.dynamics.load_amplitudes import Amplitude, Constant, StepLoad, linear_step_load, mean_factors
 from softmark.solvers.energies.elastic_energy import add_drag
@@ -196,7 +196,7 @@ def _with_mass(pattern: Pattern, forces: DynamicForces) -> tuple[Pattern, Ints]:
         entries = forces.M.tocoo()
         pairs = np.stack([entries.row, entries.col], axis=1).astype(np.int64)
         energies: Sequence[Energy] = (*forces.internal, *forces.loads, *forces.contacts)
-        pattern = prepare(forces.dofs, forces.fixed, [*(e.stencils for e in energies), pairs])
+        pattern = build_pattern(forces.dofs, forces.fixed, [*(e.stencils for e in energies), pairs])
         slots = _entry_positions(pattern, forces.M_free)
     if slots is None:
         raise ValueError("the mass matrix is not a matrix over the degrees of freedom")

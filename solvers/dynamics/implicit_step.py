@@ -26,9 +26,7 @@ SAME = 1e-8  # relative: loads that differ by less are one
 
 
 def _make_linear_solver(forces: DynamicForces) -> StepLinearSolver:
-    """Return the linear solver: Cholesky with conjugate gradients for large problems with a potential, else a general
-    LU.
-    """
+    """Return Cholesky with conjugate gradients for large problems with a potential, else a general solver."""
     meets = forces.impact is not None and bool(forces.impact.meets)  # in patterns that change
     if meets or not forces.conservative or len(forces.free) < SMALL:
         return DirectStepSolver(forces.conservative)

@@ -33,9 +33,7 @@ class Newmark:
         """Do nothing: every problem is accepted."""
 
     def advance(self, system: DynamicSystem, past: StepStart, step: float) -> Motion:
-        """Make one Newmark step; average acceleration is computed as the trapezoidal rule, whose damping never adds
-        energy.
-        """
+        """Make one Newmark step; average acceleration uses the trapezoidal rule, whose damping never adds energy."""
         if (self.beta, self.gamma) == (0.25, 0.5):
             return system.solve(mean_stage(system, past.now, step))
         load = system.forces.graded(past.now.time, past.now.time + step, self.gamma)

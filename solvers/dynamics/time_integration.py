@@ -168,9 +168,7 @@ class _TimeIntegration:
         self.observed.append(self.observe(entry.motion))
 
     def _noise(self, motion: Motion) -> float:
-        """Return the work that rounding errors of forces can do, J, times 10 000: a body at rest gains no energy from
-        it.
-        """
+        """Return 10 000 times the work, J, that rounding errors of forces can do; gains below it are ignored."""
         way = max(float(np.abs(motion.x).max(initial=0.0)), self.step * float(np.abs(motion.v).max(initial=0.0)))
         return NOISE * self.system.forces.rounding(motion.x) * way
 

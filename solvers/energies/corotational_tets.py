@@ -23,14 +23,7 @@ from softmark.solvers.energies.matrix_decompositions import Nine, nearest_rotati
 from softmark.solvers.runtime.kernel_cache import kernel, part
 
 Rows = NDArray[np.int32]
-VALUE, FORCE, TANGENT, PROJECTED, LAGGED, KEEP = (
-    1,
-    2,
-    4,
-    8,
-    16,
-    32,
-)  # flags: which results a pass over the cells computes
+VALUE, FORCE, TANGENT, PROJECTED, LAGGED, KEEP = 1, 2, 4, 8, 16, 32  # flags: results of one pass over the cells
 _NONE = np.zeros(0)
 _NO_SLOTS = np.zeros((0, 4, 4, 3, 1), dtype=np.int32)
 Six = tuple[float, float, float, float, float, float]
@@ -129,10 +122,9 @@ class CorotationalTets(LaggedTangentEnergy):
     def add_both_lagged(self, x: Floats, g: Floats, data: Floats, slots: Ints, traces: Floats) -> None:
         """Add the forces and a tangent that takes tr(S - I) of each cell from `traces` (m,) instead of from x.
 
-        An extrapolated state has the right rotations but, in nearly incompressible cells, wrong pressures. With the
-        pressures of the last state the tangent stays definite, so one factorisation serves the whole step. Similar to
-        Magisano, Leonetti and Garcea (2017), "How to improve efficiency and robustness of the Newton method in
-        geometrically non-linear structural problems", who treat the stresses at the points as separate unknowns.
+        An extrapolated state has wrong pressures in nearly incompressible cells. With those of the last state the
+        tangent stays definite and one factor serves the whole step (as in Magisano, Leonetti and Garcea 2017, "How to
+        improve efficiency and robustness of the Newton method in geometrically non-linear structural problems").
         """
         self._pass(FORCE + TANGENT + LAGGED, x, g, data, self._rows(slots), 1.0, traces)
 
@@ -157,8 +149,7 @@ class CorotationalTets(LaggedTangentEnergy):
     def _rows(self, slots: Ints) -> Rows:
         """Return the positions of each block row (m, 4, 4, 3, 1), or of every entry (m, 4, 4, 3, 3).
 
-        They are prepared once for each array of slots. The three columns of a block are adjacent unless a node is fixed
-        in only some directions.
+        Prepared once per array of slots; a block's columns are adjacent unless a node is partly fixed.
         """
         for known, rows in self._placed:
             if known is slots:
@@ -423,10 +414,7 @@ def _complete_blocks(block: Floats) -> None:
 
 @part
 def _scatter_rows(e: int, rows: Rows, block: Floats, data: Floats) -> None:
-    """Add the blocks of one cell to the matrix values, three adjacent entries at a time.
-
-    Positions of unsigned type are not tested for being negative.
-    """
+    """Add the blocks of one cell to the matrix values, three adjacent entries at a time (unsigned: no sign test)."""
     for a in range(4):
         for b in range(4):
             for i in range(3):

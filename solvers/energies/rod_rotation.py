@@ -107,7 +107,7 @@ def half_angle(c: Floats) -> Floats:
     v = c[..., 1:]
     size = np.maximum(
         np.sqrt(np.einsum("...i,...i->...", v, v)), 1e-150
-    )  # far below the range where h differs from 1 / s
+    )  # lower bound against 0 / 0
     return np.asarray(np.arctan2(size, c[..., 0]) / size)
 
 

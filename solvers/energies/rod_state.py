@@ -171,9 +171,7 @@ def rod_at_rest(points: Floats, up: Floats | None = None) -> Floats:
 
 
 def rod_from_frames(points: Floats, frames: Floats) -> Floats:
-    """Return the state (n * 7,) of an undeformed rod at `points` (n, 3), m, with `frames` (n, 3, 3), columns e1, e2,
-    e3.
-    """
+    """Return the undeformed state (n * 7,) of a rod at `points` (n, 3), m, with axes `frames` (n, 3, 3) as columns."""
     return np.concatenate([points, quaternion(frames)], axis=1).ravel()
 
 

@@ -18,13 +18,9 @@ from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats
 
 CANCELS = 1e-3  # multiple of tau: for shorter steps differences are evaluated as series
-LINEAR = 1e-5  # fraction of the modulus: below this stress the finite-strain energy is rounding noise; use the small-strain one
-PANELS, POINTS, FEW, SHORT = (
-    (1.0, 4.0, 16.0),
-    5,
-    2,
-    0.05,
-)  # panel edges in tau; points per panel; points for steps below SHORT tau
+LINEAR = 1e-5  # fraction of the modulus: below this stress use the small-strain energy (rounding)
+# panel edges in tau; points per panel; points for steps below SHORT tau
+PANELS, POINTS, FEW, SHORT = (1.0, 4.0, 16.0), 5, 2, 0.05
 
 
 class BranchSprings(Protocol):

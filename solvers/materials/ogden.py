@@ -39,7 +39,8 @@ class Ogden(PrincipalStretchMaterial):
     @property
     def rest_shear(self) -> float:
         if len(self.mu) != len(self.alpha):
-            raise InvalidCombination("alpha", f"there are {len(self.mu)} constants `mu` and {len(self.alpha)} powers `alpha`",
+            raise InvalidCombination("alpha",
+                        f"there are {len(self.mu)} constants `mu` and {len(self.alpha)} powers `alpha`",
                         "not as many", "each term has one of both")  # fmt: skip
         if 0.0 in self.alpha:
             raise InvalidCombination("alpha", "a power of 0 is no term", "this is 0", "leave the term out")

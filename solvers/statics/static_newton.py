@@ -91,7 +91,7 @@ class Newton:
         if not np.isfinite(self.strain(y)):
             raise NotConverged("the supports' motion leaves the domain of the law", tuple(self.history))
         if self.cellular:
-            self._promised = self.mixing.promised(self.assembly, x, d)
+            self._promised = self.mixing.with_predicted_pressures(self.assembly, x, d)
         return y
 
     def _clear(self, x: Floats, d: Floats, load: float, to: float) -> Floats:
@@ -192,12 +192,12 @@ class Newton:
     def trust(self, x: Floats) -> None:
         """Predict pressures of the next step from x, an equilibrium of the corotational twin: the law's are far off."""
         if self.cellular:
-            self._promised = self.mixing.promised(self.assembly, x, None)
+            self._promised = self.mixing.with_predicted_pressures(self.assembly, x, None)
 
     def relax(self) -> None:
         """Use zero pressures in the next step: those of an interpolated state mean nothing."""
         if self.cellular:
-            self._promised = self.mixing.slack(self.assembly)
+            self._promised = self.mixing.with_zero_pressures(self.assembly)
 
     def _aim(self, residual: float) -> None:
         """Set the relative residual to which the next linear system is solved."""
@@ -213,7 +213,7 @@ class Newton:
             y = self._part(x, d, length)
             if np.isfinite(self.strain(y)):
                 if self.cellular:
-                    self._promised = self.mixing.promised(self.assembly, x, length * d)
+                    self._promised = self.mixing.with_predicted_pressures(self.assembly, x, length * d)
                 self.moved = self._farther(d, length)
                 return y, length
             length *= 0.5

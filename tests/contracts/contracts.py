@@ -24,7 +24,6 @@ import numpy as np
 from along_an_axis import check_swept
 
 from softmark.grammar.diagnostic import Diagnostic, Source
-from softmark.interpreter.api.python_api import checked
 from softmark.interpreter.cli.conformance import Breach
 from softmark.interpreter.cli.conformance.metric_contracts import metric_breaches
 from softmark.interpreter.cli.conformance.trial_scenes import CLAMP, LOADED, LOOK
@@ -38,6 +37,7 @@ from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.problem.body_case import Case, case_for, case_of
 from softmark.interpreter.problem.probe_points import find_probe_points
 from softmark.interpreter.results.run_report import ModelKind, ModelResult
+from softmark.interpreter.validation.scene_loader import load_scene
 from softmark.interpreter.verification.by_model import verifier_of
 from softmark.interpreter.verification.by_model.verifier import Verifier
 from softmark.interpreter.vocabulary import LOADS, SUPPORTS
@@ -105,7 +105,7 @@ def added(table: dict[str, Any], name: str, thing: Any) -> Iterator[str]:
 def scene_of(text: str) -> tuple[Any, list[Diagnostic]]:
     """A scene, None of one in error, and what is said of it, in the folder of the tables."""
     scene: Scene | None
-    scene, found = checked(Source("contract", text), HERE, HERE / "contract.scene", [])
+    scene, found = load_scene(Source("contract", text), HERE, HERE / "contract.scene", [])
     return scene, found
 
 

@@ -27,7 +27,7 @@ import meshio
 import numpy as np
 
 from softmark.interpreter.models.imported_results.readers import read
-from softmark.interpreter.models.imported_results.result_file import Told
+from softmark.interpreter.models.imported_results.result_file import ResultFile
 from softmark.references.measured_data import Unreadable
 
 X = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]])
@@ -270,7 +270,7 @@ def _note(event: str, arguments: Any) -> None:
 sys.addaudithook(_note)
 
 
-def sound(told: Told) -> None:
+def sound(told: ResultFile) -> None:
     """What Told promises holds."""
     n = len(told.points)
     t = len(told.times) if told.times is not None else max([len(f) for f in told.fields.values()] or [1])
@@ -287,7 +287,7 @@ def sound(told: Told) -> None:
 
 
 def tried(files: Files, folder: Path) -> str:
-    """What comes of the first: `Told` or `Unreadable`. Raises what else does, and of a trespass."""
+    """What comes of the first: `ResultFile` or `Unreadable`. Raises what else does, and of a trespass."""
     global OPENED
     for name, data in files.items():
         (folder / name).write_bytes(data)

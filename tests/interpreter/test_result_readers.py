@@ -17,7 +17,7 @@ import pytest
 import results as made
 
 from softmark.interpreter.models.imported_results.readers import INSTEAD, READERS, read
-from softmark.interpreter.models.imported_results.result_file import Told
+from softmark.interpreter.models.imported_results.result_file import ResultFile
 from softmark.references.measured_data import Unreadable
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.mesh.mesh import Mesh
@@ -29,7 +29,7 @@ def box(size: float, kind: str) -> Mesh:
     return mesh_extrusion(mesh_rectangle(1.0, 2.0, size), 3.0, size, kind)
 
 
-def told(folder: Path, **files: bytes) -> Told:
+def told(folder: Path, **files: bytes) -> ResultFile:
     """Of the first of these files; `name__suffix` is name.suffix."""
     paths = [folder / name.replace("__", ".") for name in files]
     for path, data in zip(paths, files.values(), strict=True):

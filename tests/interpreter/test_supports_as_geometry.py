@@ -17,8 +17,8 @@ import pytest
 import softmark
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.language.compiled_scene import Scene
-from softmark.interpreter.models.fem.fem_builder import mesh_of
 from softmark.interpreter.models.fem.fem_declaration import Fem
+from softmark.interpreter.models.fem.fem_mesh import mesh_of
 from softmark.interpreter.models.model_builders import build
 from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.models.shared.support_selection import Grip, grip

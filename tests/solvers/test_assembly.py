@@ -165,7 +165,7 @@ def test_a_pattern_takes_every_entry_to_its_place(held: int, blocks: bool, monke
     number = np.full(dofs, -1)
     number[free] = np.arange(len(free))
     values = [rng.normal(size=(*s.shape, s.shape[1])) for s in stencils]
-    pattern = sparsity_patterns.prepare(dofs, fixed, stencils)
+    pattern = sparsity_patterns.build_pattern(dofs, fixed, stencils)
     data = np.zeros(len(pattern.indices))
     for slots, local in zip(pattern.slots, values, strict=True):
         np.add.at(data, slots[slots >= 0], local[slots >= 0])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.sparsity_patterns import prepare
+from softmark.solvers.assembly.sparsity_patterns import build_pattern
 from softmark.solvers.energies import corotational_tets
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic_energy import Elastic
@@ -103,8 +103,8 @@ def test_cells_that_collapsed(name: str) -> None:
     expected = 3 * LAW.mu + 4.5 * LAW.lam if name == "point" else 2 * LAW.mu + 2 * LAW.lam
     assert fast.value(x) == pytest.approx(expected, rel=SAME)
     g = np.zeros_like(x)
-    data = np.zeros(len(prepare(x.size, np.zeros(0, dtype=np.int64), [fast.stencils]).indices))
-    pattern = prepare(x.size, np.zeros(0, dtype=np.int64), [fast.stencils])
+    data = np.zeros(len(build_pattern(x.size, np.zeros(0, dtype=np.int64), [fast.stencils]).indices))
+    pattern = build_pattern(x.size, np.zeros(0, dtype=np.int64), [fast.stencils])
     fast.add_gradient(x, g)
     fast.add_hessian(x, data, pattern.slots[0])
     assert np.all(np.isfinite(g))
@@ -135,7 +135,7 @@ def test_scale() -> None:
     points, cells = lattice()
     _, fast = energies(points, cells)
     x = state("stretched", points)
-    pattern = prepare(x.size, np.arange(6), [fast.stencils])
+    pattern = build_pattern(x.size, np.arange(6), [fast.stencils])
     g, data = np.zeros((2, x.size)), np.zeros((2, len(pattern.indices)))
     fast.add_gradient(x, g[0], 2.5)
     fast.add_hessian(x, data[0], pattern.slots[0], 2.5)
@@ -150,7 +150,7 @@ def test_lagged_traces_of_the_same_state_change_nothing() -> None:
     points, cells = lattice()
     _, fast = energies(points, cells)
     x = state("stretched", points)
-    pattern = prepare(x.size, np.arange(6), [fast.stencils])
+    pattern = build_pattern(x.size, np.arange(6), [fast.stencils])
     traces, g = np.empty(len(cells)), np.zeros((2, x.size))
     data = np.zeros((2, len(pattern.indices)))
     fast.add_gradient_kept(x, g[0], traces)

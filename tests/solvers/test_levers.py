@@ -12,7 +12,7 @@ from equal_moduli import CONSTANTS as OWN
 from equal_moduli import made
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.pressure_predictor import MixedPoints, with_predicted_pressures, is_volumetric
+from softmark.solvers.assembly.pressure_predictor import MixedPoints, is_volumetric, with_predicted_pressures
 from softmark.solvers.assembly.single_precision import SingleAssembly
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic_energy import Elastic

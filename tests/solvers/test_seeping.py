@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.taylor_hood import seeping
+from softmark.solvers.assembly.taylor_hood import poroelastic_energy
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.poroelastic import PoreFluid, PoroelasticSolid
 from softmark.solvers.independent_forces.poroelastic_equations import PoroelasticBody
@@ -29,7 +29,7 @@ def made(kind: str, turns: bool) -> tuple[Mesh, PoroelasticSolid]:
     """A cube of few cells, all constants about one, in the middle of a step."""
     mesh = Box((1.0, 1.0, 1.0)).mesh(kind, 1.0)
     pair = (law_for(GEL, "finite"), VolumeRatio()) if turns else (law_for(GEL, "small"), Dilatation())
-    energy = seeping(mesh, integrate_cells(mesh), pair, 0.8, GEL, turns)
+    energy = poroelastic_energy(mesh, integrate_cells(mesh), pair, 0.8, GEL, turns)
     count = energy.dofs - 3 * energy.nodes
     return mesh, replace(energy, span=0.3, owed=np.linspace(-0.1, 0.2, count))
 

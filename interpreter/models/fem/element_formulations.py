@@ -195,13 +195,13 @@ def _around(made: Any, case: Case, mesh: Mesh, parts: Integration) -> Energy:
 
 def _porous(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Energy:
     """Return the energy of a poroelastic solid before any fluid has flowed."""
-    from softmark.solvers.assembly.taylor_hood import seeping
+    from softmark.solvers.assembly.taylor_hood import poroelastic_energy
     from softmark.solvers.materials import law_for
     from softmark.solvers.materials.volumetric_constraints import Dilatation, VolumeRatio
 
     small = model.strain == "small"
     pair = law_for(case.material, model.strain), Dilatation() if small else VolumeRatio()
-    return seeping(mesh, parts, pair, _mean(case.material.shear_modulus, parts.w), case.material, not small)
+    return poroelastic_energy(mesh, parts, pair, _mean(case.material.shear_modulus, parts.w), case.material, not small)
 
 
 def _volumes(case: Case, mesh: Mesh, parts: Integration) -> Floats:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from functools import cache, reduce
@@ -15,9 +14,10 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.models.fem import element_formulations, solver_options
+from softmark.interpreter.models.fem import element_formulations
 from softmark.interpreter.models.fem.element_formulations import Unknowns
 from softmark.interpreter.models.fem.fem_declaration import LARGE_ANGLE, Fem
+from softmark.interpreter.models.fem.fem_mesh import mesh_of
 from softmark.interpreter.models.fem.initial_guess import Start, start_of
 from softmark.interpreter.models.postprocessing import nodal_forces, vibrations
 from softmark.interpreter.models.postprocessing.vibrations import about
@@ -37,15 +37,12 @@ from softmark.interpreter.models.shared.perturbed_start import Disturbance, dist
 from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
 from softmark.interpreter.models.shared.support_constraints import solid_supports
 from softmark.interpreter.models.shared.support_selection import held_notes
-from softmark.interpreter.problem.body_case import Case, Fault, fault
-from softmark.interpreter.problem.conforming_mesh import Cuts
-from softmark.interpreter.problem.data_sets import download_shape
+from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.assembly.elastic_energy_factory import elastic_energy, elastic_parts
 from softmark.solvers.assembly.single_precision import SingleAssembly
-from softmark.solvers.elements import ELEMENTS, UnknownElement, solid_element_name
 from softmark.solvers.energies import element_corotational
 from softmark.solvers.energies.elastic_energy import Elastic, EnergySum
 from softmark.solvers.energies.element_corotational import ElementCorotational
@@ -55,7 +52,6 @@ from softmark.solvers.materials import law_for
 from softmark.solvers.materials.polar_decomposition import least_stretch, rotations
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.mesh.element_interpolation import Integration, integrate_cells
-from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.model_reduction.cell_energies import fields_of_cells
 from softmark.solvers.statics.residual_resultant import resultant_on
@@ -458,52 +454,3 @@ def mass_of(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Any:
 
 def _mass(model: Fem, each: Sequence[MaterialRegion]) -> Any:
     return reduce(add, (mass_matrix(p.mesh, p.parts, p.density, model.mass) for p in each))
-
-
-def mesh_of(model: Fem, declared: Declared, case: Case, workshop: BuildContext) -> Mesh:
-    """Return the mesh of a model, shared by all models with the same mesh key. Raises Fault."""
-    key = model.meshed_as(case)
-    if key in workshop.meshes:
-        workshop.borrowed = workshop.seconds.get(key, (0.0, 0.0))
-    else:
-        wall, cpu = time.perf_counter(), time.process_time()
-        at = declared.at("mesh") if model.mesh is not None else case.shaped
-        shape = download_shape(model.mesh or case.shape, at)
-        cuts = model.cuts(case, shape)
-        try:
-            made = _made(model, case, shape, cuts)
-            workshop.meshes[key] = mesh_notes.with_quality(made, model, declared)
-        except UnknownElement as error:
-            raise Fault(solver_options.unmeshed(declared, error)) from error
-        except UnreadableMesh as error:
-            raise fault(
-                error.code,
-                at,
-                f"the mesh of `{case.body.name}` cannot be used: {error}",
-                help=error.remedy or _takes(),
-            ) from error
-        workshop.seconds[key] = time.perf_counter() - wall, time.process_time() - cpu
-    mesh: Mesh = workshop.meshes[key]
-    return mesh
-
-
-def _made(model: Fem, case: Case, shape: Shape, cuts: Cuts) -> Mesh:
-    """Return the mesh of a shape, with the groups of its file if the case has some. Raises Fault as `mesh_of` does."""
-    kind = solid_element_name(model.element)
-    if not case.groups:
-        return shape.mesh(kind, model.size or 0.0, cuts)  # a file's has no size but its own
-    from softmark.interpreter.problem import group_conditions
-
-    mesh = shape.named(kind) if shape.prebuilt else shape.mesh(kind, model.size or 0.0, cuts)
-    group_conditions.check(case.groups, mesh)
-    return mesh
-
-
-def _takes() -> str:
-    """Describe which cells of a file each element can be made of."""
-    hexahedra, tetrahedra = ([n for n, e in ELEMENTS.items() if e.family == f] for f in ("hexahedra", "tetrahedra"))
-    takes = "takes" if len(hexahedra) == 1 else "take"
-    return (
-        f"{solver_options.listed(hexahedra, 'and')} {takes} hexahedra; {solver_options.listed(tetrahedra, 'and')}"
-        " take tetrahedra, or hexahedra that are split"
-    )

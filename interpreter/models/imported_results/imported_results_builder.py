@@ -15,11 +15,15 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.imported_results.imported_results_declaration import Results
 from softmark.interpreter.models.imported_results.missing_points import lacking
-from softmark.interpreter.models.imported_results.point_matching import POSITION, Floats, Matched, matched
+from softmark.interpreter.models.imported_results.point_matching import POSITION, Floats, Matched, match_points
 from softmark.interpreter.models.imported_results.readers import read
 from softmark.interpreter.models.imported_results.readers.result_frames import counted
-from softmark.interpreter.models.imported_results.result_file import Told
-from softmark.interpreter.models.imported_results.support_compliance import kept, slips, vast
+from softmark.interpreter.models.imported_results.result_file import ResultFile
+from softmark.interpreter.models.imported_results.support_compliance import (
+    check_supports,
+    compliance_warnings,
+    displacement_warnings,
+)
 from softmark.interpreter.models.imported_results.unmatched_results import Unmatched
 from softmark.interpreter.models.shared.deformed_mesh import Deformed
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
@@ -133,15 +137,20 @@ def prepare(model: Results, declared: Declared, case: Case, workshop: BuildConte
     if (*key, model.within) not in workshop.meshes:
         workshop.meshes[*key, model.within] = _fits(model, declared, case, place, found)
     fits, notes = workshop.meshes[*key, model.within]
-    each, most = kept(case, place, found, u[-1]), float(np.linalg.norm(u[-1], axis=1).max())
-    notes = (*notes, *_gaps(declared, times), *_begins(declared, times, u), *slips(declared, case, each, most))
-    notes = (*notes, *vast(declared, case, place, most))
+    each, most = check_supports(case, place, found, u[-1]), float(np.linalg.norm(u[-1], axis=1).max())
+    notes = (
+        *notes,
+        *_gaps(declared, times),
+        *_begins(declared, times, u),
+        *compliance_warnings(declared, case, each, most),
+    )
+    notes = (*notes, *displacement_warnings(declared, case, place, most))
     strays = {own.support.name: own.far for own in each}
     facts = {"field": found.name, **said, **fits, "supports": strays, "unused": _unused(told, case)}
     return PreparedResults(declared, case, found, place.X, times, u, facts, notes)
 
 
-def _read(declared: Declared, field: str) -> Told:
+def _read(declared: Declared, field: str) -> ResultFile:
     try:
         return read(Path(getattr(declared.thing, field)))
     except Unreadable as error:
@@ -149,12 +158,12 @@ def _read(declared: Declared, field: str) -> Told:
         raise fault("E700", at, f"{error.name}: {error.reason}", "cannot be used", error.remedy) from None
 
 
-def _matched(model: Results, declared: Declared, case: Case) -> tuple[Matched, Told]:
+def _matched(model: Results, declared: Declared, case: Case) -> tuple[Matched, ResultFile]:
     told, rest = _read(declared, "path"), _read(declared, "rest") if model.rest else None
     nodes: Mesh | None = download_shape(case.shape, declared.at("by")).named() if model.by == "nodes" else None
     try:
         depth = case.body.thing.thickness if case.planar else None
-        return matched(told, model.at, rest, model.unit, model.time, nodes, depth, case.shape.wired), told
+        return match_points(told, model.at, rest, model.unit, model.time, nodes, depth, case.shape.wired), told
     except Unmatched as error:
         raise _unusable(declared, error) from None
 
@@ -164,7 +173,7 @@ def _unusable(declared: Declared, error: Unmatched) -> Fault:
     return fault("E701", at, f"{Path(declared.thing.path).name}: {error.reason}", "cannot be used", error.remedy)
 
 
-def _unused(told: Told, case: Case) -> list[str]:
+def _unused(told: ResultFile, case: Case) -> list[str]:
     """Describe the content of a file that is not used; plane cells are used only for plane bodies."""
     seen = counted(len(told.flat[1]), told.flat[0]) if told.flat and case.planar else ""
     return [word for word in told.left if word != seen]

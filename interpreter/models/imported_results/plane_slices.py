@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.models.imported_results.result_file import Floats, Ints, Told
+from softmark.interpreter.models.imported_results.result_file import Floats, Ints, ResultFile
 from softmark.interpreter.models.imported_results.unmatched_results import SAME, Unmatched
 from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
 from softmark.solvers.mesh.files.plane_cells import extrude_cells
@@ -18,7 +18,7 @@ Which = NDArray[np.int64]
 LAYERS = "give the cells or points of one plane, z = 0, or a slice that is one cell thick"
 
 
-def slice_of(X: Floats, told: Told, depth: float) -> tuple[Mesh, Which] | None:
+def slice_of(X: Floats, told: ResultFile, depth: float) -> tuple[Mesh, Which] | None:
     """Return the slice of a thickness, m, on the plane cells of points X (n, 3), m, and the point of each of its nodes.
 
     Returns None if the file has no plane cells. Raises Unmatched.

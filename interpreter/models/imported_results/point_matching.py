@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.models.imported_results.plane_slices import one_layer, slice_of
-from softmark.interpreter.models.imported_results.result_file import Told
+from softmark.interpreter.models.imported_results.result_file import ResultFile
 from softmark.interpreter.models.imported_results.unmatched_results import SAME, Unmatched
 from softmark.records import dataclass
 from softmark.solvers.mesh.element_interpolation import locate_points
@@ -148,8 +148,8 @@ class Matched:
             raise Unmatched(reason, "give a file with cells, or a table at the points of the probes alone") from None
 
 
-def matched(
-    told: Told, at: str, rest: Told | None, unit: float, time: float, nodes: Mesh | None, depth: float | None = None,
+def match_points(
+    told: ResultFile, at: str, rest: ResultFile | None, unit: float, time: float, nodes: Mesh | None, depth: float | None = None,
     wired: bool = False,
 ) -> Matched:  # fmt: skip
     """Match a file by the name of its displacements or `position`, or by `nodes` if their mesh is given.
@@ -178,7 +178,7 @@ def matched(
     return Matched(unit * X, unit * u, times, mesh, name, depth is not None, wired)
 
 
-def _moved(told: Told, at: str, rest: Told | None) -> tuple[str, Floats, Floats]:
+def _moved(told: ResultFile, at: str, rest: ResultFile | None) -> tuple[str, Floats, Floats]:
     """Return the name of the vectors, undeformed points (n, 3) and displacements (t, n, 3), in the file's unit."""
     if at == POSITION:
         x = told.points[None] if told.moved is None else told.moved
@@ -201,7 +201,7 @@ def _moved(told: Told, at: str, rest: Told | None) -> tuple[str, Floats, Floats]
     return name, X[0], u
 
 
-def _name(told: Told, at: str) -> str:
+def _name(told: ResultFile, at: str) -> str:
     """Return the name of the vectors that are displacements. Raises Unmatched."""
     other = 'for points that moved `at = "position"`'
     if not told.fields:
@@ -231,7 +231,7 @@ def _once(X: Floats, u: Floats) -> None:
         raise Unmatched(reason, "leave one of them out, or give a file with cells, which say whose they are")
 
 
-def _mesh(X: Floats, told: Told) -> Mesh | None:
+def _mesh(X: Floats, told: ResultFile) -> Mesh | None:
     """Return the mesh that connects points X (n, 3), m. Raises Unmatched if cells are inverted."""
     if told.cells is None or told.kind is None:
         return None

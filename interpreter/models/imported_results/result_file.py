@@ -15,7 +15,7 @@ Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Told:
+class ResultFile:
     """Points (n, 3) and vectors at them by name (t, n, 3), at `times` (t,), or in order if the file has no times.
 
     `cells` (m, a) are of one kind of element, in the order of solvers/elements; None if there are only points or

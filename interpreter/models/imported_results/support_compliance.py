@@ -47,7 +47,7 @@ class SupportCompliance:
     times: float
 
 
-def kept(case: Case, place: ProbePoints, found: Matched, u: Floats) -> list[SupportCompliance]:
+def check_supports(case: Case, place: ProbePoints, found: Matched, u: Floats) -> list[SupportCompliance]:
     """Return the compliance with all supports that can be checked, by displacements u (n, 3), m, at the end."""
     return list(_each(case, place, found, u)) if found.spans else []
 
@@ -59,11 +59,13 @@ def _each(case: Case, place: ProbePoints, found: Matched, u: Floats) -> Iterator
         if not isinstance(thing, Holding) or thing.tracked or not along:
             continue
         X = surface_points(case, place, thing.where)
-        X = X[_certain(found, thing.where, X)]
+        X = X[_fully_interpolated(found, thing.where, X)]
         if len(X):
             told, seen = thing.moved(X, _share(case, thing))[:, along], found.at(X, u[None])[0][:, along]
             square = float(np.sum(told**2))
-            yield SupportCompliance(support, _most(seen - told), _most(told), float(np.sum(seen * told)) / square if square else 1.0)
+            yield SupportCompliance(
+                support, _most(seen - told), _most(told), float(np.sum(seen * told)) / square if square else 1.0
+            )
 
 
 def _most(u: Floats) -> float:
@@ -77,7 +79,7 @@ def _share(case: Case, thing: Any) -> float:
     return float(thing.course.at(case.analysis.duration))
 
 
-def _certain(found: Matched, where: Condition, X: Floats) -> NDArray[np.bool_]:
+def _fully_interpolated(found: Matched, where: Condition, X: Floats) -> NDArray[np.bool_]:
     """Return which points X (k, 3), m, of a support are interpolated only from points that it selects too."""
     which, share = found.places(X)[:2]
     if not len(X):
@@ -93,7 +95,9 @@ def _certain(found: Matched, where: Condition, X: Floats) -> NDArray[np.bool_]:
     return certain
 
 
-def slips(declared: Declared, case: Case, each: list[SupportCompliance], most: float) -> Iterator[Diagnostic]:
+def compliance_warnings(
+    declared: Declared, case: Case, each: list[SupportCompliance], most: float
+) -> Iterator[Diagnostic]:
     """Yield warnings if results with displacements of at most `most`, m, violate supports."""
     for own in each:
         if own.far <= SLIPS * max(most, own.told):
@@ -113,7 +117,7 @@ def slips(declared: Declared, case: Case, each: list[SupportCompliance], most: f
         yield diagnostic("W703", declared.at("path"), problem, label, remedy)
 
 
-def vast(declared: Declared, case: Case, place: ProbePoints, most: float) -> Iterator[Diagnostic]:
+def displacement_warnings(declared: Declared, case: Case, place: ProbePoints, most: float) -> Iterator[Diagnostic]:
     """Yield a warning if a static body moves by `most`, m, many times its size."""
     size = float(np.linalg.norm(np.ptp(place.X, axis=0)))
     if not isinstance(case.analysis, Dynamic) and most > VAST * size:

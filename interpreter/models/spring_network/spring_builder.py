@@ -12,7 +12,7 @@ import numpy as np
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.models.fem.fem_builder import mesh_of
+from softmark.interpreter.models.fem.fem_mesh import mesh_of
 from softmark.interpreter.models.postprocessing import nodal_forces
 from softmark.interpreter.models.postprocessing.vibrations import about
 from softmark.interpreter.models.shared import static_result

@@ -42,7 +42,7 @@ class LabelPlace:
 
 
 def places(paths: Sequence[Path], names: Sequence[str | None], area: Box) -> dict[int, LabelPlace]:
-    """Return a position for each name that fits into the area without covering curves or names; None is not labelled."""
+    """Return a position for each name that fits without covering curves or names; None is not labelled."""
     named = [i for i, path in enumerate(paths) if names[i] is not None and any(path)]
     ends = {i: [p for p in paths[i] if p][-1] for i in named}
     room = _Room(area, {i: [p for p in dense(paths[i]) if _in(p, area)] for i in named}, ends)

@@ -1,4 +1,4 @@
-"""Tables of a comparison: all points, effort for an error, best within a frame time, orders, distances, single changes."""
+"""Tables of a comparison: all points, effort for an error, best for a frame rate, orders, distances, single changes."""
 
 from __future__ import annotations
 
@@ -205,7 +205,7 @@ def _level(view: SceneView, entry: EffortAtLevel, best: bool, metric: str) -> st
 
 
 def best_at_rates(view: SceneView) -> str:
-    """Return, for every error and frame rate, the most accurate configuration that is fast enough, and the next model."""
+    """Return, for every error and frame rate, the most accurate fast enough configuration, and the next model."""
     if not view.metrics:
         return ""
     if not view.timed or not any(p.cost.frame for p in view.points):
@@ -232,7 +232,8 @@ def _rate(view: SceneView, metric: str, rate: BestInFrame) -> str:
     return row(
         *begin, tag("td", tag("code", wrappable_name(best.label))),
         cell(view.amount(best.measured, metric) + (" †" if best.within else "")),
-        cell(format_quantity(takes.median, "s", 3), spread_range(takes)), cell(f"{100 * (rate.margin or 0.0):.0f}\u00a0%"),
+        cell(format_quantity(takes.median, "s", 3), spread_range(takes)),
+        cell(f"{100 * (rate.margin or 0.0):.0f}\u00a0%"),
         tag("td", prose(second), tag("small", text(below))), unsure,
     )  # fmt: skip
 

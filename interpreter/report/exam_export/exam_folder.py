@@ -123,7 +123,7 @@ def _problems_of_model(scene: Scene, name: str, to: str, workshop: BuildContext)
 
 
 def _dynamic_problem(declared: Declared, case: Case, workshop: BuildContext) -> tuple[Problem, Named]:
-    """Return a dynamic problem for a program without static analyses; its steps are the model's. Raises Untold, Fault."""
+    """Return a dynamic problem, with the model's steps, for a program without statics. Raises Untold, Fault."""
     from softmark.interpreter.models.external import external_builder
 
     model = _as_own_model(declared).thing

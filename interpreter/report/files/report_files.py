@@ -21,7 +21,7 @@ def write(report: Report, folder: str | Path, page: bool = True) -> list[Path]:
 
 
 def write_vtu(report: Report, folder: str | Path) -> list[Path]:
-    """Write meshes and surfaces for ParaView into vtu/ of a folder, and return their paths. Raises OSError, ValueError."""
+    """Write meshes and surfaces for ParaView into vtu/ of a folder; return the paths. Raises OSError, ValueError."""
     from softmark.interpreter.results import vtk_writer
 
     return vtk_writer.write_vtu(report, folder)

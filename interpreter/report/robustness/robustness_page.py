@@ -46,7 +46,7 @@ def page(stress: RobustnessRecord) -> str:
 
 
 def conclusion(stress: RobustnessRecord) -> str:
-    """Return `2 340 points of 9 models: 1 402 right, 512 inaccurate and said so, ...; none was wrong without a word.`"""
+    """Return `2 340 points of 9 models: 1 402 right, 512 inaccurate and said so, ...; none was wrong ...`"""
     summary, counts = stress.summary, stress.summary.classes
     models = len(dict.fromkeys(m for study in stress.studies for m in study.models))
     ordered = [name for name in CLASSES if counts.get(name) and name != "silent"]

@@ -316,7 +316,7 @@ def _reference_notes(report: Report) -> list[str]:
 
 
 def _reference_uncertainty(report: Report, e: ExpectationResult) -> str:
-    """Return the reference uncertainty of a metric, if it is not small relative to the limit or may change the verdict."""
+    """Return the reference uncertainty of a metric, if it is not small against the limit or may change the verdict."""
     if e.passed is None or e.value is None:
         return ""
     compared = (e.value, *e.limits)

@@ -227,7 +227,8 @@ class _Shapes:
         if error is None:
             reference = self.findings.report.references.get(name)
             return reference.about if reference else ""
-        return f"mean {format_quantity(float(error.mean()), 'm', 3)}, largest {format_quantity(float(error.max()), 'm', 3)}"
+        mean, largest = (format_quantity(float(e), "m", 3) for e in (error.mean(), error.max()))
+        return f"mean {mean}, largest {largest}"
 
     def _still(self) -> str:
         words = "Shapes after deformation", f"{self._ranking()} {self._each()}"

@@ -163,7 +163,7 @@ class FieldColours:
         return {"carried": found}
 
     def caption(self, errors: bool) -> str:
-        """Return the meaning of the colours, besides `errors` if there are any, models without data, and limitations."""
+        """Return the meaning of the colours besides `errors`, the models without data, and limitations."""
         asked = []
         for scale in self.scales:
             by = several([f"`{m}`" for m in scale.kind.metrics])

@@ -18,7 +18,7 @@ PLANE = frozenset(word for word, body in BODIES.items() if body.planar)  # of bo
 
 
 def view_of(findings: Findings, shapes: Iterable[DrawnSurface]) -> CameraView:
-    """Return the initial view: the longer horizontal direction from left to right; plane bodies in the picture plane."""
+    """Return the initial view: longer horizontal direction from left to right, plane bodies in the picture plane."""
     names = findings.report.names
     if (own := names.of_kind("body")) and all(names.declared[name].word in PLANE for name in own):
         return CameraView(0.0, 90.0, np.eye(3))

@@ -14,7 +14,7 @@ from softmark.interpreter.models.external.external_problem import NoAnswer
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.external.external_problem import Floats, Problem
-    from softmark.interpreter.models.imported_results.result_file import Told
+    from softmark.interpreter.models.imported_results.result_file import ResultFile
 
 UNKNOWN = "of a version that it does not tell"
 NODES = "nodes.npy"  # ours, beside a deck: what an answer is matched to
@@ -61,7 +61,7 @@ def kept(folder: Path) -> Floats:
     return found
 
 
-def results(path: Path, field: str) -> tuple[Told, Floats]:
+def results(path: Path, field: str) -> tuple[ResultFile, Floats]:
     """A file of results, and its vectors of that name (p, 3). Raises NoAnswer."""
     from softmark.interpreter.models.imported_results import readers
     from softmark.references.measured_data import Unreadable

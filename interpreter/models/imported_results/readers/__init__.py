@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from softmark.references.measured_data import UNPACK, Unreadable, require_uncompressed
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.imported_results.result_file import Told
+    from softmark.interpreter.models.imported_results.result_file import ResultFile
 
 READERS = {
     ".vtu": "vtu", ".pvd": "pvd", ".vtk": "vtk", ".xdmf": "xdmf", ".xmf": "xdmf", ".frd": "frd", ".csv": "csv_results",
@@ -35,7 +35,7 @@ LARGEST = 2 << 30  # bytes of a file, and of all files of a series
 AGAIN = "write the file again: it may be cut off, or its name may not say its format"
 
 
-def read(file: Path) -> Told:
+def read(file: Path) -> ResultFile:
     """Read a result file. Raises Unreadable with the reason and a remedy."""
     suffix = file.suffix.lower()
     if suffix not in READERS:
@@ -56,7 +56,7 @@ def read(file: Path) -> Told:
             warnings.simplefilter("ignore")
             # what numpy says of text that is no number, in place of an error
             warnings.filterwarnings("error", message="string or file could not be read")
-            told: Told = reader.read(file)
+            told: ResultFile = reader.read(file)
     except Unreadable:
         raise
     except Exception as error:  # readers raise what they like

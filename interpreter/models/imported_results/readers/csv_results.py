@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from softmark.interpreter.models.imported_results.readers.result_frames import moment, told
-from softmark.interpreter.models.imported_results.result_file import Floats, Ints, Told
+from softmark.interpreter.models.imported_results.readers.result_frames import combine_states, checked_state
+from softmark.interpreter.models.imported_results.result_file import Floats, Ints, ResultFile
 from softmark.references import csv_tables
 from softmark.references.measured_data import Unreadable
 from softmark.resource_limits import limited_resources
@@ -36,7 +36,7 @@ TIMES = ("time", "t", "Time")
 UNIT = re.compile(r"(.*\S)\s*[\[(].*[\])]")
 
 
-def read(file: Path) -> Told:
+def read(file: Path) -> ResultFile:
     """Read all times. Raises Unreadable."""
     with limited_resources(file):
         words = csv_tables.read_header(file)
@@ -84,13 +84,13 @@ def _vectors(name: str, words: Sequence[str], taken: set[str]) -> dict[str, Trip
 
 
 def _told(name: str, found: csv_tables.Columns, places: Triple, moved: Triple | None, vectors: dict[str, Triple],
-          clock: Sequence[str], left: tuple[str, ...]) -> Told:  # fmt: skip
+          clock: Sequence[str], left: tuple[str, ...]) -> ResultFile:  # fmt: skip
     """Return the rows grouped by time. Raises Unreadable."""
     X, arrays = _stacked(found, places), {word: _stacked(found, triple) for word, triple in vectors.items()}
     times = np.array(found.numbers[clock[0]]) if clock else np.zeros(len(X))
     groups = _groups(times)
-    every = told(name, (
-        moment(name, X[rows], (), {w: a[rows] for w, a in arrays.items()}, times[rows[0]] if clock else None, left)
+    every = combine_states(name, (
+        checked_state(name, X[rows], (), {w: a[rows] for w, a in arrays.items()}, times[rows[0]] if clock else None, left)
         for rows in groups
     ))  # fmt: skip
     if every.moved is not None and (moved or places in AT_REST):

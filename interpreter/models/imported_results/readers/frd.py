@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN, Block, Moment, again, moment, told
+from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN, Block, Moment, state_on_mesh, checked_state, combine_states
 from softmark.interpreter.models.imported_results.readers.xml_trees import numbers
-from softmark.interpreter.models.imported_results.result_file import Floats, Ints, Told
+from softmark.interpreter.models.imported_results.result_file import Floats, Ints, ResultFile
 from softmark.records import dataclass
 from softmark.references.measured_data import Unreadable
 from softmark.resource_limits import limited_resources
@@ -67,7 +67,7 @@ class Lines:
         return start + 1, self.rows[start:i]
 
 
-def read(file: Path) -> Told:
+def read(file: Path) -> ResultFile:
     """Read all increments. Raises Unreadable."""
     with limited_resources(file):
         lines = Lines(file.name, read_regular(file).replace(b"\r\n", b"\n").split(b"\n"))
@@ -96,13 +96,13 @@ def read(file: Path) -> Told:
         if not steps:
             remedy = "ask for them: `*NODE FILE` and a line `U` in each step"
             raise Unreadable(file.name, "it has no vectors at nodes", remedy)
-        return told(file.name, _moments(file.name, X, tuple(blocks), steps, tuple(left)), ids)
+        return combine_states(file.name, _moments(file.name, X, tuple(blocks), steps, tuple(left)), ids)
 
 
 def _moments(name: str, X: Floats, blocks: tuple[Block, ...], steps: dict[float, dict[str, Floats]],
              left: tuple[str, ...]) -> list[Moment]:  # fmt: skip
-    mesh = moment(name, X, blocks, {})
-    return [again(name, mesh, found, time, left) for time, found in steps.items()]
+    mesh = checked_state(name, X, blocks, {})
+    return [state_on_mesh(name, mesh, found, time, left) for time, found in steps.items()]
 
 
 def _width(name: str, row: bytes, here: int) -> int:

@@ -8,17 +8,17 @@ from pathlib import Path
 
 from softmark.interpreter.models.imported_results.readers import LARGEST
 from softmark.interpreter.models.imported_results.readers.pvtu import part
-from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN, Moment, told
+from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN, Moment, combine_states
 from softmark.interpreter.models.imported_results.readers.vtu import read_moment
 from softmark.interpreter.models.imported_results.readers.xml_trees import parsed, within
-from softmark.interpreter.models.imported_results.result_file import Told
+from softmark.interpreter.models.imported_results.result_file import ResultFile
 from softmark.references.csv_tables import NUMBER
 from softmark.references.measured_data import Unreadable
 from softmark.resource_limits import limited_resources
 from softmark.safe_files import read_regular
 
 
-def read(file: Path) -> Told:
+def read(file: Path) -> ResultFile:
     """Read all states. Raises Unreadable."""
     with limited_resources(file):
         top = parsed(file.name, read_regular(file), "VTKFile")
@@ -36,7 +36,7 @@ def read(file: Path) -> Told:
         reason = f"its files have {size / 2**30:.1f} GiB in all, and {LARGEST >> 30} GiB are read"
         raise Unreadable(file.name, reason, "keep fewer moments, or fewer fields")
     with limited_resources(file, size):
-        return told(file.name, _moments(file.name, files, [time for _, time, _ in entries]))
+        return combine_states(file.name, _moments(file.name, files, [time for _, time, _ in entries]))
 
 
 def _moments(name: str, files: list[Path], times: list[str]) -> Iterator[Moment]:

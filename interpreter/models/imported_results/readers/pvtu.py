@@ -5,17 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 
 from softmark.interpreter.models.imported_results.readers import vtu
-from softmark.interpreter.models.imported_results.readers.result_frames import Moment, told
+from softmark.interpreter.models.imported_results.readers.result_frames import Moment, combine_states
 from softmark.interpreter.models.imported_results.readers.xml_trees import parsed, within
-from softmark.interpreter.models.imported_results.result_file import Told
+from softmark.interpreter.models.imported_results.result_file import ResultFile
 from softmark.references.measured_data import Unreadable
 from softmark.resource_limits import limited_resources
 from softmark.safe_files import read_regular
 
 
-def read(file: Path) -> Told:
+def read(file: Path) -> ResultFile:
     """Read one state. Raises Unreadable."""
-    return told(file.name, [read_moment(file)])
+    return combine_states(file.name, [read_moment(file)])
 
 
 def read_moment(file: Path) -> Moment:

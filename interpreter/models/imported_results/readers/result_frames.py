@@ -9,7 +9,7 @@ from dataclasses import field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.models.imported_results.result_file import Floats, Ints, Told
+from softmark.interpreter.models.imported_results.result_file import Floats, Ints, ResultFile
 from softmark.records import dataclass
 from softmark.references.csv_tables import LARGEST
 from softmark.references.measured_data import Unreadable
@@ -45,7 +45,7 @@ class Moment:
         return tuple(f"scalars `{name}`" if k == 1 else f"`{name}`, {k} numbers a point" for name, k in rest.items())
 
 
-def moment(name: str, points: NDArray[np.generic], blocks: Iterable[Block], arrays: Mapping[str, NDArray[np.generic]],
+def checked_state(name: str, points: NDArray[np.generic], blocks: Iterable[Block], arrays: Mapping[str, NDArray[np.generic]],
            time: float | None = None, left: tuple[str, ...] = ()) -> Moment:  # fmt: skip
     """Return the checked state of the file `name`. Raises Unreadable."""
     P = np.asarray(points, dtype=np.float64)
@@ -53,11 +53,11 @@ def moment(name: str, points: NDArray[np.generic], blocks: Iterable[Block], arra
         shape = " x ".join(map(str, P.shape))
         raise Unreadable(name, f"its points are {shape} numbers, not three for each of one or more", AGAIN)
     _finite(name, "a coordinate", P)
-    whole = tuple(_sound(name, block, len(P)) for block in blocks)
-    return again(name, Moment(P, whole, {}), arrays, time, left)
+    whole = tuple(_checked_block(name, block, len(P)) for block in blocks)
+    return state_on_mesh(name, Moment(P, whole, {}), arrays, time, left)
 
 
-def again(name: str, mesh: Moment, arrays: Mapping[str, NDArray[np.generic]], time: float | None = None,
+def state_on_mesh(name: str, mesh: Moment, arrays: Mapping[str, NDArray[np.generic]], time: float | None = None,
           left: tuple[str, ...] = ()) -> Moment:  # fmt: skip
     """Return another state with the mesh of a checked one. Raises Unreadable."""
     n, known = len(mesh.points), {}
@@ -85,7 +85,7 @@ def _finite(name: str, what: str, values: Floats) -> None:
         raise Unreadable(name, reason + more, f"give numbers up to {LARGEST:g} at every point")
 
 
-def _sound(name: str, block: Block, count: int) -> Block:
+def _checked_block(name: str, block: Block, count: int) -> Block:
     """Return a block after checking the number of points per cell, and their indices. Raises Unreadable."""
     word, cells = block
     if word not in KINDS and word not in FLAT:
@@ -103,7 +103,7 @@ def _sound(name: str, block: Block, count: int) -> Block:
     return word, np.ascontiguousarray(cells, dtype=np.int64)
 
 
-def told(name: str, moments: Iterable[Moment], ids: Ints | None = None) -> Told:
+def combine_states(name: str, moments: Iterable[Moment], ids: Ints | None = None) -> ResultFile:
     """Return states of one mesh as a series, in the order of their times. Raises Unreadable."""
     every: list[Moment] = []
     for each in moments:
@@ -120,7 +120,7 @@ def told(name: str, moments: Iterable[Moment], ids: Ints | None = None) -> Told:
     lacking = tuple(f"vectors `{w}`, at {k} of {len(every)} moments" for w, k in there.items() if k < len(every))
     left = (*rest, *lacking, *(word for each in every for word in each.left))
     moving = any(each.points is not every[0].points and (each.points != every[0].points).any() for each in every)
-    return Told(
+    return ResultFile(
         every[0].points, fields, cells, kind,
         None if every[0].time is None else np.array([each.time for each in every]),
         np.stack([each.points for each in every]) if moving else None,

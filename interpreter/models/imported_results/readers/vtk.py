@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN, moment, told
-from softmark.interpreter.models.imported_results.result_file import Told
+from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN, combine_states, checked_state
+from softmark.interpreter.models.imported_results.result_file import ResultFile
 from softmark.references.measured_data import Unreadable
 from softmark.safe_files import read_regular
 from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh, parse
@@ -14,7 +14,7 @@ from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh, parse
 DATASET = re.compile(rb"^[ \t]*DATASET[ \t]+(\S+)", re.MULTILINE | re.IGNORECASE)
 
 
-def read(file: Path) -> Told:
+def read(file: Path) -> ResultFile:
     """Read one state; the format has no time. Raises Unreadable."""
     data = read_regular(file)
     kinds = DATASET.findall(data)
@@ -27,4 +27,4 @@ def read(file: Path) -> Told:
         raise Unreadable(file.name, str(error), error.remedy or AGAIN) from None
     left = tuple(f"`{word}` of cells" for word in found.cell_data)
     blocks = [(block.type, block.data) for block in found.cells]
-    return told(file.name, [moment(file.name, found.points, blocks, found.point_data, left=left)])
+    return combine_states(file.name, [checked_state(file.name, found.points, blocks, found.point_data, left=left)])

@@ -18,9 +18,15 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN, Block, Moment, moment, told
+from softmark.interpreter.models.imported_results.readers.result_frames import (
+    AGAIN,
+    Block,
+    Moment,
+    combine_states,
+    checked_state,
+)
 from softmark.interpreter.models.imported_results.readers.xml_trees import ElementT, numbers, parsed
-from softmark.interpreter.models.imported_results.result_file import Ints, Told
+from softmark.interpreter.models.imported_results.result_file import Ints, ResultFile
 from softmark.records import dataclass
 from softmark.references.measured_data import Unreadable
 from softmark.resource_limits import FACTOR, FLOOR, limited_resources
@@ -41,9 +47,9 @@ CELLS = {1: "vertex", 3: "line", 5: "triangle", 9: "quad", 10: "tetra", 12: "hex
 LAGRANGE = {(69, 3): 5, (69, 6): 22, (70, 4): 9, (70, 9): 28, (71, 4): 10, (71, 10): 24, (72, 8): 12}
 
 
-def read(file: Path) -> Told:
+def read(file: Path) -> ResultFile:
     """Read one state. Raises Unreadable."""
-    return told(file.name, [read_moment(file)])
+    return combine_states(file.name, [read_moment(file)])
 
 
 def read_moment(file: Path) -> Moment:
@@ -92,7 +98,7 @@ def _joined(source: Source, grid: ElementT, pieces: list[ElementT]) -> Moment:
     on_cells = [a.get("Name") for a in pieces[0].findall("CellData/DataArray")]
     clock = grid.find("FieldData/DataArray[@Name='TimeValue']")
     time = None if clock is None else source.array(clock)
-    return moment(
+    return checked_state(
         source.name, np.concatenate(points), blocks, {w: np.concatenate([a[w] for a in arrays]) for w in shared},
         float(time[0]) if time is not None and time.size == 1 else None,
         (*lost, *(f"`{word}` of cells" for word in on_cells)),

@@ -20,12 +20,12 @@ from softmark.interpreter.models.imported_results.readers.result_frames import (
     FLAT,
     Block,
     Moment,
-    again,
-    moment,
-    told,
+    state_on_mesh,
+    checked_state,
+    combine_states,
 )
 from softmark.interpreter.models.imported_results.readers.xml_trees import ElementT, numbers, parsed, within
-from softmark.interpreter.models.imported_results.result_file import Told
+from softmark.interpreter.models.imported_results.result_file import ResultFile
 from softmark.records import dataclass
 from softmark.references.measured_data import Unreadable
 from softmark.resource_limits import limited_resources
@@ -101,7 +101,7 @@ class Source:
         return np.asarray(found[()])
 
 
-def read(file: Path) -> Told:
+def read(file: Path) -> ResultFile:
     """Read all states. Raises Unreadable."""
     with limited_resources(file):
         top = parsed(file.name, read_regular(file), "Xdmf")
@@ -110,7 +110,7 @@ def read(file: Path) -> Told:
     size = file.stat().st_size + sum(path.stat().st_size for path in files.values())
     with limited_resources(file, size), ExitStack() as stack:
         try:
-            return told(file.name, _moments(Source(file.name, files, stack), top))
+            return combine_states(file.name, _moments(Source(file.name, files, stack), top))
         except ModuleNotFoundError:
             remedy = '`pip install "softmark[xdmf]"`, or write its numbers as XML'
             raise Unreadable(file.name, "its numbers lie in HDF5, and h5py is not installed", remedy) from None
@@ -169,7 +169,7 @@ def _moment(source: Source, base: ElementT, time: float | None, attributes: list
         else:
             values = source.numbers(each)
             arrays[word] = _in_space(values) if plane else values
-    return again(source.name, mesh, arrays, time, tuple(left))
+    return state_on_mesh(source.name, mesh, arrays, time, tuple(left))
 
 
 def _mesh(source: Source, base: ElementT) -> tuple[bool, Moment]:
@@ -180,7 +180,7 @@ def _mesh(source: Source, base: ElementT) -> tuple[bool, Moment]:
         raise source.refused(f"its geometry is `{kind[:40]}`, not XYZ or XY", "write points")
     X = source.numbers(geometry).astype(np.float64)
     X = X.reshape(-1, len(kind)) if X.ndim == 1 else X
-    return kind == "XY", moment(source.name, _in_space(X) if kind == "XY" else X, _cells(source, topology), {})
+    return kind == "XY", checked_state(source.name, _in_space(X) if kind == "XY" else X, _cells(source, topology), {})
 
 
 def _in_space(values: Array) -> Array:

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN, Block, Moment, again, moment, told
-from softmark.interpreter.models.imported_results.result_file import Floats, Ints, Told
+from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN, Block, Moment, state_on_mesh, checked_state, combine_states
+from softmark.interpreter.models.imported_results.result_file import Floats, Ints, ResultFile
 from softmark.records import dataclass
 from softmark.references.measured_data import Unreadable
 from softmark.resource_limits import FACTOR, FLOOR, limited_resources
@@ -94,7 +94,7 @@ class Chunk:
         return int(found[0])
 
 
-def read(file: Path) -> Told:
+def read(file: Path) -> ResultFile:
     """Read all states that converged. Raises Unreadable."""
     with limited_resources(file):
         data = memoryview(read_regular(file))
@@ -110,7 +110,7 @@ def read(file: Path) -> Told:
         blocks = [_cells(domain) for domain in mesh.all(DOMAINS, DOMAIN)]
         names = [_item(item) for item in root.all(DICTIONARY, NODAL, ITEM)]
         packed = any(each.numbers("i").any() for each in root.all(HEADER, PACKED))
-        return told(file.name, _moments(whole, states, packed, names, X, blocks), ids)
+        return combine_states(file.name, _moments(whole, states, packed, names, X, blocks), ids)
 
 
 def _split(whole: Chunk) -> tuple[Chunk, Chunk, memoryview]:
@@ -165,7 +165,7 @@ def _item(item: Chunk) -> tuple[str, int]:
 def _moments(whole: Chunk, rest: memoryview, packed: bool, names: list[tuple[str, int]],
              X: Floats, blocks: list[Block]) -> list[Moment]:  # fmt: skip
     """Return the states that converged. Raises Unreadable."""
-    mesh, found, left = moment(whole.name, X, blocks, {}), list[Moment](), list[str]()
+    mesh, found, left = checked_state(whole.name, X, blocks, {}), list[Moment](), list[str]()
     for what, state in _unpacked(whole, rest) if packed else Chunk(whole.name, whole.order, rest).parts():
         if what == MESH:
             raise Unreadable(whole.name, "its mesh changes on the way", "write the states of one mesh")
@@ -177,7 +177,7 @@ def _moments(whole: Chunk, rest: memoryview, packed: bool, names: list[tuple[str
         if any(status.numbers("i").any() for status in state.all(STATE_HEADER, STATUS)):
             left.append(f"the state at {times[0]:g}, which did not converge")
             continue
-        found.append(again(whole.name, mesh, dict(_variables(state, names, len(X))), float(times[0])))
+        found.append(state_on_mesh(whole.name, mesh, dict(_variables(state, names, len(X))), float(times[0])))
     if not found:
         raise Unreadable(whole.name, f"none of its {len(left)} states converged", "look into the log of FEBio")
     return [replace(found[0], left=tuple(left)), *found[1:]]

@@ -126,7 +126,8 @@ class _MeasuredCurve:
         reference = self.findings.report.references[self.reference]
         beside = "with the band in which codes lie" if self.agreed else "with its uncertainty on both sides"
         said = [
-            f"`{self.metric.name}`: curves of models over `{self.reference}` ({kind_of_reference(reference)}), {beside}."
+            f"`{self.metric.name}`: curves of models over `{self.reference}`"
+            f" ({kind_of_reference(reference)}), {beside}."
         ]
         said += [self._inside()] if self.agreed else []
         facts = reference.facts

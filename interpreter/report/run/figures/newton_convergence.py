@@ -129,7 +129,7 @@ def _phases_in_words(steps: Sequence[_Step]) -> str:
 
 
 def _curves(course: _IterationHistory, phases: Mapping[str, Look], y: Axis) -> Iterator[Curve]:
-    """Yield a curve for each run of one phase, extended to the first point of the next, so that the line is continuous."""
+    """Yield a curve for each run of one phase, extended to the next, so that the line is continuous."""
     rows, start = course.rows, 0
     for phase, group in groupby(step.phase for step in course.steps):
         stop = start + len(list(group))

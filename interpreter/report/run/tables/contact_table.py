@@ -49,9 +49,8 @@ def _row(contact: str, model: str, own: ContactResult) -> str:
             f"a gap of {units.format_value(round_significant(touch.left, 2), units.LENGTH)} is left where it presses"
         )
     if own.overlap:
-        said.append(
-            f"facets cut in by up to {units.format_value(round_significant(own.overlap, 2), units.LENGTH)} between their nodes"
-        )
+        depth = units.format_value(round_significant(own.overlap, 2), units.LENGTH)
+        said.append(f"facets cut in by up to {depth} between their nodes")
     if own.taken is not None and abs(1.0 - own.taken) > MISSED:
         said.append(f"its facets are {100.0 * own.taken:.4g} % of what it selects")
     if own.beyond is not None:
