@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.interpreter.models.postprocessing.nodal_forces import NOTHING, Carried, Wrench, holders, reactions
+from softmark.interpreter.models.postprocessing.nodal_forces import NOTHING, NodalForces, Wrench, holders, reactions
 from softmark.interpreter.models.postprocessing.reaction_and_work import at_rest
 from softmark.interpreter.results.reaction_results import Reaction
 from softmark.interpreter.verification.load_forces_check import MOST_UNSURE
@@ -69,7 +69,7 @@ def check_balance(verifier: Verifier, found: VerifiedSolution) -> tuple[dict[str
     return {"reactions": facts | {"apart": apart}}, reason
 
 
-def _rounded_reactions(found: VerifiedSolution, carried: Carried) -> Mapping[str, Reaction]:
+def _rounded_reactions(found: VerifiedSolution, carried: NodalForces) -> Mapping[str, Reaction]:
     """Return reactions in the rounded state that independent formulas see; empty if there is no such state.
 
     Constraint forces are found by balance, and are as free of rounding as the reported reactions.
@@ -117,19 +117,19 @@ def _unverified_share(case: Case) -> float:
     )
 
 
-def _total(carried: Carried, known: Mapping[str, Reaction]) -> Wrench:
+def _total(carried: NodalForces, known: Mapping[str, Reaction]) -> Wrench:
     """Return the sum of supports and loads."""
     supports = (Wrench(np.array(r.force), np.array(r.moment)) for r in known.values())
     return sum((*supports, *carried.applied.values()), NOTHING)
 
 
-def _relative(left: Wrench, carried: Carried, scale: float) -> tuple[float, float]:
+def _relative(left: Wrench, carried: NodalForces, scale: float) -> tuple[float, float]:
     """Return a force relative to the largest load, and its moment about the body's centre to that times its extent."""
     moment = np.linalg.norm(left.about(carried.middle)) / carried.extent
     return float(np.linalg.norm(left.force)) / scale, float(moment) / scale
 
 
-def _measures(carried: Carried, known: Mapping[str, Reaction], residual: float) -> tuple[float, float]:
+def _measures(carried: NodalForces, known: Mapping[str, Reaction], residual: float) -> tuple[float, float]:
     """Return the largest load or reaction, N, moments over the extent included, and the allowed imbalance, N.
 
     A load counts by the sizes of its nodal forces: a uniform pressure has no resultant, but is a load.
@@ -147,7 +147,7 @@ def _measures(carried: Carried, known: Mapping[str, Reaction], residual: float) 
 
 
 def _reaction_distance(
-    carried: Carried, known: Mapping[str, Reaction], again: Mapping[str, Wrench], scale: float
+    carried: NodalForces, known: Mapping[str, Reaction], again: Mapping[str, Wrench], scale: float
 ) -> float:
     """Return the distance of reactions from the independent ones."""
     most = 0.0

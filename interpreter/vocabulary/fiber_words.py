@@ -2,7 +2,7 @@
 
 A rule has a method `at(X, read)`. It returns the fibre directions at points X (n, 3), m, before deformation, as vectors
 (n, 3) of any length, or a pair of such arrays for fibres and sheets. `read` reads fields. numpy is imported only when
-it is called. Raises NoDirection where no direction is defined.
+it is called. Raises InvalidDirection where no direction is defined.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class Helix:
         return t
 
     def at(self, X: Floats, read: Any = None) -> tuple[Floats, Floats]:
-        """Return fibres and sheets at points X (n, 3), m. Raises NoDirection on the axis and far outside the wall."""
+        """Return fibres and sheets at points X (n, 3), m. Raises InvalidDirection on the axis and far outside the wall."""
         import numpy as np
 
         from softmark.solvers.materials.material_axes import InvalidDirection

@@ -175,7 +175,8 @@ class _TimeIntegration:
     def _diverged(self, now: float) -> Diverged:
         gain = self.account.balance.gain
         return Diverged(
-            f"at {now:.6g} s the motion has gained {_ratio_in_words(gain)} the energy that start, loads and supports brought",
+            f"at {now:.6g} s the motion has gained {_ratio_in_words(gain)} the energy "
+            "that start, loads and supports brought",
             self._trajectory(complete=False),
             tuple(self.system.newton.history),
         )

@@ -48,7 +48,7 @@ class ActiveTension(Anisotropic):
         return super().sampled or hasattr(self.tension, "shape")
 
     def placed(self, X: Array, read: Any = None) -> Any:
-        """Return the law with directions and tension evaluated at points X (m, q, 3), m. Raises NoDirection."""
+        """Return the law with directions and tension evaluated at points X (m, q, 3), m. Raises InvalidDirection."""
         made = super().placed(X, read)
         if not hasattr(self.tension, "values"):
             return made

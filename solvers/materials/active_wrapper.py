@@ -109,7 +109,7 @@ class ActiveMaterial(Anisotropic):
     def placed(self, X: Array, read: Any = None) -> Any:
         """Return the material with directions evaluated at points X (m, q, 3), m; `read` reads fields.
 
-        Raises NoDirection.
+        Raises InvalidDirection.
         """
         law = self.law.placed(X, read) if hasattr(self.law, "placed") else self.law
         new: dict[str, Any] = {"law": law}

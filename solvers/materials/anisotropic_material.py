@@ -147,7 +147,7 @@ class Anisotropic(BatchedLaw):
     def placed(self, X: Array, read: Any = None) -> Any:
         """Return the material with directions evaluated at points X (m, q, 3), m; `read` reads fields.
 
-        Raises NoDirection.
+        Raises InvalidDirection.
         """
         if not self.turning:
             return self
@@ -231,7 +231,7 @@ def constant_at(profile: Any, X: Array, read: Any) -> Array:
 
 
 def directions_at(fibres: Any, sheets: Any, X: Array, read: Any) -> MaterialFrame:
-    """Return directions, evaluated if they are functions of position, at points X (m, q, 3), m. Raises NoDirection."""
+    """Return directions, evaluated if they are functions of position, at points X (m, q, 3), m. Raises InvalidDirection."""
     flat = X.reshape(-1, 3)
     f, s = _direction_at(fibres, flat, read), _direction_at(sheets, flat, read)
     f, known = f if isinstance(f, tuple) else (f, None)

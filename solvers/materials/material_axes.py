@@ -43,7 +43,7 @@ class MaterialFrame:
     def of(cls, fibres: tuple[float, float, float], sheets: tuple[float, float, float] | None = None) -> MaterialFrame:
         """Return the frame of two directions, without numpy.
 
-        `sheets` is made perpendicular, by default any perpendicular. Raises NoDirection.
+        `sheets` is made perpendicular, by default any perpendicular. Raises InvalidDirection.
         """
         f = _unit(fibres)
         s = _perpendicular(f) if sheets is None else _unit(sheets)
@@ -57,7 +57,7 @@ class MaterialFrame:
     def at(cls, fibres: Array, sheets: Array | None, shape: tuple[int, ...]) -> MaterialFrame:
         """Return the frames of vectors (n, 3) of any length at n points, as arrays of shape `shape`.
 
-        Raises NoDirection.
+        Raises InvalidDirection.
         """
         f = _units(fibres)
         if sheets is None:

@@ -67,7 +67,7 @@ class PreparedBeam(Meshless):
 
     @property
     def along(self) -> Callable[[Floats], Floats] | None:
-        """Function that returns the stations (k,) of points (k, 3), m, on a curved axis; None if the axis is straight."""
+        """Function that returns stations (k,) of points (k, 3), m, on a curved axis; None on a straight one."""
         shape = self.case.prism
         return None if isinstance(shape, Prism) else shape.stations
 

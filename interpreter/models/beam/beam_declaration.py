@@ -136,7 +136,7 @@ class Beam6Dof(Model):
         return "" if near else f"{what} where no node can be put: use more segments"
 
     def _wound(self, case: Case, action: TendonLoad) -> str:
-        """Return a message if a tendon winds too much within a segment, which evaluates it at its middle; else empty."""
+        """Return a message if a tendon winds too much within a segment, which sees only its middle; else empty."""
         ends, nodes = guides(case, action), self.stations(case)
         longest = max(b - a for a, b in pairwise(nodes))
         turn = abs(action.winding) * min(longest / abs(ends[1] - ends[0]), 1.0)
@@ -181,7 +181,7 @@ class Beam6Dof(Model):
         return found
 
     def _held(self, case: Case) -> list[Diagnostic]:
-        """Return errors for supports that conflict or leave the beam free; clamps of different sections need no check."""
+        """Return errors for supports that conflict or leave the beam free; separate clamps need no check."""
         if not case.supports or self._apart(case):
             return []  # none is said of the body
         from softmark.interpreter.models.beam.beam_supports import fixed

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.models.postprocessing.nodal_forces import Carried
+from softmark.interpreter.models.postprocessing.nodal_forces import NodalForces
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic
 from softmark.solvers.energies.rod_rotation import rotation
@@ -15,7 +15,7 @@ from softmark.solvers.statics.residual_resultant import residual_without_roundin
 from softmark.solvers.statics.static_problem import Statics
 
 
-def on_rod(problem: Statics, x: Floats, loads: Sequence[tuple[Declared, Energy]]) -> Carried:
+def on_rod(problem: Statics, x: Floats, loads: Sequence[tuple[Declared, Energy]]) -> NodalForces:
     """Return the nodal forces in a state x (nodes * 7,); moments are about the material axes, as in the solver."""
     nodes, start = x.reshape(-1, 7), problem.rest.reshape(-1, 7)
     energy = sum(_energy(e, x) for e in problem.assembly.internal if isinstance(e, RodElastic))
@@ -25,7 +25,7 @@ def on_rod(problem: Statics, x: Floats, loads: Sequence[tuple[Declared, Energy]]
 def carried(
     problem: Statics, x: Floats, loads: Sequence[tuple[Declared, Energy]], energy: float, X: Floats, now: Floats,
     frames: Floats,
-) -> Carried:  # fmt: skip
+) -> NodalForces:  # fmt: skip
     """Return the nodal forces in a state x with a strain energy, J.
 
     Nodes or points (n,) are at X and `now`, m, and rotate about their `frames`.
@@ -34,7 +34,7 @@ def carried(
     own = {load.name: _acting(e, x, len(X)) for load, e in loads}
     work = {load.name: -e.value(x) if e.conservative else None for load, e in loads}
     written = problem.assembly.gradient(x, 1.0).reshape(-1, 6)
-    return Carried(X, now - X, now, left, own, energy, work, frames, written=written)
+    return NodalForces(X, now - X, now, left, own, energy, work, frames, written=written)
 
 
 def in_space(loads: Sequence[tuple[Declared, Energy]], x: Floats, frames: Floats) -> list[tuple[Declared, Floats]]:

@@ -46,7 +46,7 @@ class Piece:
     lines: Floats
 
     def carried(self, s: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return N, V2, V3, T, M2, M3 (n, 6) at stations (n,), m, and the axes at rest and now (n, 3, 3), as columns."""
+        """Return N, V2, V3, T, M2, M3 (n, 6) at stations (n,), m, and axes at rest and now (n, 3, 3), as columns."""
         e = np.clip(np.searchsorted(self.stations, s, side="right") - 1, 0, len(self.stations) - 2)
         a, b = self.stations[e], self.stations[e + 1]
         t = np.clip((s - a) / (b - a), 0.0, 1.0)

@@ -33,7 +33,7 @@ from softmark.solvers.statics.rod_frame_state import RodNetwork
 from softmark.solvers.statics.static_equilibrium import Equilibrium, Statics, equilibrium
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.postprocessing.nodal_forces import Carried
+    from softmark.interpreter.models.postprocessing.nodal_forces import NodalForces
     from softmark.solvers.mesh.frame_shapes import Network
     from softmark.solvers.statics.static_equilibrium import Watch
 
@@ -90,7 +90,7 @@ class PreparedNetwork(Meshless):
             pieces.append(Piece(member, stations, rest[nodes], now[nodes], ends[i], lines))
         return SectionStresses(pieces, case, network.nearest)
 
-    def _carried(self, x: Floats) -> Carried:
+    def _carried(self, x: Floats) -> NodalForces:
         """Return forces and moments at the points in a state x (n * 7,); moments are about the axes of the points."""
         layout, assembly = self.layout, self.problem.assembly
         energy, now = sum(e.value(x) for e in assembly.internal), x.reshape(-1, 7)[layout.first, :3]
@@ -98,7 +98,7 @@ class PreparedNetwork(Meshless):
 
 
 def _stretch(network: Network, member: int, line: LineForce) -> tuple[float, float] | None:
-    """Return the stations, m, of the ends of a line load along a member (counted from 0); None if it is on another one."""
+    """Return the stations, m, of the ends of a line load on a member (from 0); None if it is on another one."""
     own, first, last = frame_selection.line(network, line.begin, line.end) or (-1, 0.0, 0.0)
     return (first, last) if own == member else None
 

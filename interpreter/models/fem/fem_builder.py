@@ -71,7 +71,7 @@ GIVES_WAY = 3.0**-0.5  # of a length: where stress in uniaxial compression of a 
 
 @dataclass(frozen=True)
 class PreparedSolid(MeshBasedModel):
-    """Solid model on a mesh: its elastic energy and the static problem; `elastic` is the law at all quadrature points."""
+    """Solid model on a mesh: elastic energy and static problem; `elastic` is the law at all quadrature points."""
 
     model: Fem
     declared: Declared
@@ -204,7 +204,7 @@ class PreparedSolid(MeshBasedModel):
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
         return replace(seen, carried=cache(lambda: self._carried(found.x, x, beside, met["rubbed"])))
 
-    def carried_in(self, state: Floats) -> nodal_forces.Carried:
+    def carried_in(self, state: Floats) -> nodal_forces.NodalForces:
         """Return the forces at nodes in a state (dofs,), m, with the initial contacts and friction without history."""
         return self._carried(state, self.unknowns.moved(state), self.contacts, {})
 
@@ -214,13 +214,13 @@ class PreparedSolid(MeshBasedModel):
 
     def _carried(
         self, state: Floats, u: Floats, beside: Mapping[str, RigidContact], rubbed: Past
-    ) -> nodal_forces.Carried:
+    ) -> nodal_forces.NodalForces:
         """Return the nodal forces in a state, with its contacts and friction history."""
         small, whole = self.model.strain == "small", self.model.rotation != "element"
         pulling = [energy for _, energy in self.muscles]
         assembly = interaction_setup.assembly_without_stabilization(self, beside)
         found = nodal_forces.on_mesh(self.mesh, state, u, assembly, self.applied, small, whole, self.axial, pulling)
-        found = nodal_forces.bedded(found, self.beds) if self.beds else found
+        found = nodal_forces.add_foundation_forces(found, self.beds) if self.beds else found
         return interaction_setup.add_contact_forces(found, beside, self, rubbed)
 
     def _other_linear(self, found: Equilibrium) -> str:

@@ -185,7 +185,7 @@ class PreparedAged(MeshBasedModel):
         each = tuple(self.static.unknowns.moved(x).reshape(-1, 3) for x in state.states)
         return Past(state.times, each)
 
-    def _carried(self, state: StateInTime, u: Floats, stored: float, lost: float) -> nodal_forces.Carried:
+    def _carried(self, state: StateInTime, u: Floats, stored: float, lost: float) -> nodal_forces.NodalForces:
         """Return the nodal forces in a state, with stored and dissipated energy."""
         small = self.static.model.strain == "small"
         if state.problem is None:
@@ -193,7 +193,7 @@ class PreparedAged(MeshBasedModel):
         found = nodal_forces.on_mesh(self.mesh, state.x, u, state.problem.assembly, self.applied, small, True,
                                 self.static.axial, self.pulling)  # fmt: skip
         found = replace(found, energy=stored, dissipated=lost)
-        return nodal_forces.bedded(found, self.static.beds) if self.static.beds else found
+        return nodal_forces.add_foundation_forces(found, self.static.beds) if self.static.beds else found
 
     def _doubts(self, state: StateInTime) -> Iterator[Diagnostic]:
         """Yield a warning if dissipated energy decreases."""

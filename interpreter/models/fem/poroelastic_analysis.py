@@ -107,7 +107,7 @@ class PreparedSoaked(PreparedAged):
         """Return the volume that has left through each drained support, m^3."""
         return {name: float(pores.out[which].sum()) for name, which in self.drains}
 
-    def _carried(self, state: StateInTime, u: Floats, stored: float, lost: float) -> nodal_forces.Carried:
+    def _carried(self, state: StateInTime, u: Floats, stored: float, lost: float) -> nodal_forces.NodalForces:
         """Return the nodal forces in a state, with the fluid."""
         found = PreparedAged._carried(self, state, u, stored, lost)
         pores = find_pore_fluid(state.memories)
@@ -115,7 +115,7 @@ class PreparedSoaked(PreparedAged):
 
 
 def nodal(mesh: Mesh, energy: PoroelasticSolid, x: Floats) -> Floats:
-    """Return fluid pressures at all nodes (n,), Pa, positive in compression; they are linear between corners of cells."""
+    """Return fluid pressures at all nodes (n,), Pa, positive in compression; linear between corners of cells."""
     each = -energy.unit * x[energy.pressures] @ element_of(mesh.element.linear).shape(mesh.element.places()).T
     found = np.zeros(len(mesh.points))
     found[mesh.cells] = each  # the same from every cell

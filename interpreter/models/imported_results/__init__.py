@@ -1,1 +1,1 @@
-"""Models whose displacements were computed elsewhere and are read from a file: declaration, readers, matching, checks."""
+"""Models whose displacements are read from result files: declaration, readers, matching, checks."""

@@ -14,7 +14,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.imported_results.imported_results_declaration import Results
-from softmark.interpreter.models.imported_results.missing_points import lacking
+from softmark.interpreter.models.imported_results.missing_points import find_missing_points
 from softmark.interpreter.models.imported_results.point_matching import POSITION, Floats, Matched, match_points
 from softmark.interpreter.models.imported_results.readers import read
 from softmark.interpreter.models.imported_results.readers.result_frames import counted
@@ -135,18 +135,18 @@ def prepare(model: Results, declared: Declared, case: Case, workshop: BuildConte
         workshop.meshes["drawn", case.body.name] = drawn_surface(case)
     place = workshop.meshes["drawn", case.body.name]
     if (*key, model.within) not in workshop.meshes:
-        workshop.meshes[*key, model.within] = _fits(model, declared, case, place, found)
+        workshop.meshes[*key, model.within] = _compare_with_body(model, declared, case, place, found)
     fits, notes = workshop.meshes[*key, model.within]
     each, most = check_supports(case, place, found, u[-1]), float(np.linalg.norm(u[-1], axis=1).max())
     notes = (
         *notes,
         *_gaps(declared, times),
-        *_begins(declared, times, u),
+        *_start_warning(declared, times, u),
         *compliance_warnings(declared, case, each, most),
     )
     notes = (*notes, *displacement_warnings(declared, case, place, most))
     strays = {own.support.name: own.far for own in each}
-    facts = {"field": found.name, **said, **fits, "supports": strays, "unused": _unused(told, case)}
+    facts = {"field": found.name, **said, **fits, "supports": strays, "unused": _unused_content(told, case)}
     return PreparedResults(declared, case, found, place.X, times, u, facts, notes)
 
 
@@ -173,7 +173,7 @@ def _unusable(declared: Declared, error: Unmatched) -> Fault:
     return fault("E701", at, f"{Path(declared.thing.path).name}: {error.reason}", "cannot be used", error.remedy)
 
 
-def _unused(told: ResultFile, case: Case) -> list[str]:
+def _unused_content(told: ResultFile, case: Case) -> list[str]:
     """Describe the content of a file that is not used; plane cells are used only for plane bodies."""
     seen = counted(len(told.flat[1]), told.flat[0]) if told.flat and case.planar else ""
     return [word for word in told.left if word != seen]
@@ -239,7 +239,7 @@ def _gaps(declared: Declared, times: Floats | None) -> Iterator[Diagnostic]:
                          "in between displacements are taken for linear: write all moments")  # fmt: skip
 
 
-def _begins(declared: Declared, times: Floats | None, u: Floats) -> Iterator[Diagnostic]:
+def _start_warning(declared: Declared, times: Floats | None, u: Floats) -> Iterator[Diagnostic]:
     """Yield a warning if a motion with displacements u (t, n, 3), m, does not begin undeformed."""
     if times is None:
         return
@@ -268,7 +268,7 @@ def _within(model: Any, body: Floats) -> float:
     return WITHIN * _diagonal(body) if within is None else within
 
 
-def _fits(
+def _compare_with_body(
     model: Results, declared: Declared, case: Case, place: ProbePoints, found: Matched
 ) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
     """Return the report of how the file matches the body at a place, and warnings where they differ. Raises Fault."""
@@ -283,11 +283,11 @@ def _fits(
     except Unmatched as error:
         raise _unusable(declared, error) from None
     if most > _within(model, X):
-        raise Fault(_apart(model, declared, case, found, X, most))
+        raise Fault(_outside_error(model, declared, case, found, X, most))
     told = {"outside": far, "beyond": beyond, "volume": None}
     whole = case.shape.volume
     if found.mesh is None:
-        facts, notes = lacking(declared, case, place, found)
+        facts, notes = find_missing_points(declared, case, place, found)
         return told | facts, notes
     if not whole:
         return told, ()
@@ -312,7 +312,7 @@ def _misfit(found: Matched, body: Floats) -> tuple[float, float]:
     return far, max(0.0, beyond)
 
 
-def _apart(model: Results, declared: Declared, case: Case, found: Matched, body: Floats, most: float) -> Diagnostic:
+def _outside_error(model: Results, declared: Declared, case: Case, found: Matched, body: Floats, most: float) -> Diagnostic:
     """Return the error for a body outside the file's points, with a unit that would fit if there is one."""
     spans = (" x ".join(units.format_value(float(s), units.LENGTH) for s in np.ptp(X, axis=0)) for X in (found.X, body))
     ratio = _diagonal(body) / found.extent if found.extent else 0.0

@@ -21,7 +21,7 @@ MOST = 0.5  # of the nodes of a body have rows: the table is one of its nodes
 WRITE = "there displacements are taken for linear: write all points, or a file with cells"
 
 
-def lacking(
+def find_missing_points(
     declared: Declared, case: Case, place: ProbePoints, found: Matched
 ) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
     """Return the report and warnings of missing points.

@@ -36,7 +36,7 @@ def slice_of(X: Floats, told: ResultFile, depth: float) -> tuple[Mesh, Which] | 
 
 
 def _nodes(mesh: Mesh, X: Floats, cells: Ints) -> Which:
-    """Return the point of each node of the slice: that of its cell with the same x and y, because points may coincide."""
+    """Return the point of each node of the slice: that of its cell with the same x and y."""
     which = np.empty(len(mesh.points), dtype=np.int64)
     for own, flat in zip(mesh.cells, cells, strict=True):
         apart = mesh.points[own, None, :2] - X[None, flat, :2]  # (a, b, 2)
@@ -44,7 +44,7 @@ def _nodes(mesh: Mesh, X: Floats, cells: Ints) -> Which:
     return which
 
 
-def one_layer(X: Floats, mesh: Mesh | None) -> None:
+def must_be_one_layer(X: Floats, mesh: Mesh | None) -> None:
     """Raise Unmatched if points X (n, 3), or cells, lie above each other in several layers."""
     z = X[:, 2]
     thick, extent = float(np.ptp(z)), float(np.linalg.norm(np.ptp(X, axis=0)))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.models.imported_results.plane_slices import one_layer, slice_of
+from softmark.interpreter.models.imported_results.plane_slices import must_be_one_layer, slice_of
 from softmark.interpreter.models.imported_results.result_file import ResultFile
 from softmark.interpreter.models.imported_results.unmatched_results import SAME, Unmatched
 from softmark.records import dataclass
@@ -158,7 +158,7 @@ def match_points(
     Raises
     Unmatched.
     """
-    name, X, u = _moved(told, at, rest)
+    name, X, u = _displacements(told, at, rest)
     times = None if told.times is None else time * np.asarray(told.times, dtype=np.float64)
     if times is not None and np.any(np.diff(times) <= 0.0):
         raise Unmatched("its times do not grow", "write the series in the order of time, each time once")
@@ -172,13 +172,13 @@ def match_points(
         return Matched(slab.points, unit * u[:, which], times, slab, name, flat=True)
     mesh = None if wired else _mesh(unit * X, told)
     if depth is not None:
-        one_layer(unit * X, mesh)
+        must_be_one_layer(unit * X, mesh)
     if mesh is None:
-        _once(X, u)
+        _must_be_unique(X, u)
     return Matched(unit * X, unit * u, times, mesh, name, depth is not None, wired)
 
 
-def _moved(told: ResultFile, at: str, rest: ResultFile | None) -> tuple[str, Floats, Floats]:
+def _displacements(told: ResultFile, at: str, rest: ResultFile | None) -> tuple[str, Floats, Floats]:
     """Return the name of the vectors, undeformed points (n, 3) and displacements (t, n, 3), in the file's unit."""
     if at == POSITION:
         x = told.points[None] if told.moved is None else told.moved
@@ -219,7 +219,7 @@ def _name(told: ResultFile, at: str) -> str:
     raise Unmatched(f"it does not say which vectors are displacements: {has}", f'name them, `at = "..."`; {other}')
 
 
-def _once(X: Floats, u: Floats) -> None:
+def _must_be_unique(X: Floats, u: Floats) -> None:
     """Raise Unmatched if points X (n, 3) without cells coincide but have different displacements u (t, n, 3)."""
     extent = float(np.ptp(X, axis=0).max())
     order = np.lexsort(np.round(X / (SAME * extent or 1.0)).T)

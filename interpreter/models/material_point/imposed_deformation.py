@@ -73,7 +73,7 @@ class Faces:
         return self.bounds[1][axis] - self.bounds[0][axis]
 
     def apart(self, axis: int, component: int) -> float | None:
-        """Return the displacement of the upper face of an axis relative to the lower one, m; None if one is not held."""
+        """Return the displacement of the upper face of an axis relative to the lower, m; None if one is free."""
         low, high = (self.held.get(((axis, side), component)) for side in (0, 1))
         return None if low is None or high is None else high[0] - low[0]
 

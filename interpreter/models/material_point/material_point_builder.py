@@ -17,7 +17,7 @@ from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.material_point.imposed_deformation import NAMES, Driven, driven, faces_of
 from softmark.interpreter.models.material_point.material_point_declaration import Homogeneous
-from softmark.interpreter.models.postprocessing.nodal_forces import Carried, Holder
+from softmark.interpreter.models.postprocessing.nodal_forces import NodalForces, SupportedNodes
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
 from softmark.interpreter.problem.body_case import Case
 from softmark.records import dataclass
@@ -71,7 +71,7 @@ class Block:
         found: Floats = (2.0 * CORNERS - 1.0) * (0.25 * self.areas) @ P.T
         return found
 
-    def holders(self) -> tuple[Holder, ...]:
+    def holders(self) -> tuple[SupportedNodes, ...]:
         """Return the corners that each support holds."""
         held = faces_of(self.case, "").held
         found = []
@@ -82,7 +82,7 @@ class Block:
                 face = CORNERS[:, axis] == side
                 if component in support.thing.components and np.all(on[face]):
                     mask[face, component] = True
-            found.append(Holder(support.name, mask, np.asarray(mask.any(axis=1), dtype=np.float64)))
+            found.append(SupportedNodes(support.name, mask, np.asarray(mask.any(axis=1), dtype=np.float64)))
         return tuple(found)
 
 
@@ -165,14 +165,14 @@ class PreparedPoint(Meshless):
         largest = float((np.abs(found.P) * self.block.areas).max())
         return float(max(left, default=0.0)) / largest if largest else 0.0
 
-    def _carried(self, found: PointState, displacement: _Moved) -> Carried:
+    def _carried(self, found: PointState, displacement: _Moved) -> NodalForces:
         X, u = self.block.X, displacement(self.block.X)
         none, loads = np.zeros((8, 3)), {load.name: f for load, f in self.forces()}
         left = self.block.forces(found.P) - sum(loads.values(), none)
         work = {name: float((f * u).sum()) for name, f in loads.items()}
         wide = {name: np.hstack([f, none]) for name, f in loads.items()}
         x = X if self.point.linear else X + u
-        return Carried(X, u, x, np.hstack([left, none]), wide, self.block.volume * found.psi, work,
+        return NodalForces(X, u, x, np.hstack([left, none]), wide, self.block.volume * found.psi, work,
                        holders=self.block.holders())  # fmt: skip
 
     # ------------------------------------------------------------------ what is said of it

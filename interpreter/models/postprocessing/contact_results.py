@@ -46,7 +46,7 @@ class Surface:
 
     @cached_property
     def at_nodes(self) -> Mapping[str, Floats]:
-        """Nodal values (n,): `pressure`, Pa, and `gap`, m; with friction also `slip`, m, and `sticks`, as in `spread`."""
+        """Nodal values (n,): `pressure`, Pa, and `gap`, m; with friction `slip`, m, and `sticks`, as in `spread`."""
         own = np.full(len(self.X), np.nan)
         own[self.may] = self.pressing.g[self.may]
         return {"pressure": self.pressing.pressures, "gap": own, **self.rubbed}
@@ -124,5 +124,5 @@ def pressed(case: Case, contact: RigidContact, X: Floats, x: Floats, f: Floats, 
 def touch_from(
     X: Floats, contact: RigidContact, own: ContactPressure, gap: float, left: float, rubbing: Friction | None = None
 ) -> ContactNumbers:
-    """Return the result of a contact from its pressure distribution, the least gap, and the mean gap under pressure, m."""
+    """Return the result of a contact from its pressure, its least gap, and its mean gap under pressure, m."""
     return ContactNumbers(own.area, own.largest, gap, left, Surface(X, contact.nodes, own), rubbing)

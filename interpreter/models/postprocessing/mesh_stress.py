@@ -115,7 +115,7 @@ class Settled:
 
 
 def _at_the_end(case: Case) -> Case:
-    """Return a dynamic case with its muscle activation at the end, just before a jump there; other cases are unchanged."""
+    """Return a dynamic case with the muscle activation at its end, just before any jump; else the same case."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic) or all(muscle.thing.course is None for muscle in case.muscles):
         return case

@@ -55,7 +55,7 @@ NOTHING = Wrench(np.zeros(3), np.zeros(3))
 
 
 @dataclass(frozen=True)
-class Carried:
+class NodalForces:
     """Nodal forces in a static state: nodes `x` (n, 3), m, and the residual `left` (n, 6), N and N m.
 
     Nodes are deformed, or undeformed if strains are small, so that internal moments balance. Moments are about the
@@ -82,7 +82,7 @@ class Carried:
     frames: Floats | None = None
     turns_freely: bool = True
     axial: bool = False
-    holders: tuple[Holder, ...] = ()  # of a model that has its own: what supports hold
+    holders: tuple[SupportedNodes, ...] = ()  # of a model that has its own: what supports hold
     dissipated: float = 0.0  # J, by what remembers
     written: Floats | None = None
     beds: Mapping[str, Floats] = field(default_factory=dict)  # what each bed, or contact, does to the body (n, 6)
@@ -122,7 +122,7 @@ class Carried:
 
 
 @dataclass(frozen=True)
-class Holder:
+class SupportedNodes:
     """Support, the degrees of freedom that it holds (n, 6), and the weight of each node (n,).
 
     It is not `named` if the scene does not declare it: the plane of a plane body.
@@ -136,7 +136,7 @@ class Holder:
 
 def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Sequence[tuple[Declared, Energy]],
             small: bool, turns_freely: bool = True, axial: bool = False,
-            muscles: Sequence[Energy] = ()) -> Carried:  # fmt: skip
+            muscles: Sequence[Energy] = ()) -> NodalForces:  # fmt: skip
     """Return the nodal forces on a mesh with displacements u (3 n,), m, which come first in the `state`."""
     exact = np.asarray(state, dtype=np.float64)
     moved = np.ascontiguousarray(u, dtype=np.float64).reshape(-1, 3)
@@ -148,23 +148,23 @@ def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Seq
     pulling = (
         sum((_plain(force_at_nodes(e, moved.ravel())) for e in muscles), np.zeros((len(x), 6))) if muscles else None
     )
-    return Carried(mesh.points, moved, x, _plain(left), own, energy, work, None, turns_freely, axial, pulling=pulling)
+    return NodalForces(mesh.points, moved, x, _plain(left), own, energy, work, None, turns_freely, axial, pulling=pulling)
 
 
-def bedded(carried: Carried, beds: Mapping[str, Energy]) -> Carried:
+def add_foundation_forces(carried: NodalForces, beds: Mapping[str, Energy]) -> NodalForces:
     """Add the forces of foundations; the strain energy remains that of the body."""
     u = carried.u.ravel()
     stored = sum(bed.value(u) for bed in beds.values())
-    each = {name: _plain(counted(bed, force_at_nodes(bed, u))) for name, bed in beds.items()}
+    each = {name: _plain(reported_forces(bed, force_at_nodes(bed, u))) for name, bed in beds.items()}
     return replace(carried, energy=carried.energy - stored, beds=each)
 
 
-def counted(bed: Energy, forces: Floats) -> Floats:
+def reported_forces(bed: Energy, forces: Floats) -> Floats:
     """Return the reported forces (n, 3), N, of a foundation; between pieces, those on all but the first piece."""
     return forces if bed.told is None else np.where(bed.told[:, None], forces, 0.0)
 
 
-def touched(carried: Carried, contacts: Mapping[str, RigidContact], case: Case) -> Carried:
+def add_rigid_contact_forces(carried: NodalForces, contacts: Mapping[str, RigidContact], case: Case) -> NodalForces:
     """Add the forces of rigid bodies in contact."""
     from softmark.interpreter.models.postprocessing.contact_results import touch_of
 
@@ -189,7 +189,7 @@ def _plain(forces: Floats) -> Floats:
 # ------------------------------------------------------------------ who carries it
 
 
-def holders(case: Case, mesh: Mesh | None, thing: Any) -> list[Holder]:
+def holders(case: Case, mesh: Mesh | None, thing: Any) -> list[SupportedNodes]:
     """Return the supports of a model on a mesh, or else of beams, in the order of the scene, with what each holds."""
     if mesh is not None:
         return [_of_mesh(case, support, mesh) for support in case.supports]
@@ -198,12 +198,12 @@ def holders(case: Case, mesh: Mesh | None, thing: Any) -> list[Holder]:
 
         layout = Layout.of(case, thing.segments)
         masks = [(support.name, layout.holds(support)) for support in case.supports]
-        return [Holder(name, mask, np.asarray(mask.any(axis=1), dtype=np.float64)) for name, mask in masks]
+        return [SupportedNodes(name, mask, np.asarray(mask.any(axis=1), dtype=np.float64)) for name, mask in masks]
     from softmark.interpreter.models.beam.beam_supports import held_by
 
     stations = np.array(thing.stations(case))
     found = held_by(case, stations.tolist())
-    return [Holder(name, mask, _along(stations, np.asarray(mask[:, :3].any(axis=1)))) for name, mask in found.items()]
+    return [SupportedNodes(name, mask, _along(stations, np.asarray(mask[:, :3].any(axis=1)))) for name, mask in found.items()]
 
 
 def _along(stations: Floats, nodes: Bools) -> Floats:
@@ -213,14 +213,14 @@ def _along(stations: Floats, nodes: Bools) -> Floats:
     return found if found.any() else nodes.astype(float)
 
 
-def _of_mesh(case: Case, support: Declared, mesh: Mesh) -> Holder:
+def _of_mesh(case: Case, support: Declared, mesh: Mesh) -> SupportedNodes:
     """Return what a support holds on a mesh."""
     from softmark.interpreter.models.shared.support_constraints import selected
 
     nodes = selected(case, support, mesh)
     holds = np.zeros((len(nodes), 6), dtype=np.bool_)
     holds[:, list(support.thing.components)] = nodes[:, None]
-    return Holder(support.name, holds, _weights(mesh, nodes), support in case.named_supports)
+    return SupportedNodes(support.name, holds, _weights(mesh, nodes), support in case.named_supports)
 
 
 def _weights(mesh: Mesh, nodes: Bools) -> Floats:
@@ -241,7 +241,7 @@ def _weights(mesh: Mesh, nodes: Bools) -> Floats:
     return found
 
 
-def reactions(carried: Carried, supports: Sequence[Holder]) -> dict[str, Reaction]:
+def reactions(carried: NodalForces, supports: Sequence[SupportedNodes]) -> dict[str, Reaction]:
     """Return the reaction of every support on the body, by name."""
     found, taken = {}, np.zeros(carried.left.shape, dtype=np.bool_)
     for support in supports:
@@ -258,7 +258,7 @@ def reactions(carried: Carried, supports: Sequence[Holder]) -> dict[str, Reactio
     return found | {name: _of_bed(carried, own) for name, own in carried.beds.items()}
 
 
-def _of_bed(carried: Carried, forces: Floats) -> Reaction:
+def _of_bed(carried: NodalForces, forces: Floats) -> Reaction:
     """Return the reaction of a foundation; its moment is about the centre of force magnitudes."""
     own, sizes = carried.wrench(forces), np.linalg.norm(forces[:, :3], axis=1)
     at: Floats = sizes @ carried.x / (float(sizes.sum()) or 1.0)

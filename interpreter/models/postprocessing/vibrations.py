@@ -35,7 +35,7 @@ def about(assembly: Assembly, x: Floats, mass: Callable[[], Any], linear: Linear
 
 
 def matrix(mass: Any, assembly: Assembly) -> Any:
-    """Return a mass matrix, or its diagonal, of the first degrees of freedom as a matrix of the free ones (n, n), kg."""
+    """Return a mass matrix, or its diagonal, of the first dofs as a matrix of the free ones (n, n), kg."""
     from scipy import sparse
 
     whole = sparse.csr_matrix(sparse.diags(mass) if mass.ndim == 1 else mass)

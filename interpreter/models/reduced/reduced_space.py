@@ -33,7 +33,7 @@ SMALL = 1e-6  # of the body's size: displacements between which forces are compa
 
 @dataclass(frozen=True)
 class Rest:
-    """Finite element model about rest: stiffness and mass of free degrees of freedom, responses, imposed displacements."""
+    """Finite element model about rest: stiffness and mass of free dofs, responses, imposed displacements."""
 
     static: PreparedSolid
     mass: sparse.csr_matrix  # (dofs, dofs), kg

@@ -1,4 +1,4 @@
-"""Report and warnings of a body that is a filled surface: repairs, and the distance between the mesh and the surface."""
+"""Report and warnings of a body that is a filled surface: repairs, and distance of mesh and surface."""
 
 from __future__ import annotations
 

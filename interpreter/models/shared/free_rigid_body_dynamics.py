@@ -156,7 +156,7 @@ def _create_free_body(touch: Touch, first: int) -> FreeRigidBody:
 
 
 def _initial_velocity(body: FreeRigidBody, touch: Touch) -> Floats:
-    """Return initial velocities (6,): that of the centre of mass, m/s, and the spin about the body's own axes, rad/s."""
+    """Return initial velocities (6,): of the centre of mass, m/s, and the spin about its own axes, rad/s."""
     thing: Any = touch.rigid.thing
     return np.concatenate([thing.velocity, np.array(thing.spin) @ body.axes])
 

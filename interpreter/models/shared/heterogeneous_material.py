@@ -157,7 +157,7 @@ def density_resolved(case: Case, mesh: Mesh) -> Resolved | None:
 
 
 def _rule(mesh: Mesh) -> Rule:
-    """Return the rule that integrates constants over cells: the element's, or a finer one if the law needs one point."""
+    """Return the rule that integrates constants: the element's, or a finer one if the law needs one point."""
     return (CELLS[mesh.element.finer] if mesh.element.constant else mesh.element).quadrature()
 
 
@@ -173,7 +173,7 @@ def must_be_in_range(case: Case, mesh: Mesh) -> None:
 
 
 def _sample_constants(case: Case, X: Floats) -> Any:
-    """Return the material with arrays (m, q) of its varying constants at points X (m, q, 3). Raises Fault out of range."""
+    """Return the material with varying constants as arrays (m, q) at points X (m, q, 3). Raises Fault."""
     new = {}
     for name, profile in profiles(case.material).items():
         if name in OF_LAWS:
@@ -258,7 +258,7 @@ class Density:
     case: Case
 
     def points(self, mesh: Mesh) -> tuple[Floats, Floats, Floats]:
-        """Return shape functions (q, a) or (m, q, a), volumes (m, q), m^3, positions (m, q, 3), m, for mass integrals."""
+        """Return shape functions (q, a) or (m, q, a), volumes (m, q), m^3, positions (m, q, 3), m, for masses."""
         from softmark.solvers.dynamics.mass_matrices import mass_points
 
         seen = density_resolved(self.case, mesh)
@@ -382,7 +382,7 @@ def _stiffness_measure(profile: Profile, found: Floats) -> Floats:
 
 
 def _outside_fields(profile: Profile, X: Floats) -> Any:
-    """Return which points X (m, q, 3) lie outside a field that the constant is read from (m, q); None without a field."""
+    """Return which points X (m, q, 3) lie outside a field of the constant (m, q); None without a field."""
     found = [load_field(field).outside(X.reshape(-1, 3)).reshape(X.shape[:-1]) for field in profile.fields]
     return np.any(found, axis=0) if found else None
 

@@ -11,7 +11,7 @@ from softmark.interpreter.vocabulary.self_contact_words import Tied
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
-    from softmark.interpreter.models.postprocessing.nodal_forces import Carried
+    from softmark.interpreter.models.postprocessing.nodal_forces import NodalForces
     from softmark.interpreter.models.shared.friction_history import Past
     from softmark.interpreter.models.shared.prepared_model import DeformedMesh
     from softmark.interpreter.models.shared.unsupported_bodies import Loose
@@ -53,7 +53,7 @@ def create_rigid_contacts(case: Case, mesh: Mesh) -> dict[str, RigidContact]:
 def find_unsupported_body(
     case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int, beds: Mapping[str, Any]
 ) -> Loose | None:
-    """Return the stabilization of a body that supports leave free until it touches; None if not needed. Raises Fault."""
+    """Return the stabilization of a body that only contact holds; None if not needed. Raises Fault."""
     if not (case.contacts or case.pairs) or isinstance(case.analysis, Dynamic):
         return None
     from softmark.interpreter.models.shared import unsupported_bodies
@@ -62,7 +62,7 @@ def find_unsupported_body(
 
 
 def find_equilibrium(solid: Any, problem: Statics) -> Equilibrium:
-    """Find the equilibrium of a solid in contact, and the position of a force-driven rigid body. Raises NotConverged."""
+    """Find the equilibrium of a solid in contact, and of a force-driven rigid body. Raises NotConverged."""
     from softmark.solvers.statics.barrier_continuation import PassedThrough, solve_with_stiffer_barriers
     from softmark.solvers.statics.rigid_substeps import count_substeps, presses_on_nodes, solve_in_substeps
     from softmark.solvers.statics.static_equilibrium import equilibrium
@@ -137,7 +137,7 @@ def with_moved_rigid_bodies(case: Case, mesh: DeformedMesh | None) -> Case:
 
 
 def contacts_at_equilibrium(solid: Any, found: Equilibrium) -> dict[str, RigidContact]:
-    """Return the contacts of a solid at equilibrium: barriers may be stiffer, and contact points may have been added."""
+    """Return the contacts of a solid at equilibrium, with stiffened barriers and added contact points."""
     contacts: dict[str, RigidContact] = solid.contacts
     return dict(zip(contacts, found.beside, strict=True)) if found.beside else contacts
 
@@ -145,7 +145,7 @@ def contacts_at_equilibrium(solid: Any, found: Equilibrium) -> dict[str, RigidCo
 def describe_free_motions(
     solid: Any, contacts: Mapping[str, RigidContact], x: Floats
 ) -> tuple[tuple[Diagnostic, ...], str]:
-    """Return warnings about a solid that supports leave free, in a state x (3 n,), m, and its remaining free motions."""
+    """Return warnings about a solid that supports leave free, in a state x (3 n,), m, and its free motions."""
     if solid.loose is None:
         return (), ""
     from softmark.solvers.energies.energy import DynamicPatternEnergy
@@ -228,13 +228,13 @@ def friction_histories(contacts: Mapping[str, Energy], u: Floats, before: Past) 
     return histories_after(contacts, u, before)
 
 
-def add_contact_forces(found: Carried, contacts: Mapping[str, RigidContact], solid: Any, rubbed: Past) -> Carried:
+def add_contact_forces(found: NodalForces, contacts: Mapping[str, RigidContact], solid: Any, rubbed: Past) -> NodalForces:
     """Add contact forces of rigid bodies, self-contact and friction to the nodal forces of a solid."""
     case, u = solid.pieces[0].case, found.u.ravel()
     if contacts:
         from softmark.interpreter.models.postprocessing import nodal_forces
 
-        found = nodal_forces.touched(found, contacts, case)
+        found = nodal_forces.add_rigid_contact_forces(found, contacts, case)
     touches = dict(found.touches)
     if own := [pair.name for pair in case.pairs if not isinstance(pair.thing, Tied)]:
         from softmark.interpreter.models.postprocessing.deformable_contact_results import meeting_of

@@ -142,7 +142,7 @@ class Model:
         return made
 
     def orders(self) -> dict[str, int]:
-        """Return the theoretical convergence order of displacements for its fields in `finely`, for smooth solutions."""
+        """Return the theoretical convergence order of smooth displacements for its fields in `finely`."""
         return {}
 
     def refusals(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:

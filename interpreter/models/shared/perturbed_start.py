@@ -57,7 +57,7 @@ def doubts(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
 
 
 def solid_state(known: Disturbance, problem: Statics, points: Floats, cells: Ints) -> Floats:
-    """Return perturbed displacements (dofs,), m, that satisfy the supports; unknowns other than displacements are zero."""
+    """Return perturbed displacements (dofs,), m, that satisfy the supports; other unknowns are zero."""
     import numpy as np
 
     from softmark.solvers.statics.perturbed_states import PerturbedNodes, perturb

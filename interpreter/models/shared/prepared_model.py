@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from softmark.interpreter.language.compiled_scene import Declared, Scene
     from softmark.interpreter.models.postprocessing.contact_history_results import Followed
-    from softmark.interpreter.models.postprocessing.nodal_forces import Carried
+    from softmark.interpreter.models.postprocessing.nodal_forces import NodalForces
     from softmark.interpreter.models.shared.friction_history import Past
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.assembly.assembly import Assembly
@@ -139,7 +139,7 @@ class Solution:
     stress: Callable[[], Stresses] | None = (
         None  # of a model on a mesh (`postprocessing/mesh_stress.py`); it raises NoStress
     )
-    carried: Callable[[], Carried] | None = None  # what acts at its nodes, of a state of rest; found when asked for
+    carried: Callable[[], NodalForces] | None = None  # what acts at its nodes, of a state of rest; found when asked for
     followed: Followed | None = None  # of a motion with contacts: what these do
     at_rest: EquilibriumForces | None = None  # what that comes to: of solutions that an error is stated from
     spent: ElapsedTime | None = None  # of one that another program solved: our clock knows nothing of it

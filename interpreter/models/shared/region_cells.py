@@ -142,7 +142,7 @@ def _found(case: Case, mesh: Mesh) -> CellMaterials:
 
 
 def _follows_curve(where: Condition, mesh: Mesh, share: Floats) -> Bools:
-    """Return which cells (m,) have nodes on a border but none beyond it, so that a curve cuts only a thin part of them."""
+    """Return which cells (m,) have nodes on a border but none beyond it: a curve cuts only a thin part of them."""
     found = np.minimum(share, 1.0 - share) <= THIN
     on = np.zeros_like(found)
     for border in where.borders:

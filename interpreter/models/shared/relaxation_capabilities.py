@@ -27,7 +27,7 @@ PLAIN = {"integration": "full", "rotation": "point", "precision": "double", "sta
 
 
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors of a model of a viscoelastic body, and a warning if time steps are too long to resolve relaxation."""
+    """Yield errors of a model of a viscoelastic body, and a warning if time steps are too long."""
     bad = [_unsound(material) for material in case.materials if isinstance(material, Viscous)]
     if problem := next(filter(None, bad), None):
         yield diagnostic("E360", case.body.at("material"), f"the series of `{case.body.name}` is none: {problem[0]}",

@@ -84,7 +84,7 @@ class Moving:
 
 
 def pose_at(touch: Touch, share: float) -> RigidMotion | None:
-    """Return the motion of a rigid body by supports and loads at a load fraction; None if it is where it was declared."""
+    """Return the motion of a rigid body by supports and loads at a load fraction; None if it has not moved."""
     shift, rotation, about = np.zeros(3), np.zeros(3), np.zeros(3)
     if touch.along is not None:
         shift[touch.along] = share * touch.gone
@@ -99,12 +99,12 @@ def pose_at(touch: Touch, share: float) -> RigidMotion | None:
 
 
 def size_of(case: Case, mesh: Mesh) -> float:
-    """Return the diagonal of the bounding box of a body, m; for a slice, that in its plane, independent of thickness."""
+    """Return the diagonal of the bounding box of a body, m; for a slice, that in its plane."""
     return float(np.linalg.norm(np.ptp(mesh.points[:, :2], axis=0))) if case.planar else mesh.extent
 
 
 def barrier_of(case: Case, touch: Touch, mesh: Mesh) -> Barrier:
-    """Return the barrier of a contact: its distance from body size and prescribed motion, its stiffness from the body."""
+    """Return the barrier of a contact, with a distance from the body's size and motion, and its stiffness."""
     return Barrier(touch.thing.distance or _thin(case, touch, mesh), BEARS * case.largest_young)
 
 

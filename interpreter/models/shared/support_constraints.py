@@ -122,7 +122,7 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
 
 
 def _chains(case: Case, mesh: Mesh) -> tuple[CellChain, ...]:
-    """Return chains of cells between supports that hold rotations: rotating ones, and those that hold all components."""
+    """Return chains of cells between supports that hold rotations: rotating ones, and full clamps."""
     from softmark.solvers.statics.winding import RotationSupport, find_cell_chains
 
     holds = range(2 if case.planar else 3)

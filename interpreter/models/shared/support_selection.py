@@ -177,7 +177,7 @@ def _layer(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float] | None:
 
 
 def _share(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float]:
-    """Return the part of selected fractions f (m,) that nodes span, and what they span beyond, where a border passes."""
+    """Return the part of selected fractions f (m,) that nodes span, and what they span beyond the border."""
     chosen, spanned = f * kind.sizes, nodes[kind.nodes].all(axis=1)
     total = float(chosen.sum())
     held = float(chosen[spanned].sum()) / total

@@ -34,7 +34,7 @@ BULGE = 0.1  # of the extents of a part: how far one with curved sides may reach
 
 @dataclass(frozen=True)
 class Hollow:
-    """Volume fractions of a mesh: without a direction, and of cells that contain a singularity; and one such place, m."""
+    """Volume fractions of a mesh without a direction, and of cells with a singularity; and one such place, m."""
 
     without: float
     touched: float

@@ -114,7 +114,7 @@ class PreparedSprings(MeshBasedModel):
         found: Floats = mass_matrix(self.mesh, self.parts, self.density, "lumped")
         return found
 
-    def _carried(self, x: Floats) -> nodal_forces.Carried:
+    def _carried(self, x: Floats) -> nodal_forces.NodalForces:
         return nodal_forces.on_mesh(self.mesh, x, x, self.assembly, self.applied, small=False)
 
     def _folded(self, x: Floats) -> tuple[Diagnostic, ...]:

@@ -75,7 +75,7 @@ class FitTarget:
 
 
 def doubts(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
-    """Return errors of a calibrated model: a metric without a reference, of another body, or known at full load only."""
+    """Return errors of a calibrated model: a metric without a reference, of another body, or at full load only."""
     try:
         _checked(scene, model, case)
     except Fault as found:

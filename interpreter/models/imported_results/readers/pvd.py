@@ -1,4 +1,4 @@
-"""Reader of PVD, ParaView's series of VTU or single-part PVTU files with their times, all in its own folder or below."""
+"""Reader of PVD, ParaView's series of VTU or single-part PVTU files with times, in its own folder or below."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reader of PVTU, which names the VTU files of the parts of a mesh from parallel programs; only one part is supported."""
+"""Reader of PVTU, which names the VTU files of the parts of a mesh; only a single part is supported."""
 
 from __future__ import annotations
 
