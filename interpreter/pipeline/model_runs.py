@@ -16,7 +16,7 @@ import numpy as np
 from softmark.interpreter.language.compiled_scene import SceneError
 from softmark.interpreter.language.plugin_words import find_faulty_plugin
 from softmark.interpreter.models.model_preparation import prepared_model
-from softmark.interpreter.models.postprocessing.mesh_stress import stressed
+from softmark.interpreter.models.postprocessing.mesh_stress import add_stress
 from softmark.interpreter.models.postprocessing.reaction_and_work import at_rest
 from softmark.interpreter.models.shared import interaction_setup
 from softmark.interpreter.models.shared.material_regions import cell_constants, facts
@@ -73,7 +73,7 @@ def solve_model(work: StateRun, name: str) -> None:
     prepared, setup, setup_cpu = work.prepared[name]
     solution, wall, cpu = _solve_from_previous_state(work, name, prepared)
     case = interaction_setup.with_moved_rigid_bodies(case, solution.mesh)
-    solution = stressed(work.scene, declared, case, verify_solution(work.scene, declared, case, prepared, solution))
+    solution = add_stress(work.scene, declared, case, verify_solution(work.scene, declared, case, prepared, solution))
     history = solution.history
     known = facts(case, prepared.mesh) | _mesh_facts(case, prepared) | _filled_surface_facts(case, prepared)
     solution = replace(solution, facts=solution.facts | known)

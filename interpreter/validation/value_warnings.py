@@ -81,7 +81,7 @@ def _convexities(scene: Scene) -> Iterator[Diagnostic]:
     if all(getattr(model.thing, "strain", "") != "finite" for model in scene.of_kind("model").values()):
         return
     for material, at in _materials(scene):
-        if (known := getattr(material, "gives_way", None)) is not None:
+        if (known := getattr(material, "polyconvexity_violation", None)) is not None:
             field, why = known
             yield diagnostic("W396", at(field), f"{why}: the law is not polyconvex", "it gives way somewhere",
                              "where it does is looked for after every answer (W366); `neo_hookean_isochoric` and "

@@ -111,14 +111,14 @@ class Drucker:
         """Return whether the material needs no test: stable by its constants, viscoelastic, or with directions."""
         if getattr(material, "directed", False) or getattr(material, "branches", ()):
             return True
-        return bool(getattr(material, "steady_above", math.inf) <= 0.0)
+        return bool(getattr(material, "convex_above", math.inf) <= 0.0)
 
     def reached(self, material: Any, F: Floats) -> bool:
         """Return whether it may be lost in one of the states F (k, 3, 3): where volumes are below the law's limit."""
         from softmark.solvers.materials.tensor_components import components, displacement_gradient, volume_change
 
         j = volume_change(displacement_gradient(components(F)))
-        return bool(np.any(j <= getattr(material, "steady_above", math.inf) - 1.0))
+        return bool(np.any(j <= getattr(material, "convex_above", math.inf) - 1.0))
 
     def gone(self, law: Any, F: Floats, held: VolumePressure | None) -> Any:
         """Return at which states (k,) the law has lost it; None if that is not known."""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.interpreter.models.postprocessing.nodal_forces import NOTHING, NodalForces, Wrench, holders, reactions
+from softmark.interpreter.models.postprocessing.nodal_forces import NOTHING, NodalForces, Wrench, supported_nodes, reactions
 from softmark.interpreter.models.postprocessing.reaction_and_work import at_rest
 from softmark.interpreter.results.reaction_results import Reaction
 from softmark.interpreter.verification.load_forces_check import MOST_UNSURE
@@ -76,7 +76,7 @@ def _rounded_reactions(found: VerifiedSolution, carried: NodalForces) -> Mapping
     """
     if carried.written is None:
         return {}
-    held = holders(found.case, found.prepared.mesh, found.declared.thing)
+    held = supported_nodes(found.case, found.prepared.mesh, found.declared.thing)
     return reactions(replace(carried, left=carried.written), held)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.language.compiled_scene import Declared, Scene
-from softmark.interpreter.models.postprocessing.mesh_stress import stressed
+from softmark.interpreter.models.postprocessing.mesh_stress import add_stress
 from softmark.interpreter.models.postprocessing.reaction_and_work import at_rest
 from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
 from softmark.interpreter.problem.body_case import Case, Fault, case_for
@@ -89,7 +89,7 @@ class SolutionUnderTest:
             with np.errstate(all="ignore"):
                 found = prepared.solve(self.budget.check)
             found = replace(found, at_rest=at_rest(declared, case, prepared, found))
-            return stressed(self.scene, declared, case, found), dict(prepared.size)
+            return add_stress(self.scene, declared, case, found), dict(prepared.size)
 
         solution, size = self.once(key, solve)
         if solution.displacement is None:

@@ -29,19 +29,23 @@ class ArrudaBoyce(IsochoricInvariantMaterial):
     second = False
 
     @property
-    def rest_shear(self) -> float:
+    def initial_shear_modulus(self) -> float:
+        """Shear modulus of the undeformed solid, Pa."""
         return 2.0 * float(self._derivative(1, 0.0))
 
     def energy(self, i: Array, k: Array) -> Array:
+        """Return W (m,), J/m^3; see `IsochoricInvariantMaterial`."""
         total: Array = 0.0 * i
         for n, c in self._terms():  # (3 + i)^n - 3^n = i ((3 + i)^(n-1) + 3 (3 + i)^(n-2) + ... + 3^(n-1))
             total = total + c * sum(3.0**q * (3.0 + i) ** (n - 1 - q) for q in range(n))
         return i * total
 
     def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
+        """Return the first derivatives of the energy, Pa."""
         return self._derivative(1, i), None
 
     def curvatures(self, i: Array, k: Array) -> tuple[Number, Number, Number]:
+        """Return the second derivatives of the energy, Pa."""
         return self._derivative(2, i), None, None
 
     def _terms(self) -> list[tuple[int, float]]:

@@ -26,14 +26,18 @@ class Fung(IsochoricInvariantMaterial):
     second = False
 
     @property
-    def rest_shear(self) -> float:
+    def initial_shear_modulus(self) -> float:
+        """Shear modulus of the undeformed solid, Pa."""
         return self.mu
 
     def energy(self, i: Array, k: Array) -> Array:
+        """Return W (m,), J/m^3; see `IsochoricInvariantMaterial`."""
         return 0.5 * self.mu / self.b * expm1(self.b * i)
 
     def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
+        """Return the first derivatives of the energy, Pa."""
         return 0.5 * self.mu * exp(self.b * i), None
 
     def curvatures(self, i: Array, k: Array) -> tuple[Number, Number, Number]:
+        """Return the second derivatives of the energy, Pa."""
         return 0.5 * self.mu * self.b * exp(self.b * i), None, None

@@ -28,7 +28,8 @@ class Gent(IsochoricInvariantMaterial):
     second = False
 
     @property
-    def rest_shear(self) -> float:
+    def initial_shear_modulus(self) -> float:
+        """Shear modulus of the undeformed solid, Pa."""
         return self.mu
 
     @property
@@ -42,12 +43,15 @@ class Gent(IsochoricInvariantMaterial):
         )
 
     def energy(self, i: Array, k: Array) -> Array:
+        """Return W (m,), J/m^3; see `IsochoricInvariantMaterial`."""
         return where(i < self.limit, -0.5 * self.mu * self.limit * log1p(-i / self.limit), math.inf)
 
     def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
+        """Return the first derivatives of the energy, Pa."""
         return 0.5 * self.mu / self._left(i), None
 
     def curvatures(self, i: Array, k: Array) -> tuple[Number, Number, Number]:
+        """Return the second derivatives of the energy, Pa."""
         return 0.5 * self.mu / (self.limit * self._left(i) ** 2), None, None
 
     def _left(self, i: Array) -> Array:

@@ -53,7 +53,7 @@ class IsochoricInvariantMaterial(IsochoricMaterial):
         return not self.second
 
     @property
-    def rising(self) -> bool:
+    def is_log_convex(self) -> bool:
         """True if W is convex and increasing in i, which is a sum of exponentials of logarithmic stretches."""
         return self.convex
 

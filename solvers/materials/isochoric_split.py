@@ -69,7 +69,7 @@ class IsochoricMaterial(Isotropic):
 
     @property
     @abstractmethod
-    def rest_shear(self) -> float:
+    def initial_shear_modulus(self) -> float:
         """Shear modulus of the undeformed solid, Pa, from the constants of the law."""
 
     @abstractmethod
@@ -81,7 +81,7 @@ class IsochoricMaterial(Isotropic):
 
         Raises ValueError if neither bulk nor ratio is given.
         """
-        mu, nu = self.rest_shear, self.poisson
+        mu, nu = self.initial_shear_modulus, self.poisson
         if nu is None and self.bulk is None:
             raise ValueError(f"{type(self).__name__} needs `poisson` or `bulk`")
         if not np.all(mu > 0.0) if is_array(mu) else not mu > 0.0:
@@ -105,14 +105,14 @@ class IsochoricMaterial(Isotropic):
         return False
 
     @property
-    def steady_above(self) -> float:  # type: ignore[override]
+    def convex_above(self) -> float:  # type: ignore[override]
         """Lower bound of J for convexity by ln J: (ln J)^2 and (J - 1/J)^2 are always convex, (J - 1)^2 above 1/2."""
-        if not self.rising:
+        if not self.is_log_convex:
             return math.inf
         return 0.5 if self.volumetric == "squared" else 0.0
 
     @property
-    def rising(self) -> bool:
+    def is_log_convex(self) -> bool:
         """True if the constants guarantee that the shape energy is convex in logarithmic stretches."""
         return False
 
@@ -147,14 +147,17 @@ class VolumetricLaw(TwoInvariantLaw):
     modulus: Any
 
     def energy(self, stretch: Array, j: Array) -> Array:
+        """Return W (m,), J/m^3; see `IsochoricInvariantMaterial`."""
         g = self.constraint.of(j)[0]
         found: Array = where(j > -1.0, 0.5 * self.modulus * g * g, math.inf)
         return found
 
     def slopes(self, stretch: Array, j: Array) -> tuple[Array, Array]:
+        """Return the first derivatives of the energy, Pa."""
         return like(j, 0.0), self.modulus * volumetric_derivatives(self.constraint, j)[0]
 
     def curvatures(self, stretch: Array, j: Array) -> tuple[Array | None, Array]:
+        """Return the second derivatives of the energy, Pa."""
         return None, self.modulus * volumetric_derivatives(self.constraint, j)[1]
 
 

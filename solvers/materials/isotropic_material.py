@@ -37,14 +37,14 @@ class Isotropic:
     varying = ("young", "poisson", "density")  # constants that may vary in space
     thin = False  # in plane stress (plane_stress.py)
     polyconvex = False  # energy known to be polyconvex: ellipticity is never lost (ellipticity.py)
-    steady_above = (
+    convex_above = (
         math.inf
     )  # the volume ratio above which its energy is known to be convex by ln V (drucker_stability.py)
     # Prony series: shares, and relaxation times in s (viscoelastic.py)
     branches: ClassVar[tuple[tuple[float, float], ...]] = ()
 
     @property
-    def gives_way(self) -> tuple[str, str] | None:
+    def polyconvexity_violation(self) -> tuple[str, str] | None:
         """Constant that rules out polyconvexity at finite strain, with the reason; None for most materials."""
         return None
 

@@ -26,7 +26,8 @@ class MooneyRivlin(IsochoricInvariantMaterial):
     c2: Annotated[float, "Pa in [0, inf)", "constant of the second invariant"]
 
     @property
-    def rest_shear(self) -> float:
+    def initial_shear_modulus(self) -> float:
+        """Shear modulus of the undeformed solid, Pa."""
         return 2.0 * (self.c1 + self.c2)
 
     @property
@@ -35,15 +36,18 @@ class MooneyRivlin(IsochoricInvariantMaterial):
         return self.c2 == 0.0
 
     @property
-    def rising(self) -> bool:
+    def is_log_convex(self) -> bool:
         """True: i and k are sums of exponentials of logarithmic stretches."""
         return True
 
     def energy(self, i: Array, k: Array) -> Array:
+        """Return W (m,), J/m^3; see `IsochoricInvariantMaterial`."""
         return self.c1 * i + self.c2 * k
 
     def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
+        """Return the first derivatives of the energy, Pa."""
         return self.c1, self.c2
 
     def curvatures(self, i: Array, k: Array) -> tuple[Number, Number, Number]:
+        """Return the second derivatives of the energy, Pa."""
         return None, None, None

@@ -28,14 +28,14 @@ class NeoHookean(TwoInvariantLaw, Isotropic):
     """
 
     @property
-    def gives_way(self) -> tuple[str, str] | None:
+    def polyconvexity_violation(self) -> tuple[str, str] | None:
         """Reason for nu < 0: lam/2 (ln J)^2 has no lower bound, so energy falls without limit as the volume changes."""
         if is_array(self.poisson) or not isinstance(self.poisson, float | int) or self.poisson >= 0.0:
             return None
         return "poisson", "a Poisson's ratio below 0 leaves its energy no lower bound as its volume goes to nothing"
 
     @property
-    def steady_above(self) -> float:  # type: ignore[override]
+    def convex_above(self) -> float:  # type: ignore[override]
         """Zero: (ln J)^2 and powers of stretches are always convex in ln J."""
         known = not is_array(self.poisson) and isinstance(self.poisson, float | int) and self.poisson >= 0.0
         return 0.0 if known else math.inf
@@ -51,15 +51,18 @@ class NeoHookean(TwoInvariantLaw, Isotropic):
         return _Shape(**vars(self)), LogarithmicVolume()
 
     def energy(self, stretch: Array, j: Array) -> Array:
+        """Return psi (m,), J/m^3, of I1 - 3 and J - 1."""
         mu, lam = self.shear_modulus, self.lame_lambda
         l = log1p(j)
         return where(j > -1.0, 0.5 * mu * stretch - mu * l + 0.5 * lam * l * l, math.inf)
 
     def slopes(self, stretch: Array, j: Array) -> tuple[Array, Array]:
+        """Return the first derivatives of the energy, Pa."""
         mu, lam = self.shear_modulus, self.lame_lambda
         return like(j, mu), (lam * log1p(j) - mu) / (1.0 + j)
 
     def curvatures(self, stretch: Array, j: Array) -> tuple[Array | None, Array]:
+        """Return the second derivatives of the energy, Pa."""
         mu, lam = self.shear_modulus, self.lame_lambda
         return None, (lam + mu - lam * log1p(j)) / (1.0 + j) ** 2
 

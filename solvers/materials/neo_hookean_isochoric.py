@@ -28,7 +28,7 @@ class NeoHookeanIsochoric(TwoInvariantLaw, Isotropic):
     """
 
     polyconvex = True
-    steady_above = 0.5  # (J - 1)^2 is convex in ln J above this J
+    convex_above = 0.5  # (J - 1)^2 is convex in ln J above this J
 
     def finite_parts(self) -> tuple[Law, Law] | None:
         """Return the two parts; the shear part keeps 5 mu/3 of K, as at nu = 1/4."""
@@ -51,15 +51,18 @@ class NeoHookeanIsochoric(TwoInvariantLaw, Isotropic):
         return kept
 
     def energy(self, stretch: Array, j: Array) -> Array:
+        """Return psi (m,), J/m^3, of I1 - 3 and J - 1."""
         mu, K = self.shear_modulus, self.bulk_modulus
         shape = stretch + expm1(-2.0 / 3.0 * log1p(j)) * (stretch + 3.0)
         return where(j > -1.0, 0.5 * mu * shape + 0.5 * K * j * j, math.inf)
 
     def slopes(self, stretch: Array, j: Array) -> tuple[Array, Array]:
+        """Return the first derivatives of the energy, Pa."""
         m = self._isochoric_modulus(j)
         return m, self.bulk_modulus * j - m * (stretch + 3.0) / (3.0 * (1.0 + j))
 
     def curvatures(self, stretch: Array, j: Array) -> tuple[Array | None, Array]:
+        """Return the second derivatives of the energy, Pa."""
         m, J = self._isochoric_modulus(j), 1.0 + j
         return -2.0 / 3.0 * m / J, self.bulk_modulus + 5.0 / 9.0 * m * (stretch + 3.0) / (J * J)
 

@@ -37,7 +37,8 @@ class Ogden(PrincipalStretchMaterial):
     )  # fmt: skip
 
     @property
-    def rest_shear(self) -> float:
+    def initial_shear_modulus(self) -> float:
+        """Shear modulus of the undeformed solid, Pa."""
         if len(self.mu) != len(self.alpha):
             raise InvalidCombination("alpha",
                         f"there are {len(self.mu)} constants `mu` and {len(self.alpha)} powers `alpha`",
@@ -59,12 +60,12 @@ class Ogden(PrincipalStretchMaterial):
         return all(m * a >= 0.0 and (a >= 1.5 or a <= -3.0) for m, a in self._terms)
 
     @property
-    def rising(self) -> bool:
+    def is_log_convex(self) -> bool:
         """True if each term is a sum of exponentials with positive coefficients."""
         return all(m * a >= 0.0 for m, a in self._terms)
 
     @property
-    def gives_way(self) -> tuple[str, str] | None:
+    def polyconvexity_violation(self) -> tuple[str, str] | None:
         """Reason for loss of shear stiffness: between two equal stretches, ln t = e, it is w''(e) / t^2.
 
         The outermost powers decide. In simple shear the energy grows as |F| to the largest power of both signs; below

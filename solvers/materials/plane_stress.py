@@ -48,9 +48,9 @@ class Plate(Isotropic):
         return self.of is not None and self.of.polyconvex
 
     @property
-    def steady_above(self) -> float:  # type: ignore[override]
+    def convex_above(self) -> float:  # type: ignore[override]
         """Bound of the solid, if it does not depend on the volume."""
-        return math.inf if self.of is None or self.of.steady_above else 0.0
+        return math.inf if self.of is None or self.of.convex_above else 0.0
 
     @property
     def branches(self) -> tuple[tuple[float, float], ...]:  # type: ignore[override]

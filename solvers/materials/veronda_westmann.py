@@ -28,21 +28,25 @@ class VerondaWestmann(IsochoricInvariantMaterial):
     a: Annotated[float, "1 in (0, inf)", "how fast it turns stiff"]
 
     @property
-    def rest_shear(self) -> float:
+    def initial_shear_modulus(self) -> float:
+        """Shear modulus of the undeformed solid, Pa."""
         return self.c * self.a
 
     @property
-    def gives_way(self) -> tuple[str, str] | None:
+    def polyconvexity_violation(self) -> tuple[str, str] | None:
         """Reason for loss of shear stiffness: at stretch t it is 2 (W_i + t^2 W_k), zero if exp(a i) = t^2/2."""
         if self.a > LEAST:
             return None
         return "a", f"pulled, it loses its resistance to shear across, for a is not above {LEAST}"
 
     def energy(self, i: Array, k: Array) -> Array:
+        """Return W (m,), J/m^3; see `IsochoricInvariantMaterial`."""
         return self.c * expm1(self.a * i) - 0.5 * self.c * self.a * k
 
     def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
+        """Return the first derivatives of the energy, Pa."""
         return self.c * self.a * exp(self.a * i), -0.5 * self.c * self.a
 
     def curvatures(self, i: Array, k: Array) -> tuple[Number, Number, Number]:
+        """Return the second derivatives of the energy, Pa."""
         return self.c * self.a**2 * exp(self.a * i), None, None

@@ -27,7 +27,8 @@ class Yeoh(IsochoricInvariantMaterial):
     second = False
 
     @property
-    def rest_shear(self) -> float:
+    def initial_shear_modulus(self) -> float:
+        """Shear modulus of the undeformed solid, Pa."""
         return 2.0 * self.c1
 
     @property
@@ -36,7 +37,7 @@ class Yeoh(IsochoricInvariantMaterial):
         return self.c2 >= 0.0 and self.c3 >= 0.0
 
     @property
-    def gives_way(self) -> tuple[str, str] | None:
+    def polyconvexity_violation(self) -> tuple[str, str] | None:
         """Reason for loss of stiffness: stress in simple shear g = sqrt(i) peaks at c1 + 6 c2 i + 15 c3 i^2 = 0."""
         if self.c3 < 0.0:
             return "c3", "a shear stress that has a peak, for c3 is negative"
@@ -45,10 +46,13 @@ class Yeoh(IsochoricInvariantMaterial):
         return None
 
     def energy(self, i: Array, k: Array) -> Array:
+        """Return W (m,), J/m^3; see `IsochoricInvariantMaterial`."""
         return i * (self.c1 + i * (self.c2 + i * self.c3))
 
     def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
+        """Return the first derivatives of the energy, Pa."""
         return self.c1 + i * (2.0 * self.c2 + i * (3.0 * self.c3)), None
 
     def curvatures(self, i: Array, k: Array) -> tuple[Number, Number, Number]:
+        """Return the second derivatives of the energy, Pa."""
         return 2.0 * self.c2 + i * (6.0 * self.c3), None, None

@@ -124,7 +124,7 @@ def test_constants_by_which_a_law_gives_way_have_a_state_in_which_it_does(
     law = law_for(made, "finite")
     found = [find_ellipticity_loss(law, states) for states in (SHEARED, PULLED)]
     assert any(one is not None and one.any() for one in found) == (field is not None)
-    assert (made.gives_way and made.gives_way[0]) == field
+    assert (made.polyconvexity_violation and made.polyconvexity_violation[0]) == field
     assert not made.polyconvex
 
 
@@ -140,7 +140,7 @@ def test_constants_by_which_a_law_gives_way_have_a_state_in_which_it_does(
 def test_what_is_called_polyconvex_gives_way_nowhere(name: str, constants: dict[str, Any], nu: float) -> None:
     made: Any = material(name, poisson=nu, density=1.0, **constants)
     assert made.polyconvex
-    assert made.gives_way is None
+    assert made.polyconvexity_violation is None
     law = law_for(made, "finite")
     assert not find_ellipticity_loss(law, turned(np.exp(RNG.uniform(-1.5, 1.5, (100, 3))))).any()  # type: ignore[union-attr]
     assert not material(name, poisson=nu, density=1.0, volumetric="logarithmic", **constants).polyconvex

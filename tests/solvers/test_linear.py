@@ -114,7 +114,7 @@ def analyses(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         sizes.append(K.shape[0])
         return true(K, motions)
 
-    monkeypatch.setattr(symbolic_cache, "sketch", counted)
+    monkeypatch.setattr(symbolic_cache, "estimate_factor", counted)
     return sizes
 
 

@@ -181,7 +181,7 @@ def test_no_factor_is_begun_that_memory_does_not_hold(monkeypatch: pytest.Monkey
 @pytest.mark.parametrize("method", PACKAGES)
 def test_what_is_not_installed_is_named(method: str, monkeypatch: pytest.MonkeyPatch, law: Maker) -> None:
     monkeypatch.setattr(multigrid, "installed", lambda: False)
-    monkeypatch.setattr(pardiso, "packaged", lambda: False)
+    monkeypatch.setattr(pardiso, "is_packaged", lambda: False)
     with pytest.raises(factorisations.NotInstalled, match=PACKAGES[method]):
         factorisations.factor(tangent(block(law("small", 6e4, 0.3))), method=method)  # type: ignore[arg-type]
 

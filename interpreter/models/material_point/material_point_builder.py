@@ -184,7 +184,7 @@ class PreparedPoint(Meshless):
         return (*self._past_its_force(found), *self._unsteady(found))
 
     def _unsteady(self, found: PointState) -> tuple[Diagnostic, ...]:
-        if found.volume > getattr(self.case.material, "steady_above", math.inf) or self.point.steady(found):
+        if found.volume > getattr(self.case.material, "convex_above", math.inf) or self.point.steady(found):
             return ()
         at = self.point.first_unsteady(self.drive)
         return (

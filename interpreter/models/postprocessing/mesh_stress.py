@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 INSIDE = 1e-9  # of a motion: how far before its end its courses are looked at
 
 
-def stressed(scene: Scene, declared: Declared, case: Case, solution: Solution) -> Solution:
+def add_stress(scene: Scene, declared: Declared, case: Case, solution: Solution) -> Solution:
     """Return the solution with a stress function; a reduced model uses the law of the model it reduces."""
     if solution.displacement is None or solution.mesh is None:
         return replace(
@@ -45,11 +45,11 @@ def _at_rest_alone(solution: Solution) -> Callable[[], Stresses] | None:
 
 def stress_of(model: Model, case: Case, mesh: DeformedMesh) -> Callable[[], Stresses]:
     """Return the stress function of a model on its mesh, computed once. It raises NoStress with a reason."""
-    return Told(model, _at_the_end(case), mesh)
+    return StressOfMesh(model, _case_at_end(case), mesh)
 
 
 @dataclass(frozen=True, eq=False)
-class Told:
+class StressOfMesh:
     """Stress function of the mesh of a case. Pickled in a report, it is reduced to its stress, without the case."""
 
     model: Model
@@ -114,7 +114,7 @@ class Settled:
         return self.stress
 
 
-def _at_the_end(case: Case) -> Case:
+def _case_at_end(case: Case) -> Case:
     """Return a dynamic case with the muscle activation at its end, just before any jump; else the same case."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic) or all(muscle.thing.course is None for muscle in case.muscles):

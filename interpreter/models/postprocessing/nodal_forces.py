@@ -46,7 +46,7 @@ class Wrench:
         return found
 
 
-def of_rings(f: Floats) -> Wrench:
+def resultant_of_rings(f: Floats) -> Wrench:
     """Return the resultant of forces on whole rings around the y axis (n, 3), N; components across it cancel."""
     return Wrench(np.array([0.0, f[:, 1].sum(), 0.0]), np.zeros(3))
 
@@ -82,7 +82,7 @@ class NodalForces:
     frames: Floats | None = None
     turns_freely: bool = True
     axial: bool = False
-    holders: tuple[SupportedNodes, ...] = ()  # of a model that has its own: what supports hold
+    supported_nodes: tuple[SupportedNodes, ...] = ()  # of a model that has its own: what supports hold
     dissipated: float = 0.0  # J, by what remembers
     written: Floats | None = None
     beds: Mapping[str, Floats] = field(default_factory=dict)  # what each bed, or contact, does to the body (n, 6)
@@ -94,7 +94,7 @@ class NodalForces:
         """Return the resultant of forces and moments (n, 6) at the nodes."""
         f, m = forces[:, :3], forces[:, 3:]
         if self.axial:
-            return of_rings(f)
+            return resultant_of_rings(f)
         if self.frames is not None:
             m = np.einsum("nij,nj->ni", self.frames, m)
         return Wrench(f.sum(axis=0), m.sum(axis=0) + np.cross(self.x, f).sum(axis=0))
@@ -189,7 +189,7 @@ def _plain(forces: Floats) -> Floats:
 # ------------------------------------------------------------------ who carries it
 
 
-def holders(case: Case, mesh: Mesh | None, thing: Any) -> list[SupportedNodes]:
+def supported_nodes(case: Case, mesh: Mesh | None, thing: Any) -> list[SupportedNodes]:
     """Return the supports of a model on a mesh, or else of beams, in the order of the scene, with what each holds."""
     if mesh is not None:
         return [_of_mesh(case, support, mesh) for support in case.supports]

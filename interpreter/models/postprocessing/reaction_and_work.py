@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.models.postprocessing.nodal_forces import holders, reactions
+from softmark.interpreter.models.postprocessing.nodal_forces import supported_nodes, reactions
 from softmark.interpreter.models.shared.prepared_model import Prepared, Solution
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.results.reaction_results import EquilibriumForces
@@ -21,7 +21,7 @@ def at_rest(declared: Declared, case: Case, prepared: Prepared, solution: Soluti
     if (why := _unknown(declared, case, solution)) is not None or solution.carried is None:
         return EquilibriumForces(reason=why)
     carried = solution.carried()
-    held = reactions(carried, carried.holders or holders(case, prepared.mesh, declared.thing))
+    held = reactions(carried, carried.holders or supported_nodes(case, prepared.mesh, declared.thing))
     most = max((float(np.linalg.norm(r.force)) for r in held.values()), default=0.0)
     moved = float(np.linalg.norm(carried.u, axis=1).max(initial=0.0))
     known = (held, carried.work, carried.energy, max(most, carried.largest), moved, carried.extent)
