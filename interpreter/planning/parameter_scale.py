@@ -13,9 +13,9 @@ from typing import Literal
 from softmark.records import dataclass
 
 Direction = Literal["up", "down"]
-RATIO = 1.2  # of the two sides of a bisected edge
-SMALLEST_GAP = 1e-9  # of Poisson's ratio to one half; beyond it only one half itself
-DECADES = 6  # from zero to the end of a range
+RATIO = 1.2  # ratio of the two sides of a bisected edge
+SMALLEST_GAP = 1e-9  # least distance of Poisson's ratio from one half; then only one half itself
+DECADES = 6  # number of decades from zero to the end of a range
 INCOMPRESSIBLE = 0.5
 
 

@@ -16,8 +16,8 @@ from softmark.records import dataclass
 
 Until = Literal["failure", "inaccuracy"]
 ANSWERS = ("right", "inaccurate", "silent")
-COSTLY = ("unjudged", "timed_out")  # no edge of a model: one of the truth, and one of patience
-BLIND = 3  # points in a row without a truth after which a walk that looks for accuracy gives up
+COSTLY = ("unjudged", "timed_out")  # no edges of a model: the reference fails, or the time limit
+BLIND = 3  # consecutive points without a true value after which a walk gives up
 
 
 @dataclass(frozen=True)

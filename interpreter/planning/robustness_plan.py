@@ -20,12 +20,12 @@ from softmark.records import dataclass
 from softmark.references.measured_curve import CurveFromFile
 from softmark.references.published_values import GivenValues
 
-TOLD = CurveFromFile | GivenValues  # they know of the body as it is, and of no other: but for closed forms
-NUMERICAL = {  # what of these is no part of the problem
+TOLD = CurveFromFile | GivenValues  # valid only for the unchanged body, unless closed forms
+NUMERICAL = {  # fields that are numerical settings, not part of the problem
     "analysis": ("step", "tolerance", "max_iterations"),
     "contact": ("distance", "stiffness", "parts", "reach"),
 }
-OF_CONTACT = ("pressed", "stopped", "stacked")  # theories that know how far their forces may be off
+OF_CONTACT = ("pressed", "stopped", "stacked")  # theories with an error estimate of forces
 MAPPED = 3  # quantities up to which `maps = auto` maps every pair
 
 

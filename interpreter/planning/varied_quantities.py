@@ -23,18 +23,18 @@ from softmark.solvers.elements.plane import PLANE
 Kind = Literal["gap", "factor", "integer", "choice", "reach"]
 Value = float | str
 
-# factors downward and upward of what a field has: what a slip of units, a slider or a bad guess may come to
+# factors down and up from a field's value: wrong units, a slider or a bad guess
 SPANS: dict[str, tuple[float, float]] = {
     "young": (1e-6, 1e6), "density": (1e-3, 1e3), "step": (1e-3, 1e3), "size": (1 / 16, 32.0),
     "tolerance": (1e-12, 1e12), "quality": (1e-6, 1e6), "angle": (1e-3, 10.0),
     "stiffness": (1e-6, 1e6), "permeability": (1e-6, 1e6),
 }  # fmt: skip
-SPAN = (1e-3, 1e3)  # of every other: loads, dampings, parameters without a range
-DOUBLINGS = 64  # most that a whole number is multiplied by
+SPAN = (1e-3, 1e3)  # default: loads, dampings, parameters without a range
+DOUBLINGS = 64  # largest factor of a whole number
 LOWEST = -0.99  # of Poisson's ratio: -1 is where the shear modulus is infinite
-POISSONS = (0.0, -0.5, -0.9)  # by the way down
+POISSONS = (0.0, -0.5, -0.9)  # stops on the way down
 
-# fields that are walked where a study does not say what: (kind of declaration, field)
+# fields that a study varies by default: (kind of declaration, field)
 USUAL = (
     ("material", "young"), ("material", "poisson"), ("material", "density"), ("material", "bulk"),
     ("material", "limit"), ("material", "permeability"), ("load", "magnitude"), ("load", "vector"), ("load", "moment"),
@@ -61,7 +61,7 @@ class WalkedQuantity(JsonRecord):
     name: str
     kind: Kind
     nominal: Value
-    text: str  # as people read it
+    text: str  # readable text
     dimension: Dimension = units.NONE
     limits: tuple[float, float] | None = None
     options: tuple[str, ...] = ()
@@ -164,7 +164,9 @@ def _has(declared: Declared, attribute: str) -> bool:
 
 def _of_choice(scene: Scene, name: str, field: Field, value: Any) -> WalkedQuantity:
     """Return a quantity with a fixed set of choices."""
-    alike = (word for word in scene.vocabulary.words() if (word in PLANE) == (value in PLANE))  # of bodies of its kind
+    alike = (
+        word for word in scene.vocabulary.words() if (word in PLANE) == (value in PLANE)
+    )  # for bodies of the same kind
     options = ("yes", "no") if field.form == "flag" else field.options or tuple(alike)
     own = ("yes" if value else "no") if field.form == "flag" else str(value)
     return WalkedQuantity(name, "choice", own, own, options=tuple(options))

@@ -9,7 +9,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.vocabulary.amplitude_words import Table
 from softmark.references.measured_data import Unreadable
 
-NEAR = 1e-9  # of the duration: what ends there goes to its end
+NEAR = 1e-9  # relative to the duration: what ends there goes to its end
 
 
 def table_fault(declared: Declared, duration: float) -> Diagnostic | None:

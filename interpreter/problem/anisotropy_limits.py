@@ -23,7 +23,7 @@ else:
     from softmark.solvers.runtime.lazy_modules import np
 
 ASKED = 4096  # points at which a mirror image is looked at
-ALIKE = 1e-6  # of an energy: rounding, and directions written with as many digits
+ALIKE = 1e-6  # relative to an energy: rounding, and directions written with as many digits
 STRAINED = (  # F at which it is: with stretch all ways, for fibres that resist it alone, and no symmetry of its own
     ((1.05, 0.031, 0.017), (0.009, 1.04, 0.023), (0.027, 0.006, 1.06)),
     ((1.06, -0.028, 0.011), (0.004, 1.03, -0.019), (-0.021, 0.013, 1.07)),

@@ -13,11 +13,11 @@ from softmark.solvers.mesh.shape import add_multiples, dot
 if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Section, Swept, Vector3
 
-END = 1e-6  # of the length: borders closer to an end face are that face
-SAME = 1e-8  # of the length: stations that are nearer are one
+END = 1e-6  # relative to the length: borders closer to an end face are that face
+SAME = 1e-8  # relative to the length: stations that are nearer are one
 GRID = 256  # stretches of the length in which a border is looked for
 HALVINGS = 45  # of a stretch, to the rounding of its stations
-LITTLE = 1e-7  # of a cross-section: less is nothing
+LITTLE = 1e-7  # relative to a cross-section: less is nothing
 
 
 def coverage(condition: Condition, shape: Swept, station: float) -> str:

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
     Floats = Any  # (n,) of numpy, which is not imported where a scene is checked
 
-ALIGNED = 1e-9  # of a vector: how far it may lie beside the axis
-SAME = 1e-9  # of a constant: how far its values across a section may differ
+ALIGNED = 1e-9  # relative tolerance off the axis
+SAME = 1e-9  # relative to a constant: how far its values across a section may differ
 STATIONS = 33  # sections at which that is looked at
 REMEDY = "hold one end face and pull the other: `fixed(...)` and `traction(...)`, or gravity along the axis"
 

@@ -15,10 +15,10 @@ from softmark.solvers.mesh.shape import Bounds, Vector3, add_multiples, replace_
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
 NONE = (0.0, 0.0, 0.0)
-SAME = 1e-9  # of its size: how far a side may be from straight along x or y
-BESIDE = 1e-4  # of its radius: what is nearer to a plane through the axis is on it
+SAME = 1e-9  # relative to its size: how far a side may be from straight along x or y
+BESIDE = 1e-4  # relative to its radius: what is nearer to a plane through the axis is on it
 ANGLES = ((1.0, 0.0), (0.8, 0.6), (0.28, 0.96), (0.0, 1.0), (-0.6, 0.8), (-1.0, 0.0), (-0.96, -0.28), (0.6, -0.8))
-WITHIN = (0.0, 0.3, 0.6, 0.9, 0.99, 0.9999)  # of the radius: where a side is not
+WITHIN = (0.0, 0.3, 0.6, 0.9, 0.99, 0.9999)  # relative to the radius: where a side is not
 
 
 @dataclass(frozen=True)

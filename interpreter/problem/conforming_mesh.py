@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 Cuts = tuple[Cut, ...]
 Place = Mapping[str, float]  # a point in a shape's own coordinates
 
-RAYS = (0.137, 0.382, 0.618, 0.871)  # of the other coordinates' spans: where a border is looked for
+RAYS = (0.137, 0.382, 0.618, 0.871)  # relative to the other coordinates' spans: where a border is looked for
 STEPS = 9  # values of each other coordinate at which a selection is looked at, beside those of cuts
-ASIDE = 1e-6  # of a span: how far to each side of a border
+ASIDE = 1e-6  # relative to a span: how far to each side of a border
 ANGLES = ("turn", "tilt")  # coordinates on which no mesh is cut
-NARROW = 1e-4  # of a span: an interval that may hold one crossing is halved to that, and then bisected
-REACH = 0.5  # of a span: how far from where cells are finer they have their size again
+NARROW = 1e-4  # relative to a span: an interval that may hold one crossing is halved to that, and then bisected
+REACH = 0.5  # relative to a span: how far from where cells are finer they have their size again
 MOST = 32  # intervals that may hold a crossing: with more, the border is no such surface; and cuts of one condition
 
 

@@ -22,8 +22,8 @@ from softmark.references.indentation import SAID, Indentation
 from softmark.references.straight_cantilever import NotApplicable, Vector
 from softmark.solvers.mesh.shape import add_multiples, cross, dot
 
-NEAR = 1e-6  # of the body's size: how far beside the axis a plane of symmetry may lie
-SAME = 1e-9  # of the body's size, or of a travel: what is less is none
+NEAR = 1e-6  # relative to the body's size: how far beside the axis a plane of symmetry may lie
+SAME = 1e-9  # relative to the body's size, or of a travel: what is less is none
 ONE = "one rigid body, one `between(...)`, and nothing else that acts"
 FAR = "hold the far face whole: `fixed(...)`, or its normal alone, so that it slides"
 NONE = (0.0, 0.0, 0.0)

@@ -25,7 +25,7 @@ MESHES = (".vtu", ".vtk")
 IMAGES = (".nrrd", ".nhdr", ".nii", ".nii.gz")
 KEPT = 8  # files
 BLOCKS = 64  # along each axis of the grid that bounds of a mesh's field are kept in
-EDGE = 1e-6  # of a voxel, and of the extent of a mesh: what is as near to the outside lies within
+EDGE = 1e-6  # relative to a voxel, and of the extent of a mesh: what is as near to the outside lies within
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ else:
     from softmark.solvers.runtime.lazy_modules import np
 
 HELD = 16  # parts of a member that is held all along, at whose ends the theory holds it
-NEAR = 1e-9  # of the diagonal: places this near are one
+NEAR = 1e-9  # relative to the diagonal: places this near are one
 TAKES = "it takes gravity, forces and lines of force on axes, and torques at points"
 
 

@@ -32,8 +32,8 @@ Vector3 = tuple[float, float, float]
 
 WAYS = ((0.36, 0.48, 0.8), (0.8, 0.6, 0.0), (0.6, 0.0, 0.8), (0.0, 0.28, 0.96), (2 / 3, 1 / 3, 2 / 3), (1.0, 0.0, 0.0))
 PLANE = ((0.6, 0.8, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.28, 0.96, 0.0))
-ROUND = 1e-9  # of the body's size: how much a border may vary around the centre
-IN_PLANE = 1e-9  # of the body's size: how far beside the centre a plane of symmetry may lie
+ROUND = 1e-9  # relative to the body's size: how much a border may vary around the centre
+IN_PLANE = 1e-9  # relative to the body's size: how far beside the centre a plane of symmetry may lie
 BALL = 'a `sphere(part = octant)` with one part around its centre, a `spherical_shell(part = octant)`, or a '\
        '`quarter_ring` that turns'  # fmt: skip
 SMALL = 0.01  # gradient of the displacement up to which small strain and rotation are said nothing of

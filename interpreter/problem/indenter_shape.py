@@ -14,7 +14,7 @@ from softmark.solvers.mesh.shape import add_multiples, cross, dot, replace_coord
 from softmark.solvers.mesh.shapes import Cylinder
 from softmark.solvers.mesh.spheres import Sphere
 
-ALIGNED = 1e-6  # of a direction: how far an axis may lean
+ALIGNED = 1e-6  # tolerance of directions
 ALONG = "use `cylinder(..., axis = +z)`"
 
 
@@ -24,9 +24,9 @@ class Indenter:
 
     kind: Kind
     size: float  # m, or rad of a cone
-    foot: Vector  # m, the point that comes first
+    foot: Vector  # m, first point of contact
     edge: float = 0.0  # m, the radius of a rounded rim or tip
-    reach: float = math.inf  # m, the depth up to which it is that
+    reach: float = math.inf  # m, depth up to which the shape is valid
 
 
 def indenter_of(name: str, shape: Any, normal: Vector, planar: str) -> Indenter:
@@ -55,7 +55,7 @@ def _revolved_indenter(name: str, shape: Any, normal: Vector) -> Indenter:
     """Return the end of a body of revolution. Raises Refused if its axis is not normal to the face."""
     if math.hypot(*cross(shape.axis, normal)) > ALIGNED:
         raise NotApplicable(f"the axis of `{name}` is not normal to the face", "turn it so that it is")
-    first = dot(shape.axis, normal) > 0.0  # whether the end at `origin` comes first
+    first = dot(shape.axis, normal) > 0.0  # true if the end at `origin` touches first
     foot = shape.origin if first else add_multiples(shape.origin, (shape.length, shape.axis))
     if isinstance(shape, Cylinder):
         return Indenter("punch", shape.radius, foot)

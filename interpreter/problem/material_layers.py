@@ -11,7 +11,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.coordinate_conditions import Condition, Point
 from softmark.interpreter.problem.body_case import Case, Fault, fault
 
-MOST = 3000  # boxes in which an overlap is looked for when a scene is checked
+MOST = 3000  # largest number of boxes searched for an overlap
 
 
 def remaining_conditions(case: Case) -> tuple[Condition, ...]:
@@ -73,7 +73,7 @@ def find_common_box(a: Condition, b: Condition, low: Point, high: Point) -> Poin
     The box from `low` to `high` (m) is halved repeatedly across its longest side, the largest first.
     """
     extent, boxes = math.dist(low, high), [(low, high)]
-    for low, high in boxes:  # which grows
+    for low, high in boxes:  # grows in the loop
         bounds = [where.over(low, high, extent) for where in (a, b)]
         if not all(true for _, true in bounds):
             continue

@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-SAME = 1e-9  # of the size: what is less is no difference
-WITHIN = 1e-6  # of the length of a block: how far from its ends what is asked of its sides alone is looked at
-EVERYWHERE, NOWHERE = (False, True), (True, False)  # of a condition over a box
+SAME = 1e-9  # relative tolerance
+WITHIN = 1e-6  # distance of side samples from the ends of a block, relative to its length
+EVERYWHERE, NOWHERE = (False, True), (True, False)  # bounds of a condition over a box
 PIECES = "use `apart(...)` of boxes, or of upright rectangles, of one section along one axis"
 ENDS = "hold one end along its normal, move the other along it or load all of it"
 SIDES = "leave sides free, or hold one along its normal alone: `symmetric(...)`"
@@ -373,7 +373,7 @@ def at_rest(case: Case, found: DeformedStack) -> EquilibriumForces:
     for support in case.supports:
         taken = piled.ends(support.thing.where)
         holds = [end for end in taken if piled.way in support.thing.components]
-        if support not in case.named_supports:  # what keeps a slice in its plane
+        if support not in case.named_supports:  # constraint of a plane body
             reactions[support.name] = Reaction(unknown, unknown, piled.whole.middle, unknown)
             continue
         total, moment = NONE, NONE
@@ -402,7 +402,7 @@ def _contact_force(piled: BlockPile, found: DeformedStack, numbers: list[int]) -
     total, moment, at = NONE, NONE, piled.whole.middle
     for number in numbers:
         if piled.first not in (number, number + 1):
-            continue  # both sides are among the others
+            continue  # both sides are handled with the others
         at = _joint_middle(piled, found, number)
         force = add_multiples(NONE, (found.pull, piled.normal(1 if piled.first == number + 1 else 0)))
         total, moment = add_multiples(total, (1.0, force)), add_multiples(moment, (1.0, cross(at, force)))

@@ -16,7 +16,7 @@ from softmark.solvers.mesh.shapes import MeshFile
 
 Floats = NDArray[np.float64]
 
-BESIDE = 0.01  # of the body's diagonal: what marks on a surface, and meshes of it, may lie off it
+BESIDE = 0.01  # relative to the body's diagonal: tolerance for marks and meshes of the surface
 
 
 def keep_near_points(probe: Declared, case: Case, X: Floats) -> tuple[NDArray[np.bool_], tuple[Diagnostic, ...]]:
@@ -52,7 +52,7 @@ def distances(case: Case, X: Floats) -> tuple[Floats, float]:
         mesh = read_cells(known.path, known.unit, known.coincident, pieces=known.pieces)
         return locate_points(mesh, X).outside, mesh.extent
     bounds = download_shape(shape, case.shaped).bounds
-    assert bounds is not None  # but of a file of cells
+    assert bounds is not None  # only a file of cells has none
     low, high = (np.array(end) for end in bounds)
     extent = float(np.linalg.norm(high - low))
     return (_swept_distances(shape, X) if isinstance(shape, Swept) else _box_distances(low, high, X)), extent

@@ -24,13 +24,13 @@ from softmark.references.straight_cantilever import NotApplicable, Vector
 from softmark.references.terzaghi import Column, Drains
 from softmark.solvers.mesh.shape import add_multiples, cross, replace_coordinate
 
-ALIGNED = 1e-9  # of a vector: how far it may lie beside the axis
+ALIGNED = 1e-9  # relative tolerance off the axis
 DRIVE = "hold one end along the axis and move or press the other: `displaced(...)` or `traction(...)`"
 PLATES = (
     "hold one plate along its normal and move the other: `displaced(...)`, or `traction(...)` on what is `level(...)`"
 )
 SIDES = "hold its sides across them: `fixed(..., components = x)`"
-SMALL = 0.01  # strain up to which small strain is said nothing of
+SMALL = 0.01  # strain below which no warning about small strain is given
 LARGE = "it takes strains for small, which come to {:.3g} %: a body that obeys large ones differs"
 Body = Rectangular | Round
 
@@ -112,7 +112,7 @@ def _ends_along(case: Case, body: Body, way: int, driving: Declared, vector: Vec
     """Return the ends along a direction. Raises Refused."""
     force = driving.kind == "load"
     where = at_full_size(driving.thing).action.where if force else at_full_size(driving.thing).where
-    ends = Ends(body, way, 0, driving, force, 0.0)  # of which one is held and by how much is found below
+    ends = Ends(body, way, 0, driving, force, 0.0)  # held end and amount are found below
     driven = ends.taken(where)
     if len(driven) != 1:
         raise NotApplicable(f"`{driving.name}` does not take one end face whole and alone", remedy)
@@ -347,7 +347,7 @@ def at_rest(case: Case, theory: Any) -> EquilibriumForces:
         sign, far = (-1.0, 0.0) if own == {ends.held} else (1.0, ends.length)
         force, at = add_multiples(none, (sign * theory.pull, ends.axis)), add_multiples(theory.root, (far, ends.axis))
         found[support.name] = Reaction(force, cross(at, force), at, none)
-    nothing = Reaction(none, none, theory.root, none)  # of what holds no point
+    nothing = Reaction(none, none, theory.root, none)  # for supports without constrained points
     found |= {own.name: nothing for own in (*case.beds, *case.drains)}
     work = {} if not ends.force else {ends.driving.name: None}
     return EquilibriumForces(

@@ -40,12 +40,12 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Field = Callable[[Floats], Floats]
 
-FINENESS = 40  # points along the longest extent of a body, where a scene says nothing
+FINENESS = 40  # default number of points along the longest extent of a body
 COARSER = 1.6  # cells of a volume, which have four points each
-MANY = 5000  # of them, where a scene says nothing: a compact body would have twenty times as many
-FRAMES = 40  # of a history that a report keeps of a surface
+MANY = 5000  # default limit of points: a compact body would have twenty times as many
+FRAMES = 40  # frames of a surface's history in a report
 SCANNED = (128, 192)  # points around and along: facets must stay far below a voxel
-MISSED = 0.01  # of the area that a probe selects: less is not worth a word
+MISSED = 0.01  # missed share of the selected area below which no warning is given
 INNER = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0  # of a triangle: exact for quadratics
 DRAWN = 1500  # points of a surface that is drawn only: enough for a smooth picture
 
@@ -154,7 +154,7 @@ def domain_of(probe: Declared, case: Case, place: ProbePoints) -> ProbeDomain:
         return ProbeDomain(ends=(first, last))
     if not isinstance(thing, Surface | Volume):
         return ProbeDomain()
-    known = thing.where is None or not thing.where.groups  # nodes of a mesh do not tell of what group they are
+    known = thing.where is None or not thing.where.groups  # mesh nodes do not determine their group
     extent = float(np.linalg.norm(np.ptp(place.X, axis=0)))
     if isinstance(thing, Volume):
         border = [own for own in (place.border, _surface_within(probe, case)) if own is not None]
@@ -383,7 +383,7 @@ def is_finite_probe(probe: ProbeResult) -> bool:
 
 def zero_below_error(u: Floats, error: float) -> Floats:
     """Return displacements (n, 3), set to zero where they are below the reference's own error."""
-    small: Floats = np.where(np.linalg.norm(u, axis=1, keepdims=True) <= error, 0.0, u)  # what is no number stays none
+    small: Floats = np.where(np.linalg.norm(u, axis=1, keepdims=True) <= error, 0.0, u)  # nan stays nan
     return small
 
 

@@ -13,7 +13,7 @@ from softmark.solvers.materials.heterogeneous import with_constants
 from softmark.solvers.materials.isotropic_material import constants
 from softmark.solvers.mesh.boolean_shapes import file_stamp
 
-ALONG = 9  # places along each axis of a body's box, of which those within it are looked at before anything is built
+ALONG = 9  # sample points along each axis of a body's box
 ORDINARY = 0.3  # Poisson's ratio
 UNKNOWN = {
     "young": 1e30,
@@ -21,7 +21,7 @@ UNKNOWN = {
     "density": 1000.0,
     "tension": 1000.0,
     "shortening": 0.0,
-}  # of what only files tell: nothing is doubted of it
+}  # defaults for values known only from files
 
 
 def profiles(material: Any) -> dict[str, Profile]:
@@ -40,7 +40,7 @@ def representative_material(material: Any, shape: Any) -> Any:
         if not seen:
             new[name] = UNKNOWN[name]
         else:
-            most = max(seen)  # above its range, which is said, it stands for a solid like others
+            most = max(seen)  # out of range (reported elsewhere): use an ordinary value
             largest = max(-0.999, most if most <= 0.5 else ORDINARY)
             new[name] = largest if name == "poisson" else abs(math.fsum(v / len(seen) for v in seen))
     return with_constants(material, new) if new else material
@@ -62,7 +62,7 @@ def sample_constant(profile: Profile, shape: Any) -> Iterator[tuple[tuple[float,
     yield from _values(profile, shape, file_stamp(shape))
 
 
-# Each constant is asked for by several checks, and again when a scene is edited elsewhere.
+# Several checks need each constant, and again after edits elsewhere in the scene.
 
 
 @lru_cache(maxsize=32)

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Floats, Ints
     from softmark.solvers.mesh.shape import Shape
 
-WIDER, THICK = 0.25, 0.04  # of the diagonal of the body: what a half-space is drawn as is a plate, wider than the body
+WIDER, THICK = 0.25, 0.04  # relative to the body's diagonal: size of the plate drawn for a half-space
 ROUND = 64, 24  # points around and along rigid bodies with an axis
-SHORT = 1e-7  # of its size: points of a cut that are closer are one
-SHARP = 0.978  # cosine of 12 degrees: facets around a corner that lean more from their mean than this
+SHORT = 1e-7  # relative to its size: closer points are merged
+SHARP = 0.978  # cosine of 12 degrees from the mean normal: larger angles are sharp
 
 
 def surface_in_space(shape: Shape, position: Floats) -> tuple[Floats, Ints]:

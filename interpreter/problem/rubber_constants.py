@@ -11,7 +11,7 @@ from softmark.solvers.materials import MATERIALS
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
 
-OTHER = ("density", "poisson", "bulk", "young", "volumetric")  # fields that a solid that keeps its volume does not feel
+OTHER = ("density", "poisson", "bulk", "young", "volumetric")  # fields without effect on an incompressible solid
 
 
 def word_of(material: Any) -> str:

@@ -29,22 +29,20 @@ class View:
     name: str
     body: str
     case: Case
-    message: str | None = None  # why there is nothing
+    message: str | None = None  # reason why there is no result
     displacement: Callable[[Floats], Floats] | None = None
     probes: Mapping[str, ProbeResult] = field(default_factory=dict)
     weights: Mapping[str, Floats] = field(default_factory=dict)
-    domains: Mapping[str, ProbeDomain] = field(default_factory=dict)  # of probes of stress or strain
+    domains: Mapping[str, ProbeDomain] = field(default_factory=dict)  # domains of probes of stress or strain
     surface: Any = None  # measured: points, triangles, uncertainty; or how to register it onto a computed one
     curve: Any = None  # measured: x, y and the uncertainty of y
     value: Any = None  # given: a KnownValue
     uncertainty: float = 0.0  # m, of a reference
-    doubt: str | None = None  # why a reference is not the truth of the body as it is loaded
+    doubt: str | None = None  # why a reference is not exact for the loaded body
     clock: Mapping[str, Timing | None] = field(default_factory=dict)
     history: History | None = None
     solve: Mapping[str, Any] = field(default_factory=dict)
-    stress: Callable[[], Any] | None = None  # of a model on a mesh: its stresses, made when they are asked for
-    at_rest: EquilibriumForces | None = None  # of a model: what supports carry, and energies
-    step_errors: Callable[[], Any] | None = (
-        None  # of a motion: the error of its time step by modes, made when asked for
-    )
+    stress: Callable[[], Any] | None = None  # stress field of a model on a mesh, computed on demand
+    at_rest: EquilibriumForces | None = None  # reactions and energies of a model
+    step_errors: Callable[[], Any] | None = None  # time step error by modes of a dynamic analysis, computed on demand
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz; raises Undefined

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-IN_PLANE = 1e-6  # of the body's extent: how far from a plane of symmetry its points may lie
+IN_PLANE = 1e-6  # relative to the body's extent: tolerance of points in a symmetry plane
 
 
 def plane_fault(support: Declared, body: str, bounds: Bounds | None) -> Diagnostic | None:
@@ -38,7 +38,7 @@ def plane_fault(support: Declared, body: str, bounds: Bounds | None) -> Diagnost
     low, high = bounds[0][axis], bounds[1][axis]
     near = IN_PLANE * max(b - a for a, b in zip(*bounds, strict=True))
     if min(abs(place - low), abs(place - high)) <= near or not low < place < high:
-        return None  # what selects nothing of the body is said elsewhere
+        return None  # empty selections are reported elsewhere
     return diagnostic("E582", at,
                       f"`{body}` lies on both sides of the plane of symmetry `{support.name}`",
                       f"it goes from {units.format_value(low, units.LENGTH)} to"
@@ -74,13 +74,13 @@ def led_fault(support: Declared, rigid: Declared, way: Declared) -> Diagnostic |
     if support.thing.normal is None or not isinstance(way.thing, Displaced | Turned) or shape.fault:
         return None
     if shape.prebuilt or shape.enclosed:
-        return None  # whose surface is not read before it is needed
+        return None  # its file is only read when needed
     across, at = support.thing.normal
     bounds = shape.bounds
     if bounds is not None:
         slack = IN_PLANE * shape.diagonal
         if not bounds[0][across] + slack < at < bounds[1][across] - slack:
-            return None  # its mirror image is another one, which comes from the other side
+            return None  # its mirror image comes from the other side
     elif not isinstance(shape, HalfSpace) or shape.normal[across]:
         return None
     if isinstance(way.thing, Displaced):

@@ -15,7 +15,7 @@ from softmark.solvers.mesh.shape import Vector3, add_multiples, cross
 from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.mesh.tubes import Tube
 
-NEAR = 1e-9  # of the length: how far from the centre of the free end its force may act
+NEAR = 1e-9  # relative to the length: tolerance of the force position
 
 
 def driven_rod_of(case: Case) -> DrivenRod:

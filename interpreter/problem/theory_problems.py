@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.reaction_results import EquilibriumForces
 
 
-CONTACT = ("pressed", "stopped")  # what references of contact are about
+CONTACT = ("pressed", "stopped")  # kinds of contact theories
 CLEAR = "what it touches is left out", "compare with a theory of contact, as `hertz(...)`, or leave the contact out"
-POROUS = ("column", "pressed_column", "slab", "disc")  # what references of bodies full of fluid are about
+POROUS = ("column", "pressed_column", "slab", "disc")  # kinds of poroelastic theories
 FULL = (
     "its body is full of fluid that seeps",
     "compare with `terzaghi`, `mandel`, `unconfined` or `confined`, or take the drained law by itself",

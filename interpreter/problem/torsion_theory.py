@@ -15,7 +15,7 @@ from softmark.references.straight_cantilever import NotApplicable
 from softmark.solvers.mesh.shape import add_multiples, cross
 from softmark.solvers.mesh.shapes import Cylinder
 
-ALIGNED = 1e-9  # of a direction, and of the radius: how far the turn may lie beside the axis
+ALIGNED = 1e-9  # relative tolerance of the rotation axis
 REMEDY = "hold one end by `fixed(...)`, turn the other by `turned(...)`, and nothing else"
 
 

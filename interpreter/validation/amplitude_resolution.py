@@ -32,12 +32,12 @@ from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
 
-SEEN = 4.0  # steps to a swing: with fewer, the step twice as long that states an error sees another swing
-SHOWN = 10.0  # steps to a swing: with fewer, second-order integrators are off by more than 3 % of it
-HELD = 2.0  # steps that a support is held elsewhere, at least
-NEAR = 1e-6  # of a step: what begins and ends there does so with a step
-MISSED = 0.3  # of a table's largest value: what four steps to a swing miss, 1 - cos(pi / 4)
-OFF = 0.05  # and ten, 1 - cos(pi / 10)
+SEEN = 4.0  # steps per period: with fewer, the doubled step of the error estimate aliases
+SHOWN = 10.0  # steps per period: with fewer, second-order integrators have errors above 3 %
+HELD = 2.0  # least number of steps with the support displaced
+NEAR = 1e-6  # relative to a step: tolerance for times at the ends of steps
+MISSED = 0.3  # relative to a table's largest value: error of four steps per period, 1 - cos(pi / 4)
+OFF = 0.05  # the same for ten steps, 1 - cos(pi / 10)
 
 
 def check_amplitude_resolution(scene: Scene) -> Iterator[Diagnostic]:
@@ -104,7 +104,7 @@ def is_resolved_by_step(case: Case, step: float) -> bool:
 def _check_table(declared: Declared, course: Table, analysis: Dynamic) -> Iterator[Diagnostic]:
     """Check the deviation of a table from straight lines between the ends of steps."""
     if course.path.startswith("data:"):
-        return  # which is looked at when it runs
+        return  # checked by the run
     if (fault := table_fault(declared, analysis.duration)) is not None:
         yield fault
         return

@@ -30,13 +30,13 @@ from softmark.solvers.mesh.tubes import Tube
 if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape, Vector3
 
-# what solvers/contact/signed_distance has a function for, which is not imported to check a scene
+# shapes with a signed distance in solvers/contact/signed_distance, which is not imported to check a scene
 DISTANT = (
     HalfSpace, Sphere, SphericalShell, Box, RoundedBox, Cylinder, Tube, Cone, Revolved, Punch, Tip, Extruded, Filled,
     MeshFile, Union, Difference, Intersection,
 )  # fmt: skip
 
-ON_AXIS = 1e-9  # of its size: a rigid body that is nearer to the axis turns about it
+ON_AXIS = 1e-9  # relative to its size: a rigid body closer to the axis rotates about it
 PULLED = (
     "what pulls at a rigid body is gravity and a `point_force(...)`: of one with a `density` or a `mass` in a dynamic "
     "analysis, where a `torque(...)` turns it as well, and at rest along the one way that is left to it"
@@ -56,9 +56,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
             yield from _check_deformable(scene, contact)
     yield from _check_duplicates(contacts)
     named = {c.thing.rigid for c in between}
-    sure = bool(named) and all(
-        is_rigid(scene.declared[name]) for name in named
-    )  # else it may be the other that is meant
+    sure = bool(named) and all(is_rigid(scene.declared[name]) for name in named)  # otherwise the other may be meant
     for body in scene.of_kind("rigid").values():
         if sure and body.name not in named and scene.acting("support", body.name):
             yield diagnostic("W614", body.at(), f"no contact names `{body.name}`, which is rigid: it touches nothing",
@@ -135,7 +133,7 @@ def _check_geometry(scene: Scene, contact: Declared, first: Declared, second: De
                          "`cylinder`, `tube`, `cone`, `punch`, `tip`, `extruded` or `filled(...)`")  # fmt: skip
         return
     if shape.prebuilt or shape.enclosed or shape.bounds is None:
-        return  # whose surface is not read before it is needed
+        return  # its file is only read when needed
     low, high = shape.bounds
     x, y, z = (0.5 * (a + b) for a, b in zip(low, high, strict=True))
     off = (x * x + z * z) ** 0.5
@@ -195,7 +193,7 @@ def _check_supports(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
     before: list[Declared] = []
     for support in scene.acting("support", body.name):
         if not isinstance(support.thing, Fixed | Displaced | Turned):
-            continue  # which is refused
+            continue  # refused elsewhere
         if isinstance(support.thing, Turned) and len(support.thing.components) < 3:
             problem = f"`{support.name}` turns `{body.name}` in some components alone"
             label, help = "a rigid body turns as a whole", "leave `components` out"

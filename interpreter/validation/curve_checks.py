@@ -18,7 +18,7 @@ from softmark.references.code_consensus import ConsensusCurve
 from softmark.references.measured_curve import CurveFromFile
 from softmark.references.measured_data import Unreadable
 
-NEAR = 1e-9  # relative, of ends
+NEAR = 1e-9  # relative tolerance for the ends of a range
 
 
 def faults(scene: Scene, found: list[Diagnostic]) -> Iterator[Diagnostic]:
@@ -122,7 +122,7 @@ def _check_unloading(metric: Declared, reference: Declared | None) -> Diagnostic
     try:
         repeats, _ = reference.thing.read()
     except Unreadable:
-        return None  # said where files are
+        return None  # reported by the checks of files
     if all(one.loop is not None for one in repeats):
         return None
     return diagnostic("E509", metric.at("against"), f"`{reference.name}` was measured on one way alone", "has no loop",
@@ -193,7 +193,7 @@ def _check_time_range(metric: Declared, reference: Declared, duration: float) ->
     try:
         low, high = reference.thing.span
     except Unreadable:
-        return  # said where files are
+        return  # reported by the checks of files
     if low >= duration:
         yield diagnostic("E518", metric.at("against"), f"`{reference.name}` begins after the end of the analysis",
                          f"at {units.format_value(low, units.TIME)}",

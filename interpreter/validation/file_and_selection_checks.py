@@ -18,8 +18,8 @@ from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.surface_bodies import SurfaceBody
 
 CHEAP = 4_000_000  # bytes of a table that is read when a scene is checked
-FINEST = 2e-3  # of the extent of a body: cells so small are not divided
-MOST = 4000  # cells of a body that are looked at
+FINEST = 2e-3  # relative to the body's extent: smaller cells are not divided
+MOST = 4000  # largest number of cells that are checked
 
 
 def meshes(scene: Scene) -> Iterator[Diagnostic]:
@@ -36,7 +36,7 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
         shape, at = (own, model.at("mesh")) if own is not None else (case.shape, case.shaped)
         if isinstance(shape, SurfaceBody):
             from softmark.interpreter.validation import (
-                filled_surface_checks,  # nothing of it where no surface is filled
+                filled_surface_checks,  # only imported for filled surfaces
             )
 
             found = filled_surface_checks.doubts(model, case, shape)
@@ -81,7 +81,7 @@ def _plane_region_error(model: Declared, case: Case, shape: Shape) -> Diagnostic
 
 def _file_error(path: str) -> tuple[str, str] | None:
     """Return message and remedy for a file that cannot hold a solid, or None."""
-    from softmark.solvers.mesh.files import mesh_formats  # no scene without a mesh file needs to know of formats
+    from softmark.solvers.mesh.files import mesh_formats  # only imported for mesh files
 
     return mesh_formats.find_format_problem(path)
 
@@ -102,7 +102,7 @@ def groups(scene: Scene) -> Iterator[Diagnostic]:
 
 def _groups(case: Case, shape: Shape) -> Iterator[Diagnostic]:
     """Yield errors of the groups of one case."""
-    from softmark.interpreter.problem import group_conditions  # reads the mesh: of no scene without groups
+    from softmark.interpreter.problem import group_conditions  # reads the mesh; only imported for scenes with groups
     from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
 
     try:
@@ -110,7 +110,7 @@ def _groups(case: Case, shape: Shape) -> Iterator[Diagnostic]:
     except Fault as wrong:
         yield wrong.diagnostic
     except UnreadableMesh:
-        return  # told with all about the mesh, when models are built
+        return  # reported when models are built
 
 
 def tables(scene: Scene) -> Iterator[Diagnostic]:
@@ -163,7 +163,7 @@ def _may_meet_surface(condition: Condition, shape: Shape) -> bool:
         return True
     low, high = shape.bounds
     if not condition.over(low, high)[1]:
-        return True  # selects nothing at all, which is said elsewhere
+        return True  # selects nothing at all; reported elsewhere
     extent, cells, looked = math.dist(low, high), [(low, high)], 0
     while cells:
         low, high = cells.pop()

@@ -20,7 +20,7 @@ def doubts(model: Declared, case: Case, shape: SurfaceBody) -> tuple[Diagnostic,
         try:
             surface = shape.closed(model.thing.size)
         except UnreadableMesh as error:
-            if error.code == MISSING:  # which is said when the scene runs, as a mesher that is missing is
+            if error.code == MISSING:  # reported by the run, as is a missing mesher
                 return tuple(d for d in found if d is not None)
             problem = f"the surface of `{case.body.name}` cannot be filled: {error}"
             remedy = error.remedy or "name a file of one closed surface"

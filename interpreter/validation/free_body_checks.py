@@ -20,7 +20,7 @@ from softmark.solvers.mesh.spheres import Sphere, SphericalShell
 from softmark.solvers.mesh.surface_bodies import Filled
 from softmark.solvers.mesh.tubes import Tube
 
-# what solvers/contact/rigid_mass_properties has the mass of, which is not imported to check a scene
+# shapes with a mass in solvers/contact/rigid_mass_properties, which is not imported to check a scene
 HEAVY = (Sphere, SphericalShell, Box, Cylinder, Tube, Cone, Revolved, Filled, MeshFile, Union, Difference, Intersection)
 Reason = tuple[Any, str, str, str]  # place, what, label, help
 
@@ -202,7 +202,7 @@ def _check_contacts(scene: Scene, body: Declared) -> Iterator[Reason]:
         return
     first = contacts[0].thing.body
     if is_rigid(scene.declared[first]):
-        return  # which is reported of the contact
+        return  # reported for the contact
     case = case_of(scene, first)
     for contact in contacts:
         if contact.thing.body != first:

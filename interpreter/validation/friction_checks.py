@@ -16,8 +16,8 @@ from softmark.interpreter.vocabulary.contact_words import Between
 from softmark.interpreter.vocabulary.support_words import Turned
 from softmark.references.measured_data import Unreadable
 
-STEP = math.radians(15.0)  # of a turn from state to state: points slide along its sine, which is 1.1 % less
-NEAR = 1e-9  # relative: what is as near to that is that
+STEP = math.radians(15.0)  # largest rotation per state: slip follows its sine, which is 1.1 % less
+NEAR = 1e-9  # relative tolerance
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
@@ -58,7 +58,7 @@ def _largest_rotation(scene: Scene, support: Declared) -> float:
     """Return the largest rotation of a support from one state to the next, or from rest to the first, rad."""
     try:
         each = [float(in_state(scene, i).declared[support.name].thing.angle) for i in range(len(states_of(scene)))]
-    except Unreadable:  # a table, of which more is said elsewhere
+    except Unreadable:  # an unreadable table is reported elsewhere
         return 0.0
     return max(abs(b - a) for a, b in pairwise([0.0, *(each or [float(support.thing.angle)])]))
 

@@ -37,5 +37,5 @@ def _is_of_body(scene: Scene, model: Declared, body: str) -> bool:
     """Return whether a model is of this body."""
     try:
         return body_of(scene, model) == body
-    except Fault:  # which is said elsewhere
+    except Fault:  # reported elsewhere
         return False

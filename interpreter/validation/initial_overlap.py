@@ -19,9 +19,9 @@ from softmark.interpreter.language.message_builder import diagnostic
 if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape, Vector3
 
-LINES = 5  # along each axis, on which the two are looked at
-SURE = 0.02  # of the smaller one's size: how deep a point must be, for facets lie inside of what is round
-HALVES = 30  # of a line, to find a surface on it
+LINES = 5  # sample lines along each axis
+SURE = 0.02  # least depth relative to the smaller body, since facets lie inside round surfaces
+HALVES = 30  # bisections of a line to find the surface
 
 
 def check_initial_overlap(scene: Scene, contact: Declared, rigid: Declared, body: Declared) -> Iterator[Diagnostic]:

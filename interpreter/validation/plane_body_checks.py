@@ -51,7 +51,7 @@ AT_POINTS = (
     MeanError,
     TensorMetric,
     TipError,
-)  # known of bodies of revolution
+)  # metrics that axisymmetric bodies have
 QUADS = ", ".join(f"`{name}`" for name in PLANE)
 
 
@@ -129,7 +129,7 @@ def _check_rigid_motion(scene: Scene, rigid: str, body: Declared) -> Iterator[Di
     for support in scene.acting("support", rigid):
         thing = support.thing
         if not isinstance(thing, Displaced | Turned):
-            continue  # which is refused, or moves nothing
+            continue  # refused elsewhere, or without motion
         x, _, z = thing.imposed if isinstance(thing, Displaced) else (0.0, 0.0, 0.0)
         turns = thing.rotation if isinstance(thing, Turned) else (0.0, 0.0, 0.0)
         if around and (x or z or any(turns)):
@@ -282,7 +282,7 @@ def _reason_unknown(metric: Declared, scene: Scene) -> str:
         return "" if not (thing.direction[0] or thing.direction[2]) else "whose forces across its axis cancel"
     if isinstance(thing, StrainEnergy | PorePressure | Outflow | ContactMetric):
         return ""
-    if isinstance(thing, DerivedMetric):  # known as far as what it is of
+    if isinstance(thing, DerivedMetric):  # known if the metric `of` is
         return _reason_unknown(scene.declared[thing.of], scene)
     probe = scene.declared.get(thing.looked_at or "")
     if isinstance(thing, AT_POINTS) and probe is not None:

@@ -39,12 +39,12 @@ from softmark.records import dataclass
 from softmark.resource_limits import process_lock
 from softmark.safe_files import open_regular
 
-EXAMPLES = "examples"  # a table of calls of its words, that `dsl conformance` tries
-GROUP = "softmark.plugins"  # of entry points
-NAME = "SOFTMARK"  # of the literal
-OWN = "softmark_plugin_"  # what the modules of files are called
-LARGEST = 1_000_000  # bytes of a plugin: a text that people write
-TABLES = {  # of a plugin: the kind of their words, and what their classes derive from
+EXAMPLES = "examples"  # table of example calls for `dsl conformance`
+GROUP = "softmark.plugins"  # entry point group
+NAME = "SOFTMARK"  # name of the literal
+OWN = "softmark_plugin_"  # prefix of module names
+LARGEST = 1_000_000  # bytes of a plugin file, at most
+TABLES = {  # tables of a plugin: kind of the words, and base class
     "materials": ("material", "solvers.materials.isotropic_material", "Isotropic"),
     "models": ("model", "interpreter.models.shared.model_declaration", "Model"),
     "metrics": ("metric", "interpreter.metrics.metric_base", "Metric"),
@@ -54,7 +54,7 @@ TABLES = {  # of a plugin: the kind of their words, and what their classes deriv
     "shapes": ("shape", "solvers.mesh.shape", "Shape"),
     "adapters": ("adapter", "interpreter.models.external.adapters", "Program"),
 }
-NEEDED = {  # of a class that derives from one of these: what it must say itself
+NEEDED = {  # attributes that a derived class must define itself
     ("solvers.materials.isotropic_material", "Isotropic"): ("finite_law",),
     ("interpreter.models.shared.model_declaration", "Model"): ("outline",),
     ("interpreter.metrics.metric_base", "Metric"): ("unit", "measure"),
@@ -65,7 +65,7 @@ NEEDED = {  # of a class that derives from one of these: what it must say itself
     ("interpreter.vocabulary.load_words", "Load"): ("action", "strength"),
     ("solvers.mesh.shape", "Shape"): ("mesh", "surface"),
 }
-ADAPTER = ("install", "version", "refuses", "write", "command", "read")  # what the file of one has
+ADAPTER = ("install", "version", "refuses", "write", "command", "read")  # functions of an adapter file
 START = Span(0, 0, 1, 1, 1, 1)
 
 
@@ -144,7 +144,7 @@ class PluginSource:
         return Span(begin, end, node.lineno, first + 1, node.end_lineno, last + 1)
 
 
-_LOADED: dict[tuple[str, str], Plugin] = {}  # by how it is asked for and its text
+_LOADED: dict[tuple[str, str], Plugin] = {}  # by requested name and text
 
 
 def load_plugin(asked: str) -> Plugin:
@@ -156,7 +156,9 @@ def load_plugin(asked: str) -> Plugin:
     return _LOADED[key]
 
 
-copyreg.pickle(Plugin, lambda plugin: (load_plugin, (plugin.asked,)))  # its classes are its file's
+copyreg.pickle(
+    Plugin, lambda plugin: (load_plugin, (plugin.asked,))
+)  # pickled by name, since its classes belong to its file
 
 
 def _read(asked: str) -> PluginSource:
@@ -402,7 +404,7 @@ def _check_entry(entry: Entry, module: ModuleType) -> Any:
 def check_class(cls: type[Any], kind: str) -> None:
     """Check that a class has all that its word needs. Raises BadClass."""
     name = cls.__name__
-    own: Any = vars(cls).get("__dataclass_params__")  # not that of its base
+    own: Any = vars(cls).get("__dataclass_params__")  # not inherited from its base
     if own is None or not own.frozen:
         raise BadClass(f"`{name}` is no frozen dataclass", "write `@dataclass(frozen=True)` above it")
     if not (cls.__doc__ or "").strip() or cls.__doc__.startswith(f"{name}("):  # type: ignore[union-attr]

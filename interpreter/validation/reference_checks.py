@@ -159,7 +159,7 @@ def _history_dependent_body(scene: Scene, model: Declared) -> str:
     """Return "porous" or "viscoelastic" body of a model in words, whose stress is not known at points; else ""."""
     try:
         case = case_for(scene, _full_model(scene, model))
-    except Fault:  # which is said elsewhere
+    except Fault:  # reported elsewhere
         return ""
     if case.porous:
         return f"`{case.body.name}`, a porous body,"

@@ -27,9 +27,9 @@ from softmark.references.self_converged import SelfConverged
 if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape
 
-LEAST = 3  # sizes: two tell no order
-PARTS = 6  # of the largest size that meshes of a shape have: one is the first of those that are proposed
-RATIO = 1.3  # of neighbouring cell sizes, at least (Celik et al. 2008, step 2 of the procedure)
+LEAST = 3  # least number of sizes: two show no order
+PARTS = 6  # parts of the largest possible size, from which sizes are proposed
+RATIO = 1.3  # least ratio of neighbouring cell sizes (Celik et al. 2008, step 2 of the procedure)
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def check_refinements(scene: Scene) -> Iterator[Diagnostic]:
         if isinstance(reference.thing, SelfConverged):
             sizes = list(_sizes(reference))
             found = sizes + list(_methods(scene, reference, well_sized=not sizes))
-            with suppress(Fault):  # a model whose body is not clear is told so itself
+            with suppress(Fault):  # an ambiguous body is reported for the model
                 yield from found or _warnings(scene, reference)
 
 
@@ -130,7 +130,7 @@ def _other_body_error(scene: Scene, reference: Declared, declared: Declared) -> 
     """Return the error for a model of another body."""
     try:
         own, theirs = body_of(scene, reference), body_of(scene, declared)
-    except Fault:  # said elsewhere
+    except Fault:  # reported elsewhere
         return None
     if own == theirs:
         return None

@@ -58,7 +58,7 @@ def check_overlaps(scene: Scene) -> Iterator[Diagnostic]:
     for body in scene.of_kind("body"):
         case = case_of(scene, body)
         shape = case.shape
-        if not isinstance(shape, Prism):  # what lies outside of it is known when it is built
+        if not isinstance(shape, Prism):  # points outside are only known when it is built
             continue
         for a, b in unordered_overlaps(case):
             at = find_common_box(a.thing.where, b.thing.where, *shape.bounds)

@@ -47,7 +47,7 @@ def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
     return shorten(list(dict.fromkeys(found)))
 
 
-Found = list[Diagnostic]  # by the checks before
+Found = list[Diagnostic]  # diagnostics of earlier checks
 
 
 def _has_error(declared: Declared, found: Found) -> bool:
@@ -70,7 +70,7 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         body = scene.declared.get(declared.value("body") or "")
         if condition is None or body is None or is_rigid(body) or body.thing.shape.bounds is None:
             continue
-        if declared.kind == "load" and "where" not in declared.fields:  # all of a rigid body alone
+        if declared.kind == "load" and "where" not in declared.fields:  # only a rigid body as a whole
             yield diagnostic("E206", declared.at(), f"`{declared.constructor.name}` needs `where`", "incomplete",
                              "which part of its surface, by coordinates before deformation")  # fmt: skip
             continue
@@ -199,7 +199,7 @@ def _cases(scene: Scene, kind: str) -> Iterator[tuple[Declared, Case]]:
             case = case_for(scene, declared)
         except Fault:
             continue
-        if not case.shape.fault:  # which is reported of the body
+        if not case.shape.fault:  # reported for the body
             yield declared, case
 
 
@@ -216,7 +216,7 @@ def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check for bodies that are solved although nothing deforms them and no frequency is requested."""
     if any(_has_error(contact, found) for contact in scene.of_kind("contact").values()):
-        return  # of which it is not known what they would do
+        return  # their effect is not known
     asked = (metric.thing for metric in scene.of_kind("metric").values())
     ringing = {thing.concerned for thing in asked if not isinstance(thing, ForceMetric)}
     cases = (case for _, case in _cases(scene, "model") if not case.loads and not _is_driven(case))
@@ -229,9 +229,9 @@ def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _is_driven(case: Case) -> bool:
     moved = any(support.thing.moves for support in (*case.supports, *case.drains))
-    away = case.analysis.disturbed != "none" or any(hasattr(m, "passive") for m in case.materials)  # which pulls
+    away = case.analysis.disturbed != "none" or any(hasattr(m, "passive") for m in case.materials)  # active muscle
     moved |= any(touch.driven for touch in case.contacts)
-    return moved or away or isinstance(case.analysis, Dynamic)  # which may start with a velocity
+    return moved or away or isinstance(case.analysis, Dynamic)  # an initial velocity is possible
 
 
 def _paths(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -248,7 +248,7 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     first: dict[tuple[object, ...], tuple[Diagnostic, list[str]]] = {}
     for model, case in _cases(scene, "model"):
         if not case.shape.meshed or (_has_error(case.body, found) and case.shape.flat != bool(case.planar)):
-            continue  # of what is no body, no more is said
+            continue  # no further errors for an invalid body
         whole = () if model.thing.read else (plane_body_checks.model, _check_network, _check_anisotropy)
         unfit = [doubt for of in whole for doubt in of(model, case)]
         yield from unfit
@@ -291,7 +291,7 @@ def _check_in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnosti
 
 def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for reference, case in _cases(scene, "reference"):
-        if reference.thing.how != "solved":  # measured: it says how the body was, whatever holds it
+        if reference.thing.how != "solved":  # measured references are independent of supports
             continue
         if is_rigid(case.body):  # E655
             continue

@@ -22,10 +22,10 @@ from softmark.references.measured_data import Unreadable
 from softmark.references.published_values import GivenValues
 from softmark.references.tracked_points import TrackedPoints
 
-SHORTEST = 0.5  # of their length: what `active_strain` takes
-MOST = 1000  # states of one analysis
-STEPS = 100_000  # of one quasistatic analysis
-BEYOND = 1e-9  # of its duration: what is as near to its end is at its end
+SHORTEST = 0.5  # least relative length of fibres that `active_strain` accepts
+MOST = 1000  # largest number of states of an analysis
+STEPS = 100_000  # largest number of steps of a quasistatic analysis
+BEYOND = 1e-9  # relative to its duration: what is as near to its end is at its end
 SOME = "`analysis press = static(states = [5, 12.5, 18.25] %)`"
 
 
@@ -50,7 +50,7 @@ def _state_factor(scene: Scene, state: float) -> float:
     courses = (c for c in moved if c is not None and not isinstance(c, State))
     try:
         return max((abs(c.at(state)) for c in courses), default=1.0)
-    except Unreadable:  # a table, of which more is said elsewhere
+    except Unreadable:  # an unreadable table is reported elsewhere
         return 0.0
 
 

@@ -18,9 +18,9 @@ from softmark.interpreter.validation.scene_checks import apply_overrides
 from softmark.interpreter.vocabulary.study_words import Convergence, Stability, Sweep
 from softmark.records import dataclass
 
-MOST = 50  # sweeps of a scene
-TRIED, TEXT = 200, 2_000_000  # values of all sweeps that checking a scene compiles it with, and characters in all
-FEWEST = 3  # values that an observed order needs: Celik et al. (2008)
+MOST = 50  # largest number of sweeps of a scene
+TRIED, TEXT = 200, 2_000_000  # limits for checking all sweeps: values to compile, and total characters
+FEWEST = 3  # least number of values for an observed order: Celik et al. (2008)
 
 
 def check(scene: Scene) -> Iterator[Diagnostic]:

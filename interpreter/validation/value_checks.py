@@ -19,13 +19,13 @@ SHARES = ("uncertainty", "spread")  # fields that may be a share of the value
 WIDE = {
     True: 1.0,
     False: 2.0,
-}  # times the value: the widths of a band of codes, and of an uncertainty, that say nothing
+}  # relative widths of a band of codes and of an uncertainty above which they are meaningless
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
     """Yield all errors of given values, for the scene with its states."""
     wrong: set[str] = set()
-    blamed: set[str] = set()  # by a metric, of which one word is enough
+    blamed: set[str] = set()  # names already reported for a metric
     doubts: list[tuple[str, Diagnostic]] = []
     for reference in scene.of_kind("reference").values():
         if isinstance(reference.thing, GivenValues):
@@ -156,7 +156,7 @@ def _check_metric(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
     thing, of = metric.thing, scene.declared[metric.thing.of]
     reference = scene.declared[thing.against]
     if not isinstance(reference.thing, GivenValues):
-        return  # said of all comparisons
+        return  # reported for all comparisons
     if of.thing.measured_from is not None:
         yield diagnostic("E509", metric.at("of"), f"`{of.name}` is an error already, and no measurement", "no number",
                          "name a metric that is measured from nothing: a displacement, a force")  # fmt: skip

@@ -24,7 +24,7 @@ from softmark.interpreter.vocabulary.load_words import BodyForce
 from softmark.interpreter.vocabulary.support_words import Bedded, Symmetric
 
 LIGHTEST, HEAVIEST = 10.0, 30_000.0  # kg/m^3: a light foam, and more than osmium
-SOFTEST, STIFFEST = 10.0, 2e12  # Pa: a gel that flows out of its mould, and more than diamond
+SOFTEST, STIFFEST = 10.0, 2e12  # Pa: a very soft gel, and stiffer than diamond
 STRONGEST_PULL = 100.0  # m/s^2
 WRITTEN = re.compile(r"[\d.]+(?:[eE][+-]?\d+)?\s*[^\s()]*")  # a number with its unit, and no name of a parameter
 DENSITY: units.Dimension = (-3, 1, 0, 0, 0)
@@ -46,7 +46,7 @@ def _materials(scene: Scene) -> Iterator[tuple[Any, Callable[[str], Location]]]:
 def _densities(scene: Scene) -> Iterator[Diagnostic]:
     for material, at in _materials(scene):
         density = material.density
-        if not isinstance(density, float | int):  # it varies in space
+        if not isinstance(density, float | int):  # varies in space
             continue
         if not LIGHTEST <= density <= HEAVIEST:
             factor = 1000.0 if density < LIGHTEST else 1e-3
@@ -63,7 +63,7 @@ def _densities(scene: Scene) -> Iterator[Diagnostic]:
 def _stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
     for material, at in _materials(scene):
         young = None if getattr(material, "directed", False) else material.young
-        if not isinstance(young, float | int):  # it varies in space, or has none
+        if not isinstance(young, float | int):  # varies in space, or is missing
             continue
         if young < SOFTEST:
             help = "soft gels have some 100 Pa; `mPa` is a thousandth of a pascal, `MPa` a million"
@@ -96,7 +96,7 @@ def _gravities(scene: Scene) -> Iterator[Diagnostic]:
     for declared in scene.of_kind("load").values():
         action = declared.thing.action
         pull = math.hypot(*action.acceleration) if isinstance(action, BodyForce) else 0.0
-        if pull > STRONGEST_PULL * (1.0 + 1e-12):  # a direction is of length one but for rounding
+        if pull > STRONGEST_PULL * (1.0 + 1e-12):  # directions have unit length up to rounding
             yield diagnostic("W307", declared.at(declared.thing.strength),
                              f"gravity of {pull:g} m/s^2 is {pull / 9.81:.0f} times that of Earth",
                              "very strong", "on Earth it is 9.81 m/s^2")  # fmt: skip

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 
-# warnings by which a model, or the scene for it, says that its answer may be off
+# codes of warnings that an answer may be inaccurate
 DOUBTS: dict[str, str] = {
     "W301": "its element locks",
     "W302": "its strain cannot follow the rotation",

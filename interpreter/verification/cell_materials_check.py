@@ -14,7 +14,7 @@ import numpy as np
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 
-INWARD = 1e-6  # of the way to its centroid: where a cell is looked at, so that its border is not
+INWARD = 1e-6  # relative distance to the centroid by which sample points move off the border
 
 
 def split_by_material(case: Case, mesh: DeformedMesh) -> list[tuple[Case, Any]]:

@@ -45,7 +45,7 @@ def singular_pressure(metric: Metric | None, case: Case, rest: EquilibriumForces
         return None
     reach = field.edge
     there = build_point_search(places, len(x)).distance(x) < reach
-    if len(X):  # looked at by places before deformation
+    if len(X):  # by undeformed positions
         there &= build_point_search(X * flat, len(x)).distance(field.X[field.may] * flat) < reach
     return f"a sharp edge or tip of `{touch.rigid.name}`" if (there & pressed).any() else None
 

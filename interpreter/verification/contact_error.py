@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest
     from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 
-ORDER, OF_AREAS = 2.0, 1.0  # of forces, and pressures inside; and of areas
-WITHIN = 0.5  # of the facets that the border is in
-POWER = 2.0  # of the travel, that forces of contact go with at most
+ORDER, OF_AREAS = 2.0, 1.0  # convergence orders of forces and inner pressures, and of areas
+WITHIN = 0.5  # share of the area of facets at the edge of contact
+POWER = 2.0  # largest exponent of contact forces over travel
 PEAK = 1.5  # the greatest pressure over the mean of a round contact (Hertz 1881); 1.27 of one along a line
-ROUNDED = 1.05  # where all that is pressed is pressed alike it is 1, but for how the border is found
+ROUNDED = 1.05  # 1 for uniform pressure, plus the error of the edge
 
 
 def contact_error_index(

@@ -46,11 +46,11 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.surface_points import AddedContactPoints
     from softmark.solvers.mesh.shape import Shape
 
-ROUND = 1e-9  # of a shape function: what is less is nothing
-CLOSE = 5e-3  # of the size of a facet, and the barrier's distance: what is farther from a rigid body is not at it
-HALF = 0.9  # of the distance from the middle of a rigid body to its surface: facets that cut in so far go through it
-PUSHED = 0.1  # of a force: less against the normal of a facet does not push it back
-MISSED = 1e-4  # of the size of a body: what a `where` may leave behind a rigid body
+ROUND = 1e-9  # smaller shape functions count as zero
+CLOSE = 5e-3  # relative to facet size and barrier distance: points farther away are not in contact
+HALF = 0.9  # relative depth to the centre of a rigid body beyond which facets pass through it
+PUSHED = 0.1  # least share of a force against the facet normal that counts as resistance
+MISSED = 1e-4  # relative penetration that a `where` may leave
 ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
 
@@ -145,7 +145,7 @@ def _is_engulfed(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> boo
         return inside(middle[0])
     low, high = _rigid_bounds(touch)
     places = point_in_deformed_body.sample_surface(partial(_evaluate_distance, look), low, high, bool(case.planar))
-    if case.depth:  # of both sides of the axis one
+    if case.depth:  # only one side of the axis
         places[:, 0] = np.abs(places[:, 0])
     return bool(len(places)) and all(map(inside, places))
 
@@ -153,7 +153,7 @@ def _is_engulfed(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> boo
 def _inside_body(case: Case, mesh: DeformedMesh, u: Floats) -> Callable[[Floats], bool]:
     """Return a function for whether a point (3,), m, is in the deformed body; for plane bodies by the section."""
     facets, x = np.asarray(mesh.mesh.facets), mesh.points + u
-    if case.planar:  # one face of the slice
+    if case.planar:  # only one face of the slice
         z = mesh.points[:, 2]
         facets = facets[z[facets].max(axis=1) < 0.5 * (z.min() + z.max())]
     triangles = x[facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)]
@@ -181,7 +181,7 @@ def _contact_facts(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> d
     gaps[nodes] = _evaluate_distance(look, x[nodes])[0]
     corners = x[facets]
     size = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
-    near = facets[gaps[facets].min(axis=1) < size]  # what lies farther cannot touch between its nodes
+    near = facets[gaps[facets].min(axis=1) < size]  # facets farther away cannot touch between their nodes
     kind = FACETS[facets.shape[1]]
     triangles = np.array(kind.rim)[np.array(kind.halves)]
     convex = bool(touch.rigid.thing.shape.convex)
@@ -298,7 +298,7 @@ def _facets(case: Case, touch: Touch, mesh: DeformedMesh) -> Ints:
         X = mesh.points[facets]
         way = np.cross(X[:, 1] - X[:, 0], X[:, 2] - X[:, 0])
         facets = facets[np.abs(way[:, 2]) < 0.5 * np.linalg.norm(way, axis=1)]
-    if case.depth:  # on the axis a body of revolution goes on
+    if case.depth:  # a body of revolution continues across the axis
         facets = facets[mesh.points[facets, 0].sum(axis=1) > EPS * np.abs(mesh.points).sum()]
     named = held_components(replace(case, supports=case.named_supports), mesh).any(axis=1)
     free: Ints = facets[np.logical_not(np.asarray(named)[facets].all(axis=1))]

@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
     from softmark.solvers.mesh.mesh import Mesh
 
-NOTHING = 1e-6  # of the size of the body
-WIDE = 0.05  # of how far the body moves: such a gap may be a tenth of a force, and more of what else is told
-DEEP = 0.25  # of how far the body moves, or of the least radius of what presses: facets that cut in so far miss it
+NOTHING = 1e-6  # relative to the body size
+WIDE = 0.05  # relative to the displacement: such a gap changes forces by a tenth, other results by more
+DEEP = 0.25  # relative to the displacement or the least radius of the rigid body: limit of penetration
 
 
 def selected_area_ratios(case: Case, mesh: Mesh | None) -> dict[str, float]:

@@ -28,7 +28,7 @@ class CurveUnderTest(ProbeResultUnderTest):
 
     along: tuple[float, float, float] = (0.0, 0.0, 0.0)
     reference: Curve | None = None
-    contact: ForceMetric | None = None  # what a contact does, in its place
+    contact: ForceMetric | None = None  # contact metric instead of a displacement
 
     @property
     def size(self) -> float:
@@ -110,7 +110,7 @@ def _of_states(
             if (unknown := next((said for said in each if said.value is None), None)) is not None:
                 return StatedError(reason=f"`{name}`: {unknown.reason}")
             off.append(np.array([said.value or 0.0 for said in each]))
-        off += [np.zeros(len(known))] if thing.over is None else []  # of times nothing is in doubt
+        off += [np.zeros(len(known))] if thing.over is None else []  # times have no error
         parts: dict[str, float | None] = {**thing.stated(course, off[0], off[1], reference)}
     except Undefined as undefined:
         return StatedError(reason=f"{NO_ERROR}: {undefined}")

@@ -63,14 +63,14 @@ __all__ = [
     "is_doubt",
 ]
 
-VOID = ("W351",)  # states of which no part of the error says anything
+VOID = ("W351",)  # warnings with which no error can be stated
 
 STEP = 3.0  # safety factor of two steps, as of two grids (Roache 1994)
 FIRST_ORDER = ("implicit_euler",)  # integrators
-HALVED = 4.0 / 3.0  # of what half a step changes: what is left of the whole one, where the order is two
-MODAL = 1.25  # times the error of the step in small motions: vibrations that loads hardly excite are left out
-LEFT = 2.0  # times the next Newton step
-COARSE = grid_convergence.COARSE  # relative: more than that is no statement, of parts that are estimates
+HALVED = 4.0 / 3.0  # error of a step over the change by half a step, for second order
+MODAL = 1.25  # safety factor, as weakly excited vibrations are left out
+LEFT = 2.0  # safety factor on the next Newton step
+COARSE = grid_convergence.COARSE  # relative error above which an estimate is useless
 
 
 @dataclass
@@ -82,7 +82,7 @@ class ErrorEstimate(SolutionUnderTest):
         parts: dict[str, float | None] = {}
         reasons: dict[str, list[str]] = {}
         asked = self._parts()
-        for name in sorted(asked, key=lambda name: name != "model"):  # which takes less than a finer space
+        for name in sorted(asked, key=lambda name: name != "model"):  # cheaper than a finer space
             part = asked[name]
             try:
                 with self.budget:
@@ -140,7 +140,7 @@ class ErrorEstimate(SolutionUnderTest):
         found = converged_mesh_error(self, seen, verifier)
         if seen.stress is None:
             return found
-        # finer cells may miss alike what acts on the surface, which equilibrium does not
+        # finer cells may miss the same surface loads; the balance with tractions does not
         surface = mismatch(seen.metric, self.case, seen.place, seen.stress(), seen.at_rest)
         return found if surface is None else max(found, surface.error)
 
@@ -208,7 +208,7 @@ class ErrorEstimate(SolutionUnderTest):
         if left > COARSE * seen.beside(left):
             change = 100 * left / LEFT / seen.beside(left)
             raise NoErrorEstimate(f"it is no equilibrium: the next step would change it by {change:.2g} %")
-        return left + LEFT * relative * beyond  # the second is of second order, as what one step leaves
+        return left + LEFT * relative * beyond  # the second term is of second order, like the error after one step
 
     def _reduction(self, seen: ProbeResultUnderTest) -> tuple[float, float]:
         """Return the largest displacement error of the model reduction, in the unit of the metric, and relative.
@@ -239,8 +239,8 @@ class ErrorEstimate(SolutionUnderTest):
         if not isinstance(analysis, Dynamic):
             return 0.0
         smooth = not (self.case.contacts or self.case.pairs) and analysis.integrator not in FIRST_ORDER
-        ratio = 4.0 if smooth else 2.0  # of the errors of two steps, one twice as long
-        # where a step twice as long would not show a course, it might miss it just as this one does
+        ratio = 4.0 if smooth else 2.0  # ratio of errors when the step is doubled
+        # a doubled step that does not resolve an amplitude may miss it as this one does
         finer = analysis.explicit or not is_resolved_by_step(self.case, 2.0 * analysis.step)
         apart = self._stepped(seen, 0.5 if finer else 2.0, "another one")
         return max(STEP * apart * (ratio if finer else 1.0) / (ratio - 1.0), self._of_modes(seen))

@@ -11,9 +11,9 @@ from typing import Any
 
 from softmark.interpreter.verification.probe_errors import NoErrorEstimate
 
-SOLUTIONS = 2.0  # times the cost of the solution, in all
-LEAST = 5.0  # s that may be spent in any case
-SLIGHT = 0.25  # s that a model may take for another solution that nobody asked for
+SOLUTIONS = 2.0  # total budget relative to the cost of the solution
+LEAST = 5.0  # s, least budget
+SLIGHT = 0.25  # s, largest cost of a solution that nobody requested
 NOT_ASKED = "nobody asked for it: `--stated` does"
 
 
@@ -29,12 +29,12 @@ class Budget:
     """
 
     limit: float
-    solution: float  # s, what the solution took
+    solution: float  # s, CPU time of the solution
     asked: bool = True
     spent: float = 0.0
     _depth: int = 0
     _since: float = 0.0
-    _compiling: Any = None  # listens to what compiling takes
+    _compiling: Any = None  # counter of compilation time
 
     @classmethod
     def of(cls, clock: Mapping[str, Any], asked: bool) -> Budget:

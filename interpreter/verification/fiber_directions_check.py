@@ -55,7 +55,7 @@ def helix_vectors(rule: Helix, X: Floats) -> tuple[Floats, Floats]:
     u, v = np.arctan2(np.hypot(x, y) / a, z / b), np.arctan2(y, x)
     by_u = np.stack([a * np.cos(u) * np.cos(v), a * np.cos(u) * np.sin(v), -b * np.sin(u)], axis=1)
     by_v = np.stack([-np.sin(v), np.cos(v), 0.0 * v], axis=1)
-    up = -by_u / np.linalg.norm(by_u, axis=1, keepdims=True)  # u is 0 at the tip of the axis
+    up = -by_u / np.linalg.norm(by_u, axis=1, keepdims=True)  # u is 0 at the apex
     angle = (rule.endo + np.clip(t, 0.0, 1.0) * (rule.epi - rule.endo))[:, None]
     return (np.cos(angle) * by_v + np.sin(angle) * up) @ Q, np.cross(by_v, up) @ Q
 
@@ -70,7 +70,7 @@ def axes_of(law: Any) -> fiber_axes_by_differences.Axes:
         f, known = fiber_vectors(law.fibres, X)
         s = known if law.sheets is None else fiber_vectors(law.sheets, X)[0]
         f = f / np.linalg.norm(f, axis=1, keepdims=True)
-        if s is None:  # any will do
+        if s is None:  # arbitrary sheet direction
             s = np.cross(f, np.eye(3)[np.argmin(np.abs(f), axis=1)])
         n = np.cross(f, s)
         n /= np.linalg.norm(n, axis=1, keepdims=True)
@@ -79,7 +79,7 @@ def axes_of(law: Any) -> fiber_axes_by_differences.Axes:
     return axes
 
 
-TERM = (StressTerm(lambda F: F),)  # of a body that makes its stress by itself
+TERM = (StressTerm(lambda F: F),)  # for bodies that compute their own stress
 
 
 def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any = None) -> CheckedBody:

@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh_refinement import FinerSpace
     from softmark.solvers.statics.finer_space_solve import CoarseLevel
 
-SHARE = 0.6  # of the memory that is left: what a finer space may take
-MORE = 2  # modes beyond those asked for: on finer cells they may come in another order
+SHARE = 0.6  # share of free memory that a finer space may use
+MORE = 2  # extra modes, since their order may change on finer cells
 FACTORS = 1.8  # exponent of the unknowns in the cost of factors, between those of meshes in 2D and in 3D
 FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes too
 
@@ -126,7 +126,7 @@ def solve_finer_space(
         problem = static.problem
         _must_be_worth(problem.assembly, solved, budget)
         coarse = _LazyValue(lambda: CoarseLevel.of(above.P, below()[0], problem.assembly, below()[1]))
-        if problem.assembly.saddle:  # whose pressures start from nothing: the first step says little of the others
+        if problem.assembly.saddle:  # pressures start from zero, so the first step says little
             state = equilibrium(replace(problem, start=x, watch=budget.check)).x
         else:
             state = solve_on_finer_space(problem.assembly, x, coarse, budget.check)

@@ -33,10 +33,10 @@ from softmark.solvers.elements import CELLS
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.solid_forces import CheckedBody
 
-AGREES = 2.0  # times what the solver claims
-SAYS = 0.01  # of the loads: more than that a state that converged leaves only where it has none
-ACTS = 1e-6  # of what acts: where rounding is less, something does
-SEEN = 0.005  # of a value: differences that three digits show
+AGREES = 2.0  # allowed ratio to the residual that the solver claims
+SAYS = 0.01  # relative residual above which a converged state is not an equilibrium
+ACTS = 1e-6  # relative rounding below which forces are significant
+SEEN = 0.005  # relative differences that three digits show
 
 
 def verify_solution(scene: Scene, declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> Solution:
@@ -68,7 +68,7 @@ def _verify(scene: Scene, declared: Declared, case: Case, prepared: Prepared, so
     try:
         with np.errstate(all="ignore"):
             found, reason = _check_forces(scene, declared, case, prepared, solution)
-    except Exception as error:  # a check that fails says nothing of the solution
+    except Exception as error:  # a failing check does not invalidate the solution
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
         found, reason = {"residual": None, "reason": f"the check stopped: {type(error).__name__}: {error}"}, None
@@ -178,8 +178,10 @@ def _check_forces(
     found = {"residual": result.residual, "rounding": result.rounding, "nodes": result.nodes, **found}
     if not math.isfinite(result.residual):
         return found, "the forces of its solution are not finite numbers"
-    # what meets the tolerance is what was asked for, however much better the solver thought it was
-    whole = solution.status == "converged" and declared.thing.reduces is None  # a reduced model leaves what it leaves
+    # meeting the tolerance is sufficient, even if the solver claimed more
+    whole = (
+        solution.status == "converged" and declared.thing.reduces is None
+    )  # a reduced model has a residual in the full equations
     if whole and claimed is not None and result.rounding < ACTS:
         claimed = min(claimed, SAYS)
     allowed = max(AGREES * (claimed or 0.0), case.analysis.tolerance) + LEFT * result.rounding

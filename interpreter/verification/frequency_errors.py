@@ -19,7 +19,7 @@ from softmark.records import dataclass
 
 EPS = float(np.finfo(np.float64).eps)
 WAVES = 10.0  # c / h: the fastest of a hex8 cell is 2 sqrt(3) to 6 c / h, that of elements of degree two above it
-HARD = 1e4  # bulk modulus over shear modulus: beyond, what keeps the volume is no spring
+HARD = 1e4  # bulk over shear modulus above which the volume constraint is not a spring
 
 
 @dataclass(frozen=True)

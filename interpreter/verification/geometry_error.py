@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest
     from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 
-STIFFER = 2.0  # times the share of the volume
+STIFFER = 2.0  # factor on the relative volume error
 
 
 def facet_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 
 from softmark.interpreter.verification.probe_errors import NoErrorEstimate
 
-FIRST = 3.0  # safety factor of two grids, and of an order far from theory (Roache 1994)
+FIRST = 3.0  # safety factor of two grids, or of an order far from theory (Roache 1994)
 HIGHEST = 2.0  # order that two grids count on at most
-THREE = 1.25  # of three whose order is that of theory
-NEAR = 0.5  # how far it may be from that
-LEAST = 0.5  # order below which three grids say no more than two
-COARSE = 0.3  # relative distance of two grids above which neither says anything
-HOPELESS = 1.0  # relative: an error of all that moves is no statement
+THREE = 1.25  # safety factor of three grids with the theoretical order
+NEAR = 0.5  # allowed difference from the theoretical order
+LEAST = 0.5  # least useful observed order
+COARSE = 0.3  # relative distance of two grids above which neither is useful
+HOPELESS = 1.0  # relative error above which nothing is stated
 
 
 def convergence_index(apart: float, ratio: float, theory: float, farther: float | None = None) -> float:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest
     from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 
-LOOKED = 32  # points of each look-up at which arithmetic on arrays is done again, one by one
+LOOKED = 32  # points at which array arithmetic is repeated one by one
 AGREE = 1e-12
 
 
@@ -67,9 +67,9 @@ def density_of(case: Case) -> Any:
 LOOKED_AT = (6, 4)  # cells of each material that are integrated again: with points of their own, and others
 BOXES = 6  # along each direction of a cell, to begin with
 MOST = 20_000  # boxes of a cell; the error that they leave is allowed for
-ROUNDS = 40  # times that boxes are halved
-CLOSE = 1e-3  # of the size of an integral: when boxes are small enough
-OFF = 5e-3  # of an integral: the error that the element's quadrature may have
+ROUNDS = 40  # largest number of halvings
+CLOSE = 1e-3  # relative to an integral: tolerance for boxes
+OFF = 5e-3  # relative to an integral: allowed quadrature error
 
 
 def check_integrals(case: Case, mesh: DeformedMesh, pressures: bool) -> tuple[dict[str, Any], str | None]:

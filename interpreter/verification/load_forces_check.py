@@ -40,12 +40,12 @@ if TYPE_CHECKING:
 LINES = (12, 18)  # Gauss lines in a strip, of two rules
 ALONG = 7  # Gauss points between two crossings
 GRID = 12  # squared: Gauss points on whole facets whose area is no polynomial
-ASKED = 25  # points of a line, and lines of a facet, between which a border is looked for
-AGREE = 1e-11  # of the local area of a facet: what two rules may differ by in a strip
+ASKED = 25  # points of a line, and lines of a facet, used to search for borders
+AGREE = 1e-11  # relative to a facet's local area: tolerance of two rules in a strip
 HALVED = 14  # times
-SURE = 3e-9  # of the local area of a facet: what is not claimed to be found better
-MOST_UNSURE = 1e-6  # of a load: where more of it is, it was not found again
-MARGIN = 0.1  # of its size: how far a curved facet may reach beyond points on it
+SURE = 3e-9  # relative to a facet's local area: claimed accuracy
+MOST_UNSURE = 1e-6  # largest uncertain share of a load that counts as verified
+MARGIN = 0.1  # relative to its size: how far a curved facet may extend beyond its sample points
 
 
 def load_forces(case: Case, mesh: DeformedMesh, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
@@ -83,7 +83,7 @@ def _load(action: Any, case: Case, mesh: DeformedMesh, u: Floats, small: bool, m
         case MomentLoad():
             return _moment_forces(action, case, mesh.mesh, mesh.points if small else mesh.points + u)
         case PointLoad() | LineForce():
-            from softmark.interpreter.verification import point_and_line_loads_check  # which no other load needs
+            from softmark.interpreter.verification import point_and_line_loads_check  # only imported for these loads
 
             return point_and_line_loads_check.point_or_line_forces(action, case, mesh)
     raise NoIndependentFormula(f"there is no other formula for a load that acts as {type(action).__name__}")
@@ -186,7 +186,7 @@ def _sweep_sides(where: Condition, case: Case, mesh: Mesh) -> Iterator[Swept]:
     facets = mesh.facets
     corners = mesh.points[facets]
     told = mesh.selections.get(where)
-    if told is not None and told.remainder > MOST_UNSURE * told.area:  # it has been said already how much is open
+    if told is not None and told.remainder > MOST_UNSURE * told.area:  # the open share is reported already
         raise NoIndependentFormula("the border of what is loaded runs along the surface")
     extent = float(np.sqrt((np.ptp(mesh.points, axis=0) ** 2).sum()))
     empty = True
@@ -436,7 +436,7 @@ class FacetSweep:
         line, begin, end = line[:-1][real], cut[:-1][real], cut[1:][real]
         middle = self._local(a[line][:, None], 0.5 * (begin + end)[:, None])[0]
         sides = self._levels(f[line], middle)
-        through = self.through[:, None, f[line]]  # on a facet that is cut nothing lies on the border
+        through = self.through[:, None, f[line]]  # on a cut facet no point counts as on the border
         sides = np.where(through, np.sign(sides) * 1e300, sides)
         inside = np.broadcast_to(self.condition.given([*sides], self.extent), (1, len(line)))[0]
         return line[inside], begin[inside], end[inside]

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from softmark.solvers.materials.volumetric_constraints import MixedSplit
     from softmark.solvers.mesh.mesh import Floats, Mesh
 
-ALIKE = 1e-6  # relative: strains that are nearer are one, and the first of them is told
+ALIKE = 1e-6  # relative: closer strains count as equal; the first is reported
 TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -170,7 +170,7 @@ def _deformation_gradients(case: Any, mesh: DeformedMesh, which: Any) -> tuple[F
     u = np.asarray(mesh.displacement, dtype=np.float64)[cells]
     F = np.eye(3) + np.matmul(u.transpose(0, 2, 1)[:, None], own.dNdX[which])
     w = own.w[which]
-    if case.depth > 0.0:  # rings grow as they move out, and those farther out are longer
+    if case.depth > 0.0:  # circumference grows with the deformed radius
         r = mesh.points[cells, 0] @ own.N.T
         F[..., 2, 2] = 1.0 + (u[..., 0] @ own.N.T) / r
         w = w * r / r.mean(axis=1, keepdims=True)

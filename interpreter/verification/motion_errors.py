@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.run_report import ProbeResult
 
 Floats = Any
-UNSEEN = 1e-3  # of the motion: what vibrations move less is moved by something else, and not judged
-RESOLVED = "W362"  # the warning about the slowest vibration, which says enough
+UNSEEN = 1e-3  # relative to the motion: components with less vibration are not judged
+RESOLVED = "W362"  # warning about the slowest vibration, which is sufficient
 
 
 @dataclass(frozen=True)

@@ -22,11 +22,11 @@ from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.mesh import Mesh
 
 RULES = (5, 8)  # points on a stretch
-AGREE = 1e-11  # of the length of the line: what two rules may differ by on a stretch
+AGREE = 1e-11  # relative to the line: tolerance of two rules on a stretch
 HALVED = 30  # times
-NEWTON = 12  # iterations for local coordinates, which are quadratic in them at most
-BEYOND = 0.2  # of local coordinates: no iteration leaves its cell by more
-SAME, CLOSE = 1e-9, 1e-6  # of the extent: how near a point is found in its cell, and by a linear continuation
+NEWTON = 12  # iterations for local coordinates
+BEYOND = 0.2  # limit of local coordinates outside the cell
+SAME, CLOSE = 1e-9, 1e-6  # relative to the extent: tolerance in a cell, and for a linear continuation
 
 
 def point_or_line_forces(load: PointLoad | LineForce, case: Case, mesh: DeformedMesh) -> tuple[Floats, float]:

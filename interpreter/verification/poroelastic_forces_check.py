@@ -15,7 +15,7 @@ from softmark.interpreter.verification.unverified_models import NoIndependentFor
 from softmark.solvers.independent_forces.poroelastic_equations import PoroelasticBody
 from softmark.solvers.independent_forces.solid_forces import EPS, Floats
 
-IMPOSED = 1e-9  # of the largest pressure: what rounding leaves of those that are imposed
+IMPOSED = 1e-9  # relative to the largest pressure: rounding of prescribed values
 
 
 def drained_case(case: Case) -> Case:
@@ -48,7 +48,7 @@ def fluid_forces(case: Case, mesh: DeformedMesh, u: Floats, small: bool) -> tupl
     other = _prescribed_pressure_error(case, mesh) * float(np.cbrt(whole.mean())) ** 2
     unit = case.material.shear_modulus / float(np.cbrt(whole.mean()))
     around = 2.0 * np.pi * float(np.abs(mesh.points[:, 0]).max()) / case.depth if case.depth else 1.0
-    stages = 12.0  # volumes that are subtracted of one another, each to rounding
+    stages = 12.0  # subtracted volumes, each with rounding
     noise += stages * EPS * unit * around * float(np.linalg.norm(whole))
     return f, float(np.hypot(unit * np.linalg.norm(amiss), other)), noise
 
@@ -62,7 +62,7 @@ def _prescribed_pressure_error(case: Case, mesh: DeformedMesh) -> float:
     corner[mesh.cells[:, : pressures.shape[1]]] = True
     size = float(np.abs(p).max(initial=0.0))
     for drain in case.drains:
-        where = nodes_with_pressure(replace(case, drains=(drain,)), mesh) & corner  # what two have is the first's
+        where = nodes_with_pressure(replace(case, drains=(drain,)), mesh) & corner  # shared nodes belong to the first
         own = p[where] - drain.thing.pressure
         corner &= ~where
         if float(np.abs(own).max(initial=0.0)) > IMPOSED * size:

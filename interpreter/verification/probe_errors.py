@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Field = Callable[[Floats], Floats]
 
-TRIFLE = 1e-6  # of what acts in the body: less is what solvers and rounding leave
+TRIFLE = 1e-6  # relative to forces in the body: smaller values are solver and rounding errors
 NO_ERROR = "no error of this metric can be stated"
 
 
@@ -42,7 +42,7 @@ class CachedField:
     """Displacement field that is evaluated once at the same points, since several metrics share a probe."""
 
     field: Field
-    stress: Callable[[], Any]  # that belongs to it
+    stress: Callable[[], Any]  # stress of this field
     known: dict[bytes, Floats]
 
     def __call__(self, X: Floats) -> Floats:
@@ -72,7 +72,7 @@ class ProbeResultUnderTest:
     history: History | None = None
     stress: Callable[[], Any] | None = None
     at_rest: EquilibriumForces | None = None
-    right: Callable[[], Any] | None = None  # stresses of the model that is taken as right
+    right: Callable[[], Any] | None = None  # stress of the reference model
 
     def of(self, solution: Solution) -> ProbeResultUnderTest:
         """Return the result of the same probe for another solution, at the same times. Raises NoErrorEstimate."""

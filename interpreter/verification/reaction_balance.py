@@ -12,7 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.interpreter.models.postprocessing.nodal_forces import NOTHING, NodalForces, Wrench, supported_nodes, reactions
+from softmark.interpreter.models.postprocessing.nodal_forces import (
+    NOTHING,
+    NodalForces,
+    Wrench,
+    reactions,
+    supported_nodes,
+)
 from softmark.interpreter.models.postprocessing.reaction_and_work import at_rest
 from softmark.interpreter.results.reaction_results import Reaction
 from softmark.interpreter.verification.load_forces_check import MOST_UNSURE
@@ -25,9 +31,9 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
     from softmark.interpreter.verification.by_model.verifier import VerifiedSolution, Verifier
 
-EXACT = 1e-8  # of the largest load: what supports and loads may leave
-AGREES = 2.0  # times what the solver says that it left
-ROUNDING = 100.0  # times eps, of all that acts at nodes
+EXACT = 1e-8  # relative to the largest load: allowed imbalance
+AGREES = 2.0  # allowed ratio to the solver's residual
+ROUNDING = 100.0  # multiple of eps times nodal forces
 UNTURNED = "internal forces of cells that turn as a whole (`rotation = element`) have a moment: it is left over"
 
 
@@ -39,9 +45,9 @@ def check_balance(verifier: Verifier, found: VerifiedSolution) -> tuple[dict[str
     carried = found.solution.carried()
     scale, allowed = _measures(carried, known, float(found.solution.facts.get("residual") or 0.0))
     again, noise, unknown = _independent_reactions(verifier, found) if scale != 0.0 else ({}, 0.0, None)
-    if unknown is None and scale != 0.0:  # cells that turn as a whole have forces that are less than their rounding
+    if unknown is None and scale != 0.0:  # rigidly rotated cells have forces below rounding
         allowed += verifier.rounding(found)
-    if scale <= noise:  # which is all that there is where a body is moved as a whole
+    if scale <= noise:  # only rounding if the body moves rigidly
         why = "what acts is less than rounding leaves" if scale > 0.0 else "nothing acts"
         nothing = {"force": 0.0, "moment": 0.0, "allowed": 0.0, "apart": None, "reason": why}
         return {"reactions": nothing}, None

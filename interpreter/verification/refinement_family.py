@@ -27,12 +27,12 @@ Field = Callable[[Floats], Floats]  # points (n, 3) -> displacements (n, 3), m
 LOWEST = 0.5  # observed order below which nothing is extrapolated
 ABOVE = 0.5  # the same, above the order of the element
 FIRST = 1.0  # order that a part of the error may have which hides behind a faster one of the opposite sign
-TRIFLE = 1e-6  # of the largest change: a smaller one has no order
+TRIFLE = 1e-6  # relative to the largest change: a smaller one has no order
 NEIGHBOURHOODS = 64  # of the body, in which an order is observed
 ALIGNED = 0.5  # cosine between successive changes of the field, below which they do not point to one limit
 STREWN = 2000  # points over the body, at least, for norms
 APART = 2.0  # times the sum of two estimates: models farther apart than that contradict each other
-LARGEST = 0.05  # of the largest displacement: a reference with a larger error is none
+LARGEST = 0.05  # relative to the largest displacement: a reference with a larger error is none
 
 
 class NoLimit(Exception):

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest
     from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 
-STIFFER = 2.5  # times the share of the volume
+STIFFER = 2.5  # factor on the relative volume error
 
 
 def parts(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:

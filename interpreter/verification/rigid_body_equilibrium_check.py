@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case, Touch
     from softmark.solvers.independent_forces.solid_forces import Floats
 
-EXACT = 1e-7  # of the forces on it: what may be left
+EXACT = 1e-7  # relative to the forces on it: what may be left
 NOTHING = 1e-10  # of Young's modulus times the square of the size of the body that deforms: no force
 
 

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.independent_forces.solid_forces import Floats, Ints
 
-AGREE = 0.02  # of the forces of a pair: edges that are kept from edges are 0.6 % of them in shipped scenes
-LITTLE = 1e-6  # of the stiffness of a barrier: pressures that are none
-ASIDE = 1e-3  # of the reach of a tie: how straight across a point must lie
+AGREE = 0.02  # relative to the forces of a pair: edges that are kept from edges are 0.6 % of them in shipped scenes
+LITTLE = 1e-6  # relative to the stiffness of a barrier: pressures that are none
+ASIDE = 1e-3  # relative to the reach of a tie: how straight across a point must lie
 FACING = -0.5  # of two unit normals: surfaces that look at each other
 NEWTON = 6  # iterations for local coordinates of a point on a facet
 

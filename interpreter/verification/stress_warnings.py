@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.verification.surface_traction_check import TractionMismatch
     from softmark.solvers.mesh.mesh import Mesh
 
-MIXED = 0.05  # of a cell: that much of another material is no matter of how sides are bent
+MIXED = 0.05  # relative to a cell: that much of another material is no matter of how sides are bent
 APART = 0.25  # of the recovered stress, in the mean square over the cells around: the mesh does not show what is there
 
 # What a tolerance leaves of stresses that cancel, as in free muscle that has grown shorter: of modulus times strain.

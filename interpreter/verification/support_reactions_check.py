@@ -19,8 +19,8 @@ from softmark.interpreter.verification.cell_materials_check import INWARD
 from softmark.solvers.independent_forces.rigid_friction_forces import move_points
 
 Floats = NDArray[np.float64]
-PLACED = 1e-6  # of the motion that a support imposes: what may be lacking of it, in single precision too
-ROUNDED = 1e-9  # of the size of the body: what rounding may leave
+PLACED = 1e-6  # relative to the motion that a support imposes: what may be lacking of it, in single precision too
+ROUNDED = 1e-9  # relative to the body size: what rounding may leave
 
 
 def held_components(case: Case, mesh: DeformedMesh) -> NDArray[np.bool_]:

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
 AT = 1e-9  # a shape function below it is zero
 SMOOTH = 0.7  # cosine: facets that meet at a smaller angle are one smooth face
-BESIDE = 1e-4  # of the way to a corner of a facet: the distance at which loads beside a point are looked up
+BESIDE = 1e-4  # relative to the way to a corner of a facet: the distance at which loads beside a point are looked up
 FACES = 3  # facets of different normals at one point: those of a corner
 SAME = 1e-6  # of tractions: smaller differences are rounding
 ROUNDS = 20  # of corrections at edges and corners, where several faces have tractions

@@ -17,7 +17,7 @@ from softmark.interpreter.models.imported_results.support_compliance import ANOT
 from softmark.interpreter.results.run_report import ModelResult, ProbeResult, ReferenceResult
 
 FACTORS = {1e3: "a thousand times as far", 1e-3: "a thousandth as far"}
-NEAR = 0.1  # of a factor: an answer that is wrong by just so much for another reason is not likely
+NEAR = 0.1  # relative to a factor: an answer that is wrong by just so much for another reason is not likely
 
 
 def other_units(

@@ -35,7 +35,7 @@ class IpctkMissing(Exception):
 
 
 def import_ipctk() -> Any:
-    """Return the package ipctk, silent and with one thread, so that sums are reproducible. Raises NoToolkit."""
+    """Return the package ipctk, silent and with one thread, so that sums are reproducible. Raises IpctkMissing."""
     try:
         import ipctk
     except ImportError as error:

@@ -231,7 +231,7 @@ def constant_at(profile: Any, X: Array, read: Any) -> Array:
 
 
 def directions_at(fibres: Any, sheets: Any, X: Array, read: Any) -> MaterialFrame:
-    """Return directions, evaluated if they are functions of position, at points X (m, q, 3), m. Raises InvalidDirection."""
+    """Return directions at points X (m, q, 3), m, evaluating functions of position. Raises InvalidDirection."""
     flat = X.reshape(-1, 3)
     f, s = _direction_at(fibres, flat, read), _direction_at(sheets, flat, read)
     f, known = f if isinstance(f, tuple) else (f, None)

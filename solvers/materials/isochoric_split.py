@@ -147,7 +147,7 @@ class VolumetricLaw(TwoInvariantLaw):
     modulus: Any
 
     def energy(self, stretch: Array, j: Array) -> Array:
-        """Return W (m,), J/m^3; see `IsochoricInvariantMaterial`."""
+        """Return psi (m,), J/m^3, of J - 1."""
         g = self.constraint.of(j)[0]
         found: Array = where(j > -1.0, 0.5 * self.modulus * g * g, math.inf)
         return found

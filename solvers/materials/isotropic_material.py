@@ -37,9 +37,8 @@ class Isotropic:
     varying = ("young", "poisson", "density")  # constants that may vary in space
     thin = False  # in plane stress (plane_stress.py)
     polyconvex = False  # energy known to be polyconvex: ellipticity is never lost (ellipticity.py)
-    convex_above = (
-        math.inf
-    )  # the volume ratio above which its energy is known to be convex by ln V (drucker_stability.py)
+    # volume ratio above which the energy is known to be convex in ln V (drucker_stability.py)
+    convex_above = math.inf
     # Prony series: shares, and relaxation times in s (viscoelastic.py)
     branches: ClassVar[tuple[tuple[float, float], ...]] = ()
 

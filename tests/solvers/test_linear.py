@@ -108,7 +108,7 @@ def test_small_systems_load_no_kernels() -> None:
 def analyses(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Sizes of the patterns analysed."""
     sizes: list[int] = []
-    true = symbolic_cache.sketch
+    true = symbolic_cache.estimate_factor
 
     def counted(K: sparse.csr_matrix, motions: Any = None) -> Any:
         sizes.append(K.shape[0])

@@ -16,7 +16,7 @@ from softmark.interpreter.models.beam.beam_declaration import Beam6Dof, beside, 
 from softmark.interpreter.models.beam.beam_nodal_forces import in_space, on_rod
 from softmark.interpreter.models.beam.load_lumping import of_force, of_line
 from softmark.interpreter.models.beam.tapered_sections import at_nodes, inertia, of_section, stiffnesses
-from softmark.interpreter.models.postprocessing.vibrations import about, none
+from softmark.interpreter.models.postprocessing.vibrations import frequencies_about, without_frequencies
 from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.perturbed_start import Disturbance, disturbance_of, recover_rod
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
@@ -108,9 +108,9 @@ class PreparedBeam(Meshless):
     def _finish(self, found: Equilibrium, assembly: Assembly) -> Solution:
         """Return the solution of an equilibrium."""
         solution = static_result.found(found, lambda X: displacement_at(found.x, self.rest, X, self.along))
-        modes = about(self.problem.assembly, found.x, self.mass, self.problem.linear)
+        modes = frequencies_about(self.problem.assembly, found.x, self.mass, self.problem.linear)
         if self.along is not None:
-            modes = none("those of curved beams are not known yet: `fem(...)` finds them")
+            modes = without_frequencies("those of curved beams are not known yet: `fem(...)` finds them")
         notes = (*static_result.doubts(self.declared, found), *self._pressed(found.x))
         seen = replace(solution, notes=notes, vibrations=modes if found.solved else None)
         solved = replace(self.problem, assembly=assembly)

@@ -110,7 +110,7 @@ class AgedBeam(Meshless):
         energies = {"work_J": state.work, "stored_J": state.stored, "dissipated_J": state.dissipated,
                     "time_s": state.time, "steps_in_time": len(state.times)}  # fmt: skip
         facts = solution.facts | {"energies_in_time": energies}
-        ring = vibrations.none("what remembers has no stiffness that frequencies follow from")
+        ring = vibrations.without_frequencies("what remembers has no stiffness that frequencies follow from")
         seen = replace(solution, facts=facts, notes=static_result.doubts(self.static.declared, found), vibrations=ring,
                        stress=Settled(None, NO_STRESS))  # fmt: skip
         return replace(seen, carried=cache(lambda: self._carried(state)))

@@ -16,7 +16,7 @@ from softmark.interpreter.models.beam_frame import frame_selection
 from softmark.interpreter.models.beam_frame.frame_declaration import Frame6Dof
 from softmark.interpreter.models.beam_frame.frame_displacements import Shifts
 from softmark.interpreter.models.beam_frame.frame_layout import Layout
-from softmark.interpreter.models.postprocessing.vibrations import about
+from softmark.interpreter.models.postprocessing.vibrations import frequencies_about
 from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
 from softmark.interpreter.problem.body_case import Case
@@ -70,7 +70,7 @@ class PreparedNetwork(Meshless):
     def _finish(self, found: Equilibrium) -> Solution:
         """Return the solution of an equilibrium."""
         solution = static_result.found(found, Shifts(self.layout, found.x))
-        modes = about(self.problem.assembly, found.x, self.layout.mass, self.problem.linear)
+        modes = frequencies_about(self.problem.assembly, found.x, self.layout.mass, self.problem.linear)
         seen = replace(
             solution, notes=static_result.doubts(self.declared, found), vibrations=modes if found.solved else None
         )

@@ -217,7 +217,7 @@ class PreparedOutside:
         ours = {n: v for n, v in found.facts.items() if n not in OURS}
         facts = {**ours, **known, "stable": None}
         facts |= {"criterion": "residual in our equations, of displacements that another program found"}
-        return replace(found, facts=facts, vibrations=vibrations.none(NOT_KNOWN))
+        return replace(found, facts=facts, vibrations=vibrations.without_frequencies(NOT_KNOWN))
 
 
 @dataclass(frozen=True)

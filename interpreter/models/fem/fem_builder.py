@@ -20,7 +20,7 @@ from softmark.interpreter.models.fem.fem_declaration import LARGE_ANGLE, Fem
 from softmark.interpreter.models.fem.fem_mesh import mesh_of
 from softmark.interpreter.models.fem.initial_guess import Start, start_of
 from softmark.interpreter.models.postprocessing import nodal_forces, vibrations
-from softmark.interpreter.models.postprocessing.vibrations import about
+from softmark.interpreter.models.postprocessing.vibrations import frequencies_about
 from softmark.interpreter.models.shared import interaction_setup, mesh_notes, self_intersections, static_result
 from softmark.interpreter.models.shared.deformed_mesh import Deformed, displacement_of
 from softmark.interpreter.models.shared.load_setup import mass_matrix, merge_loads, single_loads
@@ -190,17 +190,17 @@ class PreparedSolid(MeshBasedModel):
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
         met = interaction_setup.contact_state(self, u, beside, facts)
         moved = Deformed(self.mesh, u, pressures=pressures, left=left, **met)
-        modes = about(
+        modes = frequencies_about(
             interaction_setup.assembly_without_stabilization(self, beside), found.x, self.mass, self.problem.linear
         )
         if not found.solved:
-            modes = vibrations.none("it was stopped before it came to an equilibrium")
+            modes = vibrations.without_frequencies("it was stopped before it came to an equilibrium")
         elif adrift:
-            modes = vibrations.none(f"nothing brings it back: it is free to {adrift}")
+            modes = vibrations.without_frequencies(f"nothing brings it back: it is free to {adrift}")
         elif "rigid" in facts:
-            modes = vibrations.none("a rigid body that loads press would move with it")
+            modes = vibrations.without_frequencies("a rigid body that loads press would move with it")
         elif self.model.strain == "small" and (self.applied or np.any(self.problem.target)):
-            modes = vibrations.none("loads do not change the tangent of small strain: leave them out, or use another")
+            modes = vibrations.without_frequencies("loads do not change the tangent of small strain: leave them out, or use another")
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
         return replace(seen, carried=cache(lambda: self._carried(found.x, x, beside, met["rubbed"])))
 

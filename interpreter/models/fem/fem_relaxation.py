@@ -176,7 +176,7 @@ class PreparedAged(MeshBasedModel):
         left = None if found.left is None else static.unknowns.moved(found.left).reshape(-1, 3)
         pressures = static.unknowns.pressed(static.solid, static.pieces, state.x)
         moved = Remembered(static.mesh, u, pressures=pressures, left=left, past=self._past(state), aged=state)
-        ring = vibrations.none("what remembers has no stiffness that frequencies follow from")
+        ring = vibrations.without_frequencies("what remembers has no stiffness that frequencies follow from")
         seen = replace(solution, facts=facts, notes=notes, mesh=moved, vibrations=ring)
         return replace(seen, carried=cache(lambda: self._carried(state, x, stored, lost)))
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 UNSTABLE = 1e-9  # of the largest value found: below it, under zero, a motion grows
 
 
-def none(reason: str) -> Callable[[int], Floats]:
+def without_frequencies(reason: str) -> Callable[[int], Floats]:
     """Return the frequency function of a state without frequencies; it raises Undefined with the reason."""
 
     def refused(count: int) -> Floats:
@@ -25,7 +25,7 @@ def none(reason: str) -> Callable[[int], Floats]:
     return refused
 
 
-def about(assembly: Assembly, x: Floats, mass: Callable[[], Any], linear: Linear) -> Callable[[int], Floats]:
+def frequencies_about(assembly: Assembly, x: Floats, mass: Callable[[], Any], linear: Linear) -> Callable[[int], Floats]:
     """Return a function of `count` that returns the lowest frequencies (count,), Hz, in the state x at full load.
 
     `mass` returns the mass matrix or its diagonal for the first degrees of freedom; the others have none. It raises

@@ -14,7 +14,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.fem.fem_mesh import mesh_of
 from softmark.interpreter.models.postprocessing import nodal_forces
-from softmark.interpreter.models.postprocessing.vibrations import about
+from softmark.interpreter.models.postprocessing.vibrations import frequencies_about
 from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.deformed_mesh import Deformed, displacement_of
 from softmark.interpreter.models.shared.load_setup import mass_matrix, merge_loads, single_loads
@@ -104,7 +104,7 @@ class PreparedSprings(MeshBasedModel):
     def _finish(self, found: Equilibrium) -> Solution:
         solution = static_result.found(found, displacement_of(self.mesh, found.x.reshape(-1, 3)))
         doubts = (*self._folded(found.x), *static_result.doubts(self.declared, found))
-        modes = about(self.problem.assembly, found.x, self.mass, self.problem.linear)
+        modes = frequencies_about(self.problem.assembly, found.x, self.mass, self.problem.linear)
         moved = Deformed(self.mesh, found.x.reshape(-1, 3))
         seen = replace(solution, notes=doubts, mesh=moved, vibrations=modes if found.solved else None)
         return replace(seen, carried=cache(lambda: self._carried(found.x)))

@@ -22,7 +22,7 @@ from softmark.solvers.mesh.tubes import Tube
 
 Point = tuple[Term, Term, Term]  # m
 HERE: Point = (Term.coordinate(0), Term.coordinate(1), Term.coordinate(2))
-FAR = 1e3  # of a polygon's extent: where chains of its sides end that go on for ever
+FAR = 1e3  # relative to a polygon's extent: end of infinite sides
 
 
 def inside_condition(shape: Shape, at: Point, closed: bool) -> Condition | None:
@@ -89,7 +89,7 @@ def _left_of_revolved_side(s: Term, square: Term, least: float, below: str) -> C
 
     def beside(a: Place, b: Place) -> Condition:
         if max(a[0], b[0]) <= least:
-            return EVERYWHERE  # nothing is on the other side of the axis
+            return EVERYWHERE  # there is nothing beyond the axis
         length = math.dist(a, b)
         u, v = (b[0] - a[0]) / length, (b[1] - a[1]) / length
         if not v:

@@ -23,10 +23,10 @@ from softmark.interpreter.problem.surface_selection.facet_patches import (
 )
 from softmark.interpreter.problem.surface_selection.plane_clipping import areas, odd_corner, rotate_to_first
 
-DEPTH = 18  # halvings of a facet
-MOST = 60_000  # triangles at once: a border that needs more is followed no further
-RAYS = (8, 12)  # of two rules: the second is taken, the first says how good it is
-EXACT = 1e-12  # of the local area of a facet: what two rules may differ by
+DEPTH = 18  # largest number of halvings of a facet
+MOST = 60_000  # largest number of triangles; beyond it a border is not followed
+RAYS = (8, 12)  # rays of two rules: the second is used, the first gives the error
+EXACT = 1e-12  # relative to a facet's local area: tolerance of two rules
 ALONG = 6  # Gauss points on each side of a border
 INSIDE = (8, 8, 8, 8, 5, 5, 5, 5, 3)  # along each side of a triangle of so many halvings: an error of order 2 n
 

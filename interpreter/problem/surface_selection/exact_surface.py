@@ -25,10 +25,10 @@ from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.mesh.spheres import RoundBody
 from softmark.solvers.mesh.tubes import Tube
 
-BESIDE = 2e-8  # of the extent: how far beside a surface it is asked what is there
-SOME = 1e-6  # of the extent squared: less area on two surfaces at once is what tolerances leave
+BESIDE = 2e-8  # relative to the extent: offset of samples beside a surface
+SOME = 1e-6  # relative to the extent squared: smaller common areas are tolerances
 TIPS = (1 / 4096, 1 / 256, 1 / 32, 1 / 8, 1 / 4, 1 / 2, 1.0)  # of a cone: bands towards its tip; the first is flat
-SIDES = 48  # flat strips that the side of a cylinder is unrolled on
+SIDES = 48  # flat strips of an unrolled cylinder side
 
 
 Measured = tuple[float, Floats, float]  # area, m^2; of the outward normal n, (3,), m^2; of x . n, m^3

@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
 
 EDGE = np.cos(np.deg2rad(50.0))  # facets that meet at a larger angle meet at an edge of the body
-SAGITTA = 0.5  # of the size times the angle: at least what an arc rises above its chord, of facets of any shape
+SAGITTA = (
+    0.5  # relative to the size times the angle: at least what an arc rises above its chord, of facets of any shape
+)
 SLOPE = 1.0  # times the rise of the level within the deviation: by how much it may differ between nodes
 REACH = 2.0  # times the deviation: how deep a border may seem to cut
 

@@ -25,9 +25,9 @@ Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 Out = Callable[[Any], Any]  # (x, y, z) of a facet -> of the body's surface
 
-ONE = 5e-7  # of the largest level: borders that differ by less are one
+ONE = 5e-7  # relative to the largest level: closer borders are the same
 WITHIN = np.array([(0.11, 0.23), (0.53, 0.17), (0.29, 0.61)])  # local points of any facet
-STRAIGHT = 1e-10  # of its size: how far a facet's parts may be from parallel
+STRAIGHT = 1e-10  # relative tolerance of parallel sides
 
 
 @dataclass(frozen=True)
@@ -180,7 +180,7 @@ class ConditionOnPatches:
         for b in range(len(found)):
             level = self.level(b, X)
             top = level[np.abs(level).argmax()]
-            if not abs(top) > self.slack[b] or not np.isfinite(top):  # a side of the body, which cuts nothing
+            if not abs(top) > self.slack[b] or not np.isfinite(top):  # the side of the body itself cuts nothing
                 continue
             shape = level / top
             found[b] = any(np.abs(shape - other).max() <= ONE for other in before)
@@ -222,7 +222,7 @@ def bounds_over_triangles(v: Floats, D: tuple[Floats, Floats]) -> tuple[Floats, 
     low, high = np.full(len(v), -np.inf), np.full(len(v), np.inf)
     for i in range(3):
         onward, back = (D[0][i], D[1][i]), (-D[1][i - 1], -D[0][i - 1])
-        with np.errstate(invalid="ignore"):  # what is no number is no bound
+        with np.errstate(invalid="ignore"):  # nan is no bound
             low = np.fmax(low, v[:, i] + np.minimum(0.0, np.minimum(onward[0], back[0])))
             high = np.fmin(high, v[:, i] + np.maximum(0.0, np.maximum(onward[1], back[1])))
     return low, high

@@ -124,7 +124,7 @@ def _swap_if(pair: Pair, turned: bool) -> Pair:
 def _times(a: Pair, b: Pair) -> Pair:
     with np.errstate(invalid="ignore", over="ignore"):
         products = [p * q for p in a for q in b]
-    products = [np.where(np.isnan(p), 0.0, p) for p in products]  # a zero takes what it meets with it
+    products = [np.where(np.isnan(p), 0.0, p) for p in products]  # zero times infinity is zero
     low, high = np.minimum(products[0], products[1]), np.maximum(products[0], products[1])
     for p in products[2:]:
         low, high = np.minimum(low, p), np.maximum(high, p)

@@ -29,7 +29,7 @@ from softmark.interpreter.vocabulary.load_words import (
 from softmark.solvers.elements import WORDS, find_element
 from softmark.solvers.mesh.boolean_shapes import Combined
 
-SHOWN = 1e-3  # of a load: what may be missing, or undecided, without a word
+SHOWN = 1e-3  # relative load error below which no warning is given
 CURVED = "use a smaller size, or tet10, whose facets are curved"
 NEARER = "use a smaller size: its curved facets meet the surface at their nodes only"  # of tet10 and the like
 FLATTER = "use a smaller size, or smaller `facets`: between their corners they are flat, for elements of any order"
@@ -69,14 +69,14 @@ def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats)
     action = load.thing.action
     if isinstance(action, PointLoad | LineForce):
         return _resultant_at_points(action, force, moment)
-    if isinstance(action, TendonLoad):  # its ends and its guides are in the body: nothing is left of it
+    if isinstance(action, TendonLoad):  # its forces in the body cancel
         return Resultant(force, moment, None, (0.0, 0.0, 0.0), 1.0, exact_moment=(0.0, 0.0, 0.0))
     on_surface = isinstance(action, SurfaceTraction | RemoteStress | PressureLoad | MomentLoad)
     known: LoadedSurface | None = mesh.selections.get(action.where) if mesh is not None and on_surface else None
     exact, area = _exact_load(case, load)
     if isinstance(action, MomentLoad):
         return _moment_resultant(action, force, moment, known, area)
-    if known is None and isinstance(action, SurfaceTraction) and area:  # on the end of a beam
+    if known is None and isinstance(action, SurfaceTraction) and area:  # acts on the end of a beam
         taken = float(np.linalg.norm(force)) / (float(np.linalg.norm(action.traction)) or 1.0)
         return Resultant(force, moment, taken, exact, taken / area if taken else 1.0)
     if known is None:

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.mesh.shape import Shape
 
-SAME = 1e-8  # of the extent: how far from zero the level of a border may be where it is a side itself
-SOME = 1000  # curved facets at a time
-TOUCHED = 1e-6  # of what is selected: less of the faces of a slice is what tolerances of conditions leave
+SAME = 1e-8  # relative to the extent: tolerance for a border that coincides with a side
+SOME = 1000  # curved facets processed at a time
+TOUCHED = 1e-6  # relative to the selection: smaller areas on faces of a slice are tolerances
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class LoadedSurface:
     xi: Floats
     w: Floats
     remainder: float
-    leaning: float = 0.0  # m^2 of facets that a border does not cut because they stand for a curved surface
+    leaning: float = 0.0  # m^2 of facets not cut because they represent a curved surface
 
     @property
     def empty(self) -> bool:
@@ -137,7 +137,7 @@ class LoadedSurface:
 
 
 def _around(r: Floats, depth: float) -> Floats:
-    from softmark.solvers.energies.axisymmetric import circumference_in_slices  # which no other body needs
+    from softmark.solvers.energies.axisymmetric import circumference_in_slices  # only imported for such bodies
 
     return circumference_in_slices(r, depth)
 

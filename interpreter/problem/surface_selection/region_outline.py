@@ -12,9 +12,9 @@ from softmark.interpreter.problem.surface_selection.facet_patches import Floats
 from softmark.solvers.mesh.plane_regions import Slice
 from softmark.solvers.mesh.shape import Shape
 
-PIECES = 1024  # of a side that are asked in their middles: narrower ones are not seen
-HALVINGS = 50  # of what lies between two of them, of which one is selected
-CHORDS = 64  # of a selected stretch, and twice as many: what chords miss falls by four
+PIECES = 1024  # pieces of a side sampled at their middles; narrower ones are missed
+HALVINGS = 50  # bisections between a selected and an unselected piece
+CHORDS = 64  # chords of a selected interval, and twice as many for extrapolation
 
 Curve = Callable[[Floats], Floats]  # points (n, 3), m, of the places u (n,) from 0 to 1
 

@@ -44,12 +44,12 @@ def select_facets(condition: Condition, corners: Floats, extent: float, out: Out
     return select_patches(ConditionOnPatches.of(condition, Patches(corners, extent, out)))
 
 
-@np.errstate(all="ignore")  # conditions divide by what may be zero, and bounds of that are infinite
+@np.errstate(all="ignore")  # divisions by zero give infinite bounds
 def select_patches(asked: ConditionOnPatches) -> Part:
     """Return the selected part of the patches."""
     patches = asked.patches
     f, tri = patches.triangles
-    if not len(f) or not asked.condition.borders:  # the same everywhere
+    if not len(f) or not asked.condition.borders:  # uniform condition
         there = bool(len(f) and asked.condition.given([], patches.extent))
         return Part(np.arange(len(patches.corners) if there else 0), f[:0], np.zeros((0, 2)), np.zeros(0))
     crossed: Mask = np.asarray(asked.look(f, tri).crossed.any(axis=0))

@@ -15,8 +15,8 @@ from softmark.solvers.mesh.simplex_clipping import Pieces, join_pieces
 
 Bools = np.ndarray[Any, np.dtype[np.bool_]]
 
-HALVINGS = {2: 0, 3: 4, 4: 2}  # of the edges of pieces near a curved border, by the corners of a piece
-GROUP = 16  # cells that are bounded together
+HALVINGS = {2: 0, 3: 4, 4: 2}  # edge halvings near a curved border, by the number of corners
+GROUP = 16  # cells bounded together
 
 
 def select_pieces(condition: Condition, whole: Pieces, extent: float) -> Pieces:

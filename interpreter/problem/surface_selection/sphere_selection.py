@@ -10,8 +10,8 @@ from softmark.interpreter.problem.surface_selection.selected_facets import selec
 from softmark.solvers.mesh.curved_boundary import EllipsoidSide
 from softmark.solvers.mesh.spheres import RoundBody
 
-CELLS = 8  # along a quarter of a great circle: facets of the flat patches that a sphere is projected on
-GAUSS = 8  # points along each side of a whole facet: round-off is all that they miss
+CELLS = 8  # cells along a quarter of a great circle of the projected patches
+GAUSS = 8  # points along each side of a facet: exact to rounding
 
 
 def select_curved_side(

@@ -20,7 +20,7 @@ from softmark.solvers.mesh.simplex_clipping import Pieces, join_pieces
 if TYPE_CHECKING:
     from softmark.interpreter.problem.group_conditions import Members
 
-ONE = 1e-9  # of the extent: points that are nearer are one
+ONE = 1e-9  # relative to the extent: closer points are merged
 
 
 def clip_triangles(

@@ -1,8 +1,8 @@
 """Verification of each kind of model: forces by independent formulas, and the stated error.
 
 To add one: a module with a class derived from Verifier (or SizedMeshVerifier, for models on meshes with a cell size)
-and its VERIFIER; a line in VERIFIERS. It is imported when such a model has an answer. A model without one is still solved and
-reported: its forces are not verified, and it states no error.
+and its VERIFIER; a line in VERIFIERS. It is imported when such a model has an answer. A model without one is still
+solved and reported: its forces are not verified, and it states no error.
 """
 
 from __future__ import annotations

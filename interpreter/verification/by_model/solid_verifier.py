@@ -46,7 +46,7 @@ SEEPING = 2.0  # the order of pressures of fluid, which are linear in every cell
 AGREEING = 0.67  # of what cells differ by on their own: less is left of it on the finer space where a stress is smooth
 OTHERS = 0.8  # solutions that are kept for coarser meshes, where a finer space costs too much, and for other parts
 SYSTEM = 0.6  # of a system of as many unknowns that is built and factored: what one that is iterated on takes, about
-CHANCE = 0.5  # of the distance in the cells around it: as near may be the one point that is looked at
+CHANCE = 0.5  # relative to the distance in the cells around it: as near may be the one point that is looked at
 LOST = 1.7  # how much more they then leave: 1 / (1 - 2^-1/2) over 1 / (1 - 1/2), of order a half
 
 
