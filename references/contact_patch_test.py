@@ -131,7 +131,7 @@ class Block:
     low: float
     high: float
     solid: BlockMaterial
-    find_root: Vector  # m: fixed lateral position
+    root: Vector  # m: fixed lateral position
 
     @property
     def length(self) -> float:

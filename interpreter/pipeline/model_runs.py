@@ -17,7 +17,7 @@ from softmark.interpreter.language.compiled_scene import SceneError
 from softmark.interpreter.language.plugin_words import find_faulty_plugin
 from softmark.interpreter.models.model_preparation import prepared_model
 from softmark.interpreter.models.postprocessing.mesh_stress import add_stress
-from softmark.interpreter.models.postprocessing.reaction_and_work import at_rest
+from softmark.interpreter.models.postprocessing.reaction_and_work import forces_and_energies
 from softmark.interpreter.models.shared import interaction_setup
 from softmark.interpreter.models.shared.material_regions import cell_constants, facts
 from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
@@ -95,7 +95,7 @@ def solve_model(work: StateRun, name: str) -> None:
         if not all(map(is_finite_probe, seen.values())):
             reason, seen = "the displacements are not finite numbers", {}
             solution = Solution("failed", reason, solution.facts, notes=solution.notes)
-    rest = at_rest(declared, case, prepared, solution)
+    rest = forces_and_energies(declared, case, prepared, solution)
     work.warn(doubts(case, declared, loads := resultants(case, prepared)), here=solution.notes)
     message = solution.message if solution.displacement is None else None
     work.views[name] = View(

@@ -38,7 +38,7 @@ class Touch:
     """Contact of a body with a rigid one, and the supports or loads that move it, in the order of the scene."""
 
     declared: Declared
-    is_rigid: Declared
+    rigid: Declared
     moved: tuple[Declared, ...]
     loads: tuple[Declared, ...] = ()  # of one that is free
     along: int | None = None  # x, y or z, by number: the way that loads may press it at rest

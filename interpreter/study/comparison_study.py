@@ -84,7 +84,7 @@ class Comparison:
     references: Json
     scenes: list[Json]
     studies: Json
-    describe_environment: Json
+    environment: Json
     command: str
     created: str
     found: ComparisonRecord

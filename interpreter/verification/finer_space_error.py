@@ -117,7 +117,7 @@ def solve_finer_space(
         above = build_finer_space(solved.mesh, None if model.mesh is not None else case.shape)
         thing = _without_locking(model, representative_materials(case, solved.mesh), above.mesh.kind)
         budget.check()
-        static, _ = at_rest(thing, replace(declared, thing=thing), case, BuildContext(scene=scene), above.mesh)
+        static, _ = forces_and_energies(thing, replace(declared, thing=thing), case, BuildContext(scene=scene), above.mesh)
         problem = static.problem
         x = static.unknowns.begun(above.displaced(solved.displacement).ravel())
         assert x is not None
@@ -196,14 +196,14 @@ class _LazyValue:
 
 def solution_of_state(static: PreparedSolid, case: Case, state: Floats) -> Solution:
     """Return the solution of a solid in a given state: displacements anywhere, stress and nodal forces."""
-    from softmark.interpreter.models.postprocessing.reaction_and_work import at_rest
+    from softmark.interpreter.models.postprocessing.reaction_and_work import forces_and_energies
     from softmark.interpreter.models.shared.deformed_mesh import Deformed
 
     pressures = static.unknowns.pressed(static.solid, static.pieces, state)
     mesh = Deformed(static.mesh, static.unknowns.moved(state).reshape(-1, 3), pressures=pressures)
     field = displacement_field(static.model, case, mesh)
     found = Solution("converged", None, {}, field, stress=field.stress, carried=cache(lambda: static.carried_in(state)))
-    return replace(found, at_rest=at_rest(replace(static.declared, thing=static.model), case, static, found))
+    return replace(found, at_rest=forces_and_energies(replace(static.declared, thing=static.model), case, static, found))
 
 
 def solve_on_same_mesh(
@@ -219,7 +219,7 @@ def solve_on_same_mesh(
     from softmark.solvers.statics.static_equilibrium import NotConverged, equilibrium
 
     _must_be_elastic(case)
-    static, _ = at_rest(declared.thing, declared, case, BuildContext(scene=scene), solved.mesh)
+    static, _ = forces_and_energies(declared.thing, declared, case, BuildContext(scene=scene), solved.mesh)
     u = np.ascontiguousarray(solved.displacement, dtype=np.float64).ravel()
     try:
         own, known = tangent()

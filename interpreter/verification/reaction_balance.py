@@ -16,10 +16,10 @@ from softmark.interpreter.models.postprocessing.nodal_forces import (
     NOTHING,
     NodalForces,
     Wrench,
-    reactions,
     supported_nodes,
+    reactions,
 )
-from softmark.interpreter.models.postprocessing.reaction_and_work import at_rest
+from softmark.interpreter.models.postprocessing.reaction_and_work import forces_and_energies
 from softmark.interpreter.results.reaction_results import Reaction
 from softmark.interpreter.verification.load_forces_check import MOST_UNSURE
 from softmark.interpreter.verification.unverified_models import NoIndependentFormula
@@ -39,7 +39,7 @@ UNTURNED = "internal forces of cells that turn as a whole (`rotation = element`)
 
 def check_balance(verifier: Verifier, found: VerifiedSolution) -> tuple[dict[str, Any], str | None]:
     """Return facts of the balance of supports and loads, and why the state is invalid if they do not balance."""
-    known = at_rest(found.declared, found.case, found.prepared, found.solution).reactions
+    known = forces_and_energies(found.declared, found.case, found.prepared, found.solution).reactions
     if not known or found.solution.carried is None:
         return {}, None
     carried = found.solution.carried()

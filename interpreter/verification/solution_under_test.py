@@ -12,7 +12,7 @@ import numpy as np
 
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.models.postprocessing.mesh_stress import add_stress
-from softmark.interpreter.models.postprocessing.reaction_and_work import at_rest
+from softmark.interpreter.models.postprocessing.reaction_and_work import forces_and_energies
 from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
 from softmark.interpreter.problem.body_case import Case, Fault, case_for
 from softmark.interpreter.results.run_report import ModelResult
@@ -88,7 +88,7 @@ class SolutionUnderTest:
             prepared, _ = prepared_model(declared, case, BuildContext(scene=self.scene, measured=self.measured))
             with np.errstate(all="ignore"):
                 found = prepared.solve(self.budget.check)
-            found = replace(found, at_rest=at_rest(declared, case, prepared, found))
+            found = replace(found, at_rest=forces_and_energies(declared, case, prepared, found))
             return add_stress(self.scene, declared, case, found), dict(prepared.size)
 
         solution, size = self.once(key, solve)

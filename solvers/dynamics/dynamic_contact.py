@@ -66,9 +66,8 @@ class DynamicContacts:
         self.contacts: list[Any] = list(contacts)
         self.meets: list[Any] = list(meets)
         self.courses, self.slots = tuple(courses), list(slots)
-        self.free = min(
-            (c.free.first for c in self.contacts if hasattr(c, "free")), default=None
-        )  # first unknown of free rigid bodies
+        # first unknown of free rigid bodies
+        self.free = min((c.free.first for c in self.contacts if hasattr(c, "free")), default=None)
         self.rubs = any(c.rubs for c in (*contacts, *meets))
         self._met: list[Floats | float] = [0.0 for _ in meets]  # accumulated slip of samples of deformable contacts
         self._first = [c.barrier.stiffness for c in contacts]

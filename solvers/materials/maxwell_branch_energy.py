@@ -154,13 +154,8 @@ class IsotropicBranch:
         return found - found.mean(axis=1, keepdims=True) if self.keeps else found
 
 
-STEPS, FLAT, NEAR, SOFT, FAR = (
-    40,
-    1e-9,
-    1e-6,
-    1e-3,
-    0.5,
-)  # of `IsotropicBranch`: iterations, slope, side steps, curvature, step
+# Newton's method of `IsotropicBranch`: iterations, slope, side steps, curvature, step
+STEPS, FLAT, NEAR, SOFT, FAR = 40, 1e-9, 1e-6, 1e-3, 0.5
 ACROSS = (
     (0.5**0.5, -(0.5**0.5), 0.0),
     (6.0**-0.5, 6.0**-0.5, -2.0 * 6.0**-0.5),

@@ -29,44 +29,50 @@ else:
 
 @dataclass(frozen=True)
 class Outside(Asked):
-    """Finite elements that another program solves: judged as ours are, on the same mesh, under the same loads.
+    """Finite elements that another program solves, assessed as ours are, on the same mesh and under the same loads.
 
-    The mesh, what supports hold and the forces on its nodes are those of `fem(...)` of the same element, size and
-    strain. What is solved, and how, is the program's: its element, its quadrature, its law, its solver. It runs in a
-    process of its own, with limits on time, memory and what it may say, and with one thread unless more are asked for.
-    Nothing of it is imported here.
+    The mesh, supports and nodal forces are those of `fem(...)` with the same element, size and strain. Everything else
+    is
+    the program's: its element, quadrature, law and solver. It runs in a separate process, with limits on time, memory
+    and
+    output, and with one thread unless more are requested. Nothing of it is imported here.
 
     `calculix` has tet4, tet10, hex8 and hex20; at finite strain st_venant_kirchhoff, neo_hookean_isochoric,
     mooney_rivlin and yeoh. `felupe` has all five elements; neo_hookean and neo_hookean_isochoric, in bodies of one
-    material. `scikit_fem` has all but hex20, and small strain alone; `ngsolve` has tet4 and tet10, and small strain
-    alone. `dolfinx` has all but hex20; st_venant_kirchhoff, neo_hookean, neo_hookean_isochoric, stable_neo_hookean,
-    mooney_rivlin, yeoh, gent and fung; it is looked for in each `python3` on the PATH, or in the Python alone that the
-    variable SOFTMARK_DOLFINX_PYTHON names, and compiles its forms when it is set up. All are told of bodies at rest,
-    which supports hold at nodes, under loads that do not follow them.
+    material. `scikit_fem` has all but hex20, and small strain only; `ngsolve` has tet4 and tet10, and small strain
+    only. `dolfinx` has all but hex20; st_venant_kirchhoff, neo_hookean, neo_hookean_isochoric, stable_neo_hookean,
+    mooney_rivlin, yeoh, gent and fung; it is searched for in each `python3` on the PATH, or only in the Python that the
+    variable SOFTMARK_DOLFINX_PYTHON names, and compiles its forms during set-up. All these solve static problems with
+    supports at nodes and dead loads.
 
-    `febio` has tet4 and hex8, and finite strain alone; `polyfem` tet4 and, at small strain, straight tet10, in which
-    whole facets are held, under weight and uniform tractions on whole facets; `sofa` tet4, in bodies of one material,
-    and supports that do not move. At finite strain all three have st_venant_kirchhoff and neo_hookean. They are told
-    what `dsl export` writes, and were never run where softmark is made: they are unchecked. Their decks are tested as
-    text, and what they answer on files that tests make as their sources write them.
+    `febio` has tet4 and hex8, and finite strain only; `polyfem` has tet4 and, at small strain, straight tet10, with
+    supports on whole facets, weight and uniform tractions on whole facets; `sofa` has tet4, in bodies of one material,
+    with supports that do not move. At finite strain all three have st_venant_kirchhoff and neo_hookean. They read what
+    `dsl export` writes, and were never run where softmark is developed: they are unchecked. Their decks are tested as
+    text, and their answers on files that tests create according to their sources.
 
-    `mujoco`, `newton_vbd` and `newton_xpbd` step through time, and take dynamic analyses alone, of tet4 at finite
-    strain. Their models are their own and are what is judged: what they compute is in the outline and in `solve.means`.
-    Steps are of `step`, with `iterations` where they iterate. Damping is that of the analysis; the integrator is the
-    program's, of MuJoCo explicit where the analysis' is. A motion is not put into our equations: references and other
-    models judge it. One whose steps end after a number of iterations, whatever is left, is `capped`.
+    `mujoco`, `newton_vbd` and `newton_xpbd` integrate in time, and support only dynamic analyses of tet4 at finite
+    strain. Their models are their own and are what is assessed: the outline and `solve.means` describe them. Steps are
+    of
+    `step`, with `iterations` if they iterate. Damping is that of the analysis; the integrator is the program's, for
+    MuJoCo
+    explicit if that of the analysis is. A motion is not checked in our equations: references and other models assess
+    it.
+    One whose steps end after a number of iterations, whatever the residual, is `capped`.
 
-    What it cannot do exactly as the scene means it is never approximated: the model is `unsupported`, with the reason,
-    and W710 when the scene is checked. Where it is not installed it is `skipped`, and the message says how to install
-    it. Where it hangs, dies, floods its log, runs out of memory or leaves no answer or one that is no number, it is
-    `failed`, with its last words. Neither an exit status of 0 nor its own log is believed alone: its displacements are
-    put into our own equations, and where more than 1e-4 of the loads is left, beside what the digits of its answer can
-    say, it is `not_converged`; so it is where these digits leave more than a tenth. Reactions and stress are what our
-    law makes of its displacements; of its stability and of its error of discretisation nothing is known, which is
-    unchecked.
+    What a program cannot do exactly as the scene means it is never approximated: the model is `unsupported`, with the
+    reason, and W710 in validation. If it is not installed, the model is `skipped`, with a message on how to install it.
+    If
+    it hangs, crashes, floods its log, runs out of memory or leaves no valid answer, the model is `failed`, with its
+    last
+    words. An exit status of 0 and its own log are not sufficient: its displacements are put into our own equations. If
+    more than 1e-4 of the loads remains, in addition to the effect of the digits of its answer, the model is
+    `not_converged`; also if these digits leave more than a tenth. Reactions and stress follow from our law and its
+    displacements. Its stability and discretization error are unknown, that is unchecked.
 
-    Its time of solution is by its own clock where it has one; where it has none, that of its whole process, which is
-    an upper bound and marked as one. Setting up, solving and files are told apart in the facts of the report.
+    Its solution time is by its own clock if it has one, else that of its whole process, which is an upper bound and
+    marked
+    as one. Set-up, solution and file times are separate in the facts of the report.
     """
 
     recovers = False

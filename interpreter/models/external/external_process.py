@@ -1,10 +1,9 @@
-"""Running another program: in a folder, a process group and limits of its own, with an end that is always known.
+"""Execution of another program in its own folder and process group, with limits, and with a known end in every case.
 
-Address space, CPU time, the size of a file and core dumps are limited by the kernel (`limited_launcher.py`), wall-
-clock time and what it says here. A program that leaves processes behind leaves none: those of its group are killed,
-and those that
-went out of it are known by a mark in their environment (Linux); where we are killed ourselves, it is as well. What a
-program says is text from a stranger: it is kept up to a size, and shown in few lines without control characters.
+Address space, CPU time, file size and core dumps are limited by the kernel (`limited_launcher.py`); wall-clock time and
+output are limited here. Processes that a program leaves behind are killed: those of its group, and, on Linux, those
+that left the group, by a mark in their environment. If we are killed ourselves, the program is killed as well. Its
+output is untrusted text: it is stored up to a size, and shown in few lines without control characters.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""What takes a program's place until its limits stand: run as a script, by its path, with nothing of ours imported.
+"""Launcher that sets limits and then becomes the program: a script run by its path, with no imports of softmark.
 
     python -I -S limited_launcher.py PARENT FILE MEMORY CPU COMMAND...
-The bytes of a file and of address space, s of CPU time, by setrlimit(2); no core dumps. On Linux the program is killed
-when PARENT is gone, however that ended: prctl(2) keeps that over execve(2).
+The limits are bytes of a file and of address space, and s of CPU time, by setrlimit(2); no core dumps. On Linux the
+program is killed when PARENT ends for any reason: prctl(2) preserves that over execve(2).
 """
 
 from __future__ import annotations

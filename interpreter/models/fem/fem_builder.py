@@ -18,7 +18,7 @@ from softmark.interpreter.models.fem import element_formulations
 from softmark.interpreter.models.fem.element_formulations import Unknowns
 from softmark.interpreter.models.fem.fem_declaration import LARGE_ANGLE, Fem
 from softmark.interpreter.models.fem.fem_mesh import mesh_of
-from softmark.interpreter.models.fem.initial_guess import Start, start_of
+from softmark.interpreter.models.fem.initial_guess import GuessModel, start_of
 from softmark.interpreter.models.postprocessing import nodal_forces, vibrations
 from softmark.interpreter.models.postprocessing.vibrations import frequencies_about
 from softmark.interpreter.models.shared import interaction_setup, mesh_notes, self_intersections, static_result
@@ -81,11 +81,11 @@ class PreparedSolid(MeshBasedModel):
     problem: Statics
     size: dict[str, int]
     notes: tuple[Diagnostic, ...]
-    first: Start | None = None  # the model whose solution is started from
+    first: GuessModel | None = None  # the model whose solution is started from
     before: Floats | None = None  # displacements of the nodes (3 n,) in the state before, m, to start from
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
-    regions_by_material: tuple[MaterialRegion, ...] = ()  # the cells of every material
+    pieces: tuple[MaterialRegion, ...] = ()  # the cells of every material
     beds: Mapping[str, ElasticFoundation] = field(default_factory=dict)  # springs that it lies on
     axial: bool = False  # it is a body of revolution
     muscles: tuple[tuple[Declared, Energy], ...] = ()  # what pulls within, each by itself: as loads do

@@ -90,7 +90,7 @@ class Fem(HasMaterial, Model):
     """
 
     recovers = True
-    graded_cuts = True
+    graded = True
     directed = True
     composite = True
     bedded = True

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Past:
+class DisplacementHistory:
     """History of nodal displacements: times (t,), s, and displacements at each (t, n, 3), m."""
 
     times: tuple[float, ...]
@@ -52,10 +52,10 @@ class Past:
 
 
 @dataclass(frozen=True)
-class Remembered(Deformed):
+class MeshWithHistory(Deformed):
     """Deformed mesh with its history; `aged` is the state from which a later time continues."""
 
-    past: Past | None = None
+    past: DisplacementHistory | None = None
     advance_in_time: StateInTime | None = None
     pore_pressure: Floats | None = None  # (n,) Pa, of a fluid, positive in compression
 
@@ -65,7 +65,7 @@ class Remembered(Deformed):
 
 
 @dataclass(frozen=True)
-class PreparedAged(MeshBasedModel):
+class PreparedViscoelastic(MeshBasedModel):
     """Viscoelastic solid; `static` is the same body with all loads at full size and the instantaneous law."""
 
     static: PreparedSolid
@@ -120,9 +120,9 @@ class PreparedAged(MeshBasedModel):
         """Present time, s."""
         return self.analysis.now
 
-    def after(self, before: DeformedMesh) -> PreparedAged:
+    def after(self, before: DeformedMesh) -> PreparedViscoelastic:
         """Return the model continuing from the time before."""
-        return replace(self, before=before.aged) if isinstance(before, Remembered) else self
+        return replace(self, before=before.aged) if isinstance(before, MeshWithHistory) else self
 
     def warm(self) -> None:
         """Compile what the solution needs."""
@@ -175,15 +175,15 @@ class PreparedAged(MeshBasedModel):
         facts = solution.facts | mesh_facts(static.mesh) | {"energies_in_time": energies}
         left = None if found.left is None else static.unknowns.moved(found.left).reshape(-1, 3)
         pressures = static.unknowns.pressed(static.solid, static.pieces, state.x)
-        moved = Remembered(static.mesh, u, pressures=pressures, left=left, past=self._past(state), aged=state)
+        moved = MeshWithHistory(static.mesh, u, pressures=pressures, left=left, past=self._past(state), aged=state)
         ring = vibrations.without_frequencies("what remembers has no stiffness that frequencies follow from")
         seen = replace(solution, facts=facts, notes=notes, mesh=moved, vibrations=ring)
         return replace(seen, carried=cache(lambda: self._carried(state, x, stored, lost)))
 
-    def _past(self, state: StateInTime) -> Past:
+    def _past(self, state: StateInTime) -> DisplacementHistory:
         """Return the history of nodal displacements."""
         each = tuple(self.static.unknowns.moved(x).reshape(-1, 3) for x in state.states)
-        return Past(state.times, each)
+        return DisplacementHistory(state.times, each)
 
     def _carried(self, state: StateInTime, u: Floats, stored: float, lost: float) -> nodal_forces.NodalForces:
         """Return the nodal forces in a state, with stored and dissipated energy."""
@@ -230,7 +230,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     assembly = Assembly(old.dofs, problem.fixed, memories.energies, static.unknowns.loads(loads), old.points)
     static = replace(static, problem=replace(problem, assembly=assembly, twin=None))
     owners = owners_of(whole, static.mesh, workshop, problem.fixed)
-    return PreparedAged(static, case, memories, AmplitudeSchedule.of(whole, static.driven, owners, problem.target))
+    return PreparedViscoelastic(static, case, memories, AmplitudeSchedule.of(whole, static.driven, owners, problem.target))
 
 
 def owners_of(case: Case, mesh: Mesh, workshop: BuildContext, fixed: Ints) -> list[Declared]:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Begun:
+class InitialGuess:
     """Solution of the other model at the nodes of this one, (dofs,) m, or None if it failed; and its cost."""
 
     model: str
@@ -62,13 +62,13 @@ class Begun:
 
 
 @dataclass(frozen=True)
-class Start:
+class GuessModel:
     """Model that provides the initial guess, ready to solve."""
 
     name: str
     prepared: Prepared
 
-    def begin(self, X: Floats, watch: Watch) -> Begun:
+    def begin(self, X: Floats, watch: Watch) -> InitialGuess:
         """Solve it, and return its solution at nodes X (n, 3)."""
         wall, cpu = time.perf_counter(), time.process_time()
         solution = self.prepared.solve(watch)
@@ -76,10 +76,10 @@ class Start:
         if solution.displacement is not None and solution.status in SOLVED:
             x = np.asarray(solution.displacement(X)).ravel()
         spent = time.perf_counter() - wall, time.process_time() - cpu
-        return Begun(self.name, solution, x, spent)
+        return InitialGuess(self.name, solution, x, spent)
 
 
-def start_of(declared: Declared, workshop: BuildContext) -> Start:
+def start_of(declared: Declared, workshop: BuildContext) -> GuessModel:
     """Build the model that provides the initial guess, for the same scene. Raises Fault."""
     name = declared.thing.start
     if workshop.scene is None:
@@ -87,4 +87,4 @@ def start_of(declared: Declared, workshop: BuildContext) -> Start:
     other = workshop.scene.declared[name]
     if workshop.build is None:
         raise ValueError("the workshop cannot build another model: make models by `builders.build`")
-    return Start(name, workshop.build(other, case_for(workshop.scene, other), workshop))
+    return GuessModel(name, workshop.build(other, case_for(workshop.scene, other), workshop))

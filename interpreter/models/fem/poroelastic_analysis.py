@@ -15,7 +15,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.fem import element_formulations
 from softmark.interpreter.models.fem.fem_builder import at_rest
-from softmark.interpreter.models.fem.fem_relaxation import PreparedAged, owners_of
+from softmark.interpreter.models.fem.fem_relaxation import PreparedViscoelastic, owners_of
 from softmark.interpreter.models.postprocessing import nodal_forces
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared, Solution
 from softmark.interpreter.models.shared.quasistatic_times import SAME, AmplitudeSchedule, case_at_full_size
@@ -62,7 +62,7 @@ class Fluid:
 
 
 @dataclass(frozen=True)
-class PreparedSoaked(PreparedAged):
+class PreparedPoroelastic(PreparedViscoelastic):
     """Poroelastic solid; `drains` are the indices of pressures (b,) held by each drained support, by name."""
 
     drains: tuple[tuple[str, Ints], ...] = ()
@@ -72,7 +72,7 @@ class PreparedSoaked(PreparedAged):
         """Return loads and supports at both stages of every step up to now, after the state before."""
         begin = 0.0 if self.before is None else self.before.time
         found: list[InstantLoading] = []
-        for end in PreparedAged.instants(self):
+        for end in PreparedViscoelastic.instants(self):
             if end.time - begin > SAME * self.analysis.step:
                 found.append(self.timed.at(begin + INNER * (end.time - begin), False))
             found.append(end)
@@ -81,14 +81,14 @@ class PreparedSoaked(PreparedAged):
 
     def _finish(self, found: Any, state: StateInTime) -> Solution:
         """Return the solution with fluid results; not converged if the balance of fluid is violated."""
-        solution, pores = PreparedAged._finish(self, found, state), find_pore_fluid(state.memories)
+        solution, pores = PreparedViscoelastic._finish(self, found, state), find_pore_fluid(state.memories)
         shown = {"balance": pores.balance, "moved_m3": pores.moved + pores.passed, "outflow_m3": self._outflows(pores),
                  "smallest_step_s": self.smallest,
                  "unresolved": pores.unresolved}  # fmt: skip
         facts = solution.facts | {"fluid": shown}
         if pores.balance <= BALANCED:
             moved: Any = solution.mesh
-            seen = replace(moved, pore_pressure=nodal(self.mesh, pores.energy, state.x))
+            seen = replace(moved, pore_pressure=nodal_pressures(self.mesh, pores.energy, state.x))
             return replace(solution, facts=facts, mesh=seen, notes=(*solution.notes, *self._unresolved(pores)))
         reason = f"of the fluid that moved {pores.balance:.1e} is lost or made: its steps are not solved"
         return Solution("not_converged", reason, facts)
@@ -109,12 +109,12 @@ class PreparedSoaked(PreparedAged):
 
     def _carried(self, state: StateInTime, u: Floats, stored: float, lost: float) -> nodal_forces.NodalForces:
         """Return the nodal forces in a state, with the fluid."""
-        found = PreparedAged._carried(self, state, u, stored, lost)
+        found = PreparedViscoelastic._carried(self, state, u, stored, lost)
         pores = find_pore_fluid(state.memories)
-        return replace(found, fluid=Fluid(self.mesh, nodal(self.mesh, pores.energy, state.x), self._outflows(pores)))
+        return replace(found, fluid=Fluid(self.mesh, nodal_pressures(self.mesh, pores.energy, state.x), self._outflows(pores)))
 
 
-def nodal(mesh: Mesh, energy: PoroelasticSolid, x: Floats) -> Floats:
+def nodal_pressures(mesh: Mesh, energy: PoroelasticSolid, x: Floats) -> Floats:
     """Return fluid pressures at all nodes (n,), Pa, positive in compression; linear between corners of cells."""
     each = -energy.unit * x[energy.pressures] @ element_of(mesh.element.linear).shape(mesh.element.places()).T
     found = np.zeros(len(mesh.points))
@@ -150,8 +150,8 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     drains = tuple((d.name, np.array([b for b in places.tolist() if held[b] is d], dtype=np.int64))
                    for d in whole.drains)  # fmt: skip
     timed = AmplitudeSchedule.of(whole, static.driven, owners, target)
-    made = PreparedSoaked(static, case, memories, timed, drains=drains)
-    return _judged(made, drained)
+    made = PreparedPoroelastic(static, case, memories, timed, drains=drains)
+    return _check_step_size(made, drained)
 
 
 def _held(case: Case, mesh: Mesh, energy: PoroelasticSolid) -> tuple[dict[int, Declared], Ints]:
@@ -202,7 +202,7 @@ def _must_agree(known: Declared, other: Declared, place: Floats) -> None:
 # ------------------------------------------------------------------ steps that are too short
 
 
-def _judged(made: PreparedSoaked, drained: Ints) -> PreparedSoaked:
+def _check_step_size(made: PreparedPoroelastic, drained: Ints) -> PreparedPoroelastic:
     """Add the smallest step without oscillations at drained facets (f,), and a warning if steps are shorter."""
     smallest = _smallest(made, drained)
     times = [t for t, _ in made.timed.grid()]
@@ -219,7 +219,7 @@ def _judged(made: PreparedSoaked, drained: Ints) -> PreparedSoaked:
     return replace(made, smallest=smallest, static=replace(static, notes=(*static.notes, note)))
 
 
-def _smallest(made: PreparedSoaked, drained: Ints) -> float:
+def _smallest(made: PreparedPoroelastic, drained: Ints) -> float:
     """Return the smallest step without oscillations, s: h^2 / (6 c) over the implicit part of a stage.
 
     h is the height of cells at drained facets and c = k (lam + 2 mu) the consolidation coefficient. Source: Vermeer and

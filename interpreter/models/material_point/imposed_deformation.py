@@ -35,7 +35,7 @@ NEEDS = {
 
 
 @dataclass(frozen=True)
-class Driven:
+class ImposedState:
     """Homogeneous state along x, y and z that supports and loads impose.
 
     `stretches` are None where free; `stresses` are the nominal stresses there, Pa. `shear` is an off-diagonal entry (a,
@@ -48,14 +48,14 @@ class Driven:
     stretches: tuple[float | None, float | None, float | None]
     stresses: Vector3
     shear: tuple[int, int, float] | None
-    driven: tuple[int, ...]
+    imposed_state: tuple[int, ...]
     anchors: Vector3
     shifts: Vector3
     let_go: tuple[tuple[str, int], ...] = ()
 
 
 @dataclass(frozen=True)
-class Faces:
+class ImposedOnFaces:
     """Displacements of whole faces by supports, m, by face and component, and the nominal stresses of loads, Pa."""
 
     case: Case
@@ -90,9 +90,9 @@ def is_block(case: Case) -> bool:
     return isinstance(shape, Box) or round_one
 
 
-def faces_of(case: Case, model: str) -> Faces:
+def faces_of(case: Case, model: str) -> ImposedOnFaces:
     """Return what supports and loads impose on whole faces. Raises Fault if one selects something else."""
-    found = Faces(case)
+    found = ImposedOnFaces(case)
     for support in case.supports:
         for face in _whole(case, support, support.thing.where, model):
             for c in support.thing.components:
@@ -106,7 +106,7 @@ def faces_of(case: Case, model: str) -> Faces:
     return found
 
 
-def _pull(found: Faces, load: Declared, model: str) -> None:
+def _pull(found: ImposedOnFaces, load: Declared, model: str) -> None:
     """Add the stress of a traction on whole faces. Raises Fault if it is not along the normal."""
     action = load.thing.action
     if not isinstance(action, SurfaceTraction):
@@ -191,7 +191,7 @@ def _placed(shape: Shape) -> Iterator[tuple[Vector3, tuple[Face, ...]]]:
 # ------------------------------------------------------------------ the state that a word stands for
 
 
-def driven(case: Case, word: str, model: Declared) -> Driven:
+def imposed_state(case: Case, word: str, model: Declared) -> ImposedState:
     """Return the state that supports and loads impose, of the kind `word`. Raises Fault if they impose another."""
     faces = faces_of(case, model.name)
     stretches = [faces.stretch(axis) for axis in range(3)]
@@ -205,7 +205,7 @@ def driven(case: Case, word: str, model: Declared) -> Driven:
                 f"it needs {NEEDS[word]}")  # fmt: skip
 
 
-def _moved(faces: Faces, stretches: list[float | None], word: str) -> list[int] | None:
+def _moved(faces: ImposedOnFaces, stretches: list[float | None], word: str) -> list[int] | None:
     """Return the axes that are moved or loaded in a state of stretches; None if the state is not of the kind `word`.
 
     If wide grips hold the width in planar tension, it is added to the stretches.
@@ -232,7 +232,7 @@ def _is_still(stretch: float | None) -> bool:
     return stretch is not None and abs(stretch - 1.0) <= SAME
 
 
-def _said(faces: Faces, stretches: list[float | None]) -> str:
+def _said(faces: ImposedOnFaces, stretches: list[float | None]) -> str:
     """Describe what supports and loads impose on each axis."""
     words = (
         f"{NAMES[a]} {'held' if abs(s - 1.0) <= SAME else 'stretched'}" if s is not None
@@ -242,20 +242,20 @@ def _said(faces: Faces, stretches: list[float | None]) -> str:
     return ", ".join(words)
 
 
-def _alike(faces: Faces, stretches: list[float | None], axes: list[int]) -> bool:
+def _alike(faces: ImposedOnFaces, stretches: list[float | None], axes: list[int]) -> bool:
     """Return whether two axes have equal stretches, or equal stresses."""
     one, other = (stretches[a] if stretches[a] is not None else faces.pulled[a] for a in axes)
     kinds = {stretches[a] is None for a in axes}
     return len(kinds) == 1 and abs(one - other) <= SAME * max(abs(one), abs(other))  # type: ignore[operator, arg-type]
 
 
-def _gripped(faces: Faces, axis: int) -> int | None:
+def _gripped(faces: ImposedOnFaces, axis: int) -> int | None:
     """Return the wider direction across an axis that its grips hold at both ends; None if they hold neither."""
     held = [c for c in range(3) if c != axis and faces.apart(axis, c) is not None]
     return max(held, key=faces.extent, default=None)
 
 
-def _sheared(faces: Faces, stretches: list[float | None]) -> tuple[int, int, float] | None:
+def _sheared(faces: ImposedOnFaces, stretches: list[float | None]) -> tuple[int, int, float] | None:
     """Return the off-diagonal entry of F that two faces impose, and its size; None if they impose something else."""
     found = []
     for b in range(3):
@@ -270,8 +270,8 @@ def _sheared(faces: Faces, stretches: list[float | None]) -> tuple[int, int, flo
     return max(found, key=lambda entry: abs(entry[2]), default=None) if not others and not faces.pulled else None
 
 
-def _made(faces: Faces, stretches: list[float | None], shear: tuple[int, int, float] | None, moved: tuple[int, ...],
-          ) -> Driven:  # fmt: skip
+def _made(faces: ImposedOnFaces, stretches: list[float | None], shear: tuple[int, int, float] | None, moved: tuple[int, ...],
+          ) -> ImposedState:  # fmt: skip
     low, high = faces.bounds
     anchors, shifts = [], []
     for axis in range(3):
@@ -284,10 +284,10 @@ def _made(faces: Faces, stretches: list[float | None], shear: tuple[int, int, fl
         anchors[shear[1]] = low[shear[1]]
     pulled = tuple(faces.pulled.get(axis, 0.0) if stretches[axis] is None else 0.0 for axis in range(3))
     let_go = _let_go(faces, stretches) if shear is None else ()
-    return Driven(tuple(stretches), pulled, shear, moved, tuple(anchors), tuple(shifts), let_go)  # type: ignore[arg-type]
+    return ImposedState(tuple(stretches), pulled, shear, moved, tuple(anchors), tuple(shifts), let_go)  # type: ignore[arg-type]
 
 
-def _let_go(faces: Faces, stretches: list[float | None]) -> tuple[tuple[str, int], ...]:
+def _let_go(faces: ImposedOnFaces, stretches: list[float | None]) -> tuple[tuple[str, int], ...]:
     """Return the supports that hold a face laterally where the state changes its width: their names, and the axis."""
     found = (
         (name, c) for ((axis, _), c), (_, name) in faces.held.items()

@@ -15,7 +15,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.models.material_point.imposed_deformation import NAMES, Driven, driven, faces_of
+from softmark.interpreter.models.material_point.imposed_deformation import NAMES, ImposedState, imposed_state, faces_of
 from softmark.interpreter.models.material_point.material_point_declaration import Homogeneous
 from softmark.interpreter.models.postprocessing.nodal_forces import NodalForces, SupportedNodes
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
@@ -92,7 +92,7 @@ class PreparedPoint(Meshless):
 
     declared: Declared
     case: Case
-    made: Driven
+    made: ImposedState
     point: MaterialPoint
     block: Block
 
@@ -144,7 +144,7 @@ class PreparedPoint(Meshless):
             "stiffness": {"held": _finite(found.held), "freed": _finite(found.freed)},
         }  # fmt: skip
         displacement = _Moved(found.F, np.array(self.made.anchors), np.array(self.made.shifts))
-        stress: Stresses = Told(found, self.point.linear)  # type: ignore[assignment]
+        stress: Stresses = HomogeneousStress(found, self.point.linear)  # type: ignore[assignment]
         return Solution("converged", None, facts, displacement, self._doubts(found), stress=lambda: stress,
                         carried=cache(lambda: self._carried(found, displacement)))  # fmt: skip
 
@@ -257,7 +257,7 @@ class _Moved:
 
 
 @dataclass(frozen=True)
-class Told(AnalyticField):
+class HomogeneousStress(AnalyticField):
     """Homogeneous stress field of the material point."""
 
     state: PointState
@@ -289,7 +289,7 @@ def load(model: Homogeneous) -> None:
 
 def prepare(model: Homogeneous, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build a material point with the deformation that supports and loads impose. Raises Fault."""
-    return PreparedPoint(declared, case, driven(case, model.state, declared), point_of(case, model.strain), Block(case))
+    return PreparedPoint(declared, case, imposed_state(case, model.state, declared), point_of(case, model.strain), Block(case))
 
 
 def point_of(case: Case, strain: str) -> MaterialPoint:

@@ -96,7 +96,7 @@ class Homogeneous(Model):
 
     def _made(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
         """Yield an error if supports and loads impose another state, or a warning if the state violates a support."""
-        from softmark.interpreter.models.material_point.imposed_deformation import NAMES, driven
+        from softmark.interpreter.models.material_point.imposed_deformation import NAMES, imposed_state
 
         if getattr(case.analysis, "path", "load") == "arc_length":
             yield diagnostic("E501", declared.at(), f"`{declared.name}` follows no path of equilibria", "not by its "
@@ -104,7 +104,7 @@ class Homogeneous(Model):
                              "be one")  # fmt: skip
             return
         try:
-            made = driven(case, self.state, declared)
+            made = imposed_state(case, self.state, declared)
         except Fault as other:
             yield other.diagnostic
             return

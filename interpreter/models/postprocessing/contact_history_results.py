@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.interpreter.models.postprocessing.contact_results import pressed, touch_from
-from softmark.interpreter.models.postprocessing.deformable_contact_results import meeting_of
+from softmark.interpreter.models.postprocessing.contact_results import pressure_distribution, touch_from
+from softmark.interpreter.models.postprocessing.deformable_contact_results import contact_result
 from softmark.interpreter.results.load_results import to_vector
 from softmark.interpreter.results.reaction_results import ContactNumbers, EquilibriumForces, Friction, Reaction
 from softmark.records import dataclass
@@ -114,14 +114,14 @@ class Followed:
             return self._met(name, i, x, surface, nodes)
         contact = self.contacts[name]
         f[nodes], g[nodes] = surface.f, surface.g
-        own = pressed(self.case, contact, self.X, x, f, g)
+        own = pressure_distribution(self.case, contact, self.X, x, f, g)
         return touch_from(self.X, contact, own, act.gap, act.left, self._rubbed(name, i, own.area))
 
     def _met(self, name: str, i: int, x: Floats, surface: ContactSurface, nodes: Ints) -> ContactNumbers:
         """Return the result of a self-contact, with nodes at x (n, 3), m."""
         u, force = np.zeros((2, *self.X.shape))
         u[nodes], force[nodes] = surface.u, surface.f
-        touch = meeting_of(self.case, self.meets[name], self.mesh, x, u.ravel(), None, force)
+        touch = contact_result(self.case, self.meets[name], self.mesh, x, u.ravel(), None, force)
         return replace(touch, rubbing=self._rubbed(name, i, touch.area))
 
     def _rubbed(self, name: str, i: int, area: float) -> Friction | None:

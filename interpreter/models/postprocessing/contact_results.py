@@ -86,7 +86,7 @@ def spread(
     return {"slip": far, "sticks": np.where(pressed, np.where(2.0 * to_nodes(sticks) > force, 1.0, -1.0), 0.0)}
 
 
-def alike(X: Floats) -> Ints:
+def index_by_place(X: Floats) -> Ints:
     """Return an index for each node (n,) of a slice, equal for nodes at one position in its plane."""
     size = float(np.ptp(X, axis=0).max())
     found: Ints = np.unique(np.round(X[:, :2] / (SAME * size)).astype(np.int64), axis=0, return_inverse=True)[1].ravel()
@@ -102,13 +102,13 @@ def touch_of(case: Case, contact: RigidContact, X: Floats, x: Floats, u: Floats)
     g = np.full(len(X), np.inf)
     there = X[contact.nodes] + u.reshape(-1, 3)[contact.nodes]
     g[contact.nodes] = contact.body.gap(there * (1.0, 1.0, 0.0) if contact.flat else there)
-    own = pressed(case, contact, X, x, contact.presses(u, len(X)), g)
+    own = pressure_distribution(case, contact, X, x, contact.presses(u, len(X)), g)
     on, whole = push > 0.0, float(push.sum())
     left = float(push[on] @ gaps[on]) / whole if whole > 0.0 else 0.0
     return touch_from(X, contact, own, float(gaps.min()), left)
 
 
-def pressed(case: Case, contact: RigidContact, X: Floats, x: Floats, f: Floats, g: Floats) -> ContactPressure:
+def pressure_distribution(case: Case, contact: RigidContact, X: Floats, x: Floats, f: Floats, g: Floats) -> ContactPressure:
     """Return the pressure distribution of forces f (n,), N, with gaps g (n,), m, on undeformed nodes X (n, 3), m.
 
     Moments are taken with nodes at x (n, 3).
@@ -117,7 +117,7 @@ def pressed(case: Case, contact: RigidContact, X: Floats, x: Floats, f: Floats, 
     few = contact.extra is None and len(contact.A) <= len(contact.nodes) + len(contact.facets)
     near = g < contact.barrier.distance
     touching = near if few and (near.any() or not f.any()) else None  # else it touches between nodes as well, or alone
-    same = alike(X) if case.planar else None
+    same = index_by_place(X) if case.planar else None
     return ContactPressure(contact.facets, x, f, g, plane_modulus(case), case.depth, same, touching)
 
 

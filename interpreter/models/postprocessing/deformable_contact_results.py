@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.interpreter.models.postprocessing.contact_results import Surface, alike, spread
+from softmark.interpreter.models.postprocessing.contact_results import Surface, index_by_place, spread
 from softmark.interpreter.models.postprocessing.nodal_forces import force_at_nodes
 from softmark.interpreter.models.shared.rigid_contact_setup import plane_modulus
 from softmark.interpreter.results.reaction_results import ContactNumbers, Friction
@@ -29,7 +29,7 @@ NEAR = 12  # faces of other pieces, by their middles, among which the nearest is
 LEAST = 1e-300  # N
 
 
-def meeting_of(
+def contact_result(
     case: Case,
     contact: IpcContact | DeformableFriction,
     mesh: Mesh,
@@ -54,7 +54,7 @@ def meeting_of(
     if pressing.alone:  # of what meets itself forces tell where it touches
         g[nodes] = _gaps(skin, (mesh.points + u.reshape(-1, 3))[nodes], nodes, mesh, u)
         near = g < pressing.distance
-    same = alike(mesh.points) if case.planar else None
+    same = index_by_place(mesh.points) if case.planar else None
     pressed = ContactPressure(facets, x, f, g, plane_modulus(case), case.depth, same, near)
     left = float(hold.N @ hold.far / max(float(hold.N.sum()), LEAST))
     least: float | None = min(pressing.least(u), float(np.nanmin(g[nodes], initial=np.inf)))

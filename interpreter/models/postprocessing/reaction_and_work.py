@@ -14,7 +14,7 @@ from softmark.interpreter.results.reaction_results import EquilibriumForces
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 
 
-def at_rest(declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> EquilibriumForces:
+def forces_and_energies(declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> EquilibriumForces:
     """Return the forces and energies of a solution."""
     if (seen := solution.followed) is not None:
         return replace(seen.last, followed=seen)

@@ -62,7 +62,7 @@ class Equations:
 
     static: PreparedSolid
     basis: Basis
-    sample_cells: CellSample | None = None
+    sample: CellSample | None = None
 
     @property
     def r(self) -> int:

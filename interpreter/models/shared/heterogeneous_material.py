@@ -298,7 +298,7 @@ class ConstantStatistics:
     mean: float
     steep: float
     contrast: float
-    largest_quadrature_error: float
+    lost: float
     outside: float = 0.0
     there: tuple[float, float] = (0.0, 0.0)
     read: bool = False

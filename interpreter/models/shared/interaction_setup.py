@@ -237,9 +237,9 @@ def add_contact_forces(found: NodalForces, contacts: Mapping[str, RigidContact],
         found = nodal_forces.add_rigid_contact_forces(found, contacts, case)
     touches = dict(found.touches)
     if own := [pair.name for pair in case.pairs if not isinstance(pair.thing, Tied)]:
-        from softmark.interpreter.models.postprocessing.deformable_contact_results import meeting_of
+        from softmark.interpreter.models.postprocessing.deformable_contact_results import contact_result
 
-        touches |= {n: meeting_of(case, solid.beds[n], solid.mesh, found.x, u, rubbed.get(n)) for n in own}
+        touches |= {n: contact_result(case, solid.beds[n], solid.mesh, found.x, u, rubbed.get(n)) for n in own}
     if rubbed:
         from softmark.interpreter.models.shared.friction_history import add_friction_result
 

@@ -47,7 +47,7 @@ class RegionVolume:
 
     asked: float
     taken: float
-    region_errors: float
+    missed: float
     beyond: float
     beside: float
     bent: float = 0.0

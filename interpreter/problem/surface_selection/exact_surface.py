@@ -42,7 +42,7 @@ class Piece:
     """
 
     measure: Callable[[Condition, float], Measured]
-    add_multiples: Callable[[float], Point]
+    moved: Callable[[float], Point]
 
     def within(self, *held: Condition) -> Piece:
         """Return the part where some conditions hold."""

@@ -103,7 +103,7 @@ class ErrorAnalysis(JsonRecord):
     unit: str
     against: str
     judged: JudgedPoints
-    answer_pareto: list[str]  # keys
+    front: list[str]  # keys
     levels: list[Level]
     rates: list[BestInFrame]
 
@@ -157,12 +157,12 @@ class SceneAnalysis(JsonRecord):
     displacement_scale: float | None  # m
     lines: list[RefinementLine]
     metrics: dict[str, ErrorAnalysis]
-    find_failures: list[Failure]
-    compute_distances: Distances
-    find_change_effects: list[ChangeEffect]
+    failures: list[Failure]
+    distances: Distances
+    levers: list[ChangeEffect]
     orders: list[LineOrders]
-    assess_timing: TimingQuality
-    find_disagreements: list[Disagreement]
+    timing: TimingQuality
+    disagreements: list[Disagreement]
     advice: list[Advice]
 
     def entries(self) -> Mapping[str, object]:

@@ -29,7 +29,7 @@ class Refinement:
     target: str  # size, segments or step
     formal: float | None  # order in displacements that theory gives it
     members: list[tuple[float, ComparedPoint]]  # h, coarse to fine: of cells that of the mesh, in any unit
-    find_dissimilarity: str | None  # why its meshes are not similar, if they are not
+    unlike: str | None  # why its meshes are not similar, if they are not
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Limit(JsonRecord):
     what: str
     unit: str | None
     finest: float | None
-    estimate_convergence: ConvergenceEstimate
+    refined: ConvergenceEstimate
 
     def entries(self) -> Mapping[str, object]:
         """Return the entries together with those of the limit."""

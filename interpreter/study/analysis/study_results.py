@@ -117,7 +117,7 @@ class ParetoAnswer(JsonRecord):
     cost_unit: str | None
     cost_name: str
     error_unit: str | None
-    answer_pareto: list[FrontMember]
+    front: list[FrontMember]
     counted: int  # configurations
 
 

@@ -65,7 +65,7 @@ class Cell(JsonRecord):
     uncertainty: float | None = None
     unit: str = "1"
     time_s: float | None = None
-    judge_error: str | None = None
+    verdict: str | None = None
     clock: str | None = None
     quartiles_s: Sequence[float] | None = None
     dofs: int | None = None

@@ -254,7 +254,7 @@ class TimedSolutions:
 
     runs: list[TimedSolution]
     warmed: bool = False  # a first solution was left out
-    compile_source: int = 0  # kernels that were compiled or loaded meanwhile
+    compiled: int = 0  # kernels that were compiled or loaded meanwhile
     paces: list[float] = field(default_factory=list)
     during: Record = field(default_factory=dict)
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.models.material_point.imposed_deformation import driven
+from softmark.interpreter.models.material_point.imposed_deformation import imposed_state
 from softmark.interpreter.models.material_point.material_point_declaration import Homogeneous
 from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
 from softmark.interpreter.problem.body_case import case_for
@@ -65,7 +65,7 @@ class MaterialPointVerifier(Verifier):
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
         """Return the difference to the same point with the law of its material. Raises NoErrorEstimate."""
         thing: Homogeneous = answer.declared.thing
-        if driven(answer.case, thing.state, answer.declared).let_go:
+        if imposed_state(answer.case, thing.state, answer.declared).let_go:
             raise NoErrorEstimate(
                 "its supports hold a width that one material point lets go, and what that does is not known"
             )
@@ -118,7 +118,7 @@ def _stress(found: VerifiedSolution, F: Floats) -> tuple[Floats, float, float]:
     assert split is not None
     P, noise = differentiate_energy(split.shape.psi, F)
     g, more = differentiate_energy(split.constraint.value, F)
-    made = driven(found.case, thing.state, found.declared)
+    made = imposed_state(found.case, thing.state, found.declared)
     free = [a for a in range(3) if made.stretches[a] is None]
     if made.shear is not None:  # the side beside its plane is free
         free = [3 - made.shear[0] - made.shear[1]]

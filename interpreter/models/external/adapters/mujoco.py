@@ -1,11 +1,11 @@
-"""MuJoCo: a flex of linear tetrahedra of a body in motion, and one of edges, its rod (`mujoco_rod.py`).
+"""MuJoCo: a flex of linear tetrahedra for a body in motion, and one of edges for a rod (`mujoco_rod.py`).
 
-Of ours are nodes, cells, masses lumped at the nodes, the forces on them and what is held: a component that is held has
-no joint. Its law is St Venant's and Kirchhoff's: mu tr(E^2) + lam/2 tr(E)^2 of Green's strain E, exactly as ours of
-linear tetrahedra. Steps are its own: `discrete`, one solve in M + h D + h^2 K a step, with the forces at its start, by
-iterations, of which 100 are most where none are asked for; `Euler`, semi-implicit, where explicit steps are. Damping in
-proportion to the stiffness is in D; joints of a flex may have none, so that in proportion to the mass is of actuators.
-What is stepped is what `dsl export --to mujoco` writes, exporters/mujoco_exporter.py.
+Nodes, cells, lumped nodal masses, nodal forces and constraints are ours: a held component has no joint. Its law is that
+of St Venant and Kirchhoff, mu tr(E^2) + lam/2 tr(E)^2 of Green strain E, exactly as ours of linear tetrahedra. Time
+steps are its own: `discrete` solves one system in M + h D + h^2 K per step, with the forces at its start, by at most
+100 iterations by default; `Euler`, semi-implicit, is used for explicit steps. Stiffness-proportional damping is in D;
+joints of a flex may have none, so that mass-proportional damping is by actuators. The model is that of `dsl export --to
+mujoco`, exporters/mujoco_exporter.py.
 Source: its documentation, Computation: Integrators, and XML reference: flex/elasticity; Todorov, Erez and Tassa (2012).
 """
 

@@ -1,11 +1,11 @@
-"""MuJoCo's rod: a flex of edges in motion, a discrete elastic rod, which took the place of its cable in version 4.
+"""MuJoCo's rod: a flex of edges in motion, a discrete elastic rod, which replaced its cable in version 4.
 
-Of ours are nodes, masses at the nodes, bending and torsional stiffness, inertia about the axis and the forces on nodes.
-Edges keep their length, by constraints as stiff as they go, and sections are normal to them: what sections have of
-stiffness against stretch and shear, and of inertia about e2 and e3, has no place there. The energy at a node is
-EI |kb|^2 / (l0 + l1) of the curvature binormal kb and the edges at it; a clamped edge beside the node that is held is
-SHORT of the next, so that the clamp is at the node. A box and two moduli make EI2, EI3 and GJ, as its compiler does.
-All is told in the axes of the section, so that the rod is along x there. Steps are `discrete`.
+Nodes, nodal masses, bending and torsional stiffness, inertia about the axis and nodal forces are ours. Edges keep their
+length, by constraints as stiff as possible, and sections are normal to them: stiffness against stretch and shear, and
+inertia about e2 and e3, are ignored. The energy at a node is EI |kb|^2 / (l0 + l1) of the curvature binormal kb and the
+edges at it; a clamped edge next to the held node is SHORT of the next, so that the clamp is at the node. A box and two
+moduli give EI2, EI3 and GJ, as in its compiler. All is in the axes of the section, so that the rod is along x. Steps
+are `discrete`.
 Source: its documentation, Modeling: Rods; Bergou, Wardetzky, Robinson, Audoly and Grinspun (2008), Discrete elastic
 rods, ACM Trans. Graph. 27(3):63.
 """

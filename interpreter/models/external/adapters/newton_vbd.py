@@ -1,9 +1,9 @@
-"""Newton: linear tetrahedra in motion by vertex block descent, on the processor, through Warp.
+"""Newton: linear tetrahedra in motion by vertex block descent, on the CPU, through Warp.
 
-Of ours are nodes, cells, masses lumped at the nodes, forces on them, and nodes that are held whole: these have no mass.
-Its law is stable neo-Hookean without the term of the origin, mu/2 tr C + (lam + mu)/2 (J - 1 - mu/(lam + mu))^2, with
-the moduli of ours at rest. Steps are implicit Euler's, as far as its iterations solve them, in single precision; it
-does not say what they leave. Damping in proportion to the mass is a force on nodes, by the velocity before a step.
+Nodes, cells, lumped nodal masses, nodal forces and fully held nodes are ours; the last have no mass. Its law is stable
+neo-Hookean without the term of the origin, mu/2 tr C + (lam + mu)/2 (J - 1 - mu/(lam + mu))^2, with our initial moduli.
+Steps are implicit Euler, as far as its iterations solve them, in single precision; it does not report their residual.
+Mass-proportional damping is a nodal force, by the velocity before a step.
 Source: Chen, Liu, Yang and Yuksel (2024), Vertex Block Descent, ACM Trans. Graph. 43(4):116; its source code.
 """
 

@@ -1,8 +1,8 @@
-"""Newton: linear tetrahedra in motion by extended position based dynamics, on the processor, through Warp.
+"""Newton: linear tetrahedra in motion by extended position based dynamics, on the CPU, through Warp.
 
-As of `newton_vbd.py` but for the law and the solver. Its two constraints of a cell are tr C - 3 with the compliance
-1/mu and J - 1 with 1/lam: energies mu/2 (tr C - 3)^2 and lam/2 (J - 1)^2, of which the first has no stiffness against
-shear at rest, to first order, for tr C - 3 grows with its square there.
+It differs from `newton_vbd.py` only in law and solver. Its two constraints of a cell are tr C - 3 with the compliance
+1/mu and J - 1 with 1/lam: energies mu/2 (tr C - 3)^2 and lam/2 (J - 1)^2. The first has no initial shear stiffness,
+because tr C - 3 is quadratic in shear.
 Source: Macklin, Mueller and Chentanez (2016), XPBD, Motion in Games; its source code, solvers/xpbd/kernels.py.
 """
 

@@ -1,9 +1,9 @@
 """NGSolve: linear elasticity in its own spaces, by its own sparse Cholesky factorisation.
 
-Of ours are nodes, cells, what is held and the forces on nodes, and the points of quadrature. Its quadratic shape
-functions are hierarchical: those of corners are linear, and an edge has a bubble, so that in the middle of an edge
+Nodes, cells, constraints, nodal forces and quadrature points are ours. Its quadratic shape functions are hierarchical:
+those of corners are linear, and an edge has a bubble, so that at the midpoint of an edge
     u = (u_a + u_b) / 2 + c x_ab        c: its bubble there
-Spaces are the same, and so is the solution. Cells that are curved are so there as well, by a deformation of its mesh.
+The spaces are equal, and so is the solution. Curved cells are represented by a deformation of its mesh.
 Source: Schöberl (2014), C++11 Implementation of Finite Elements in NGSolve, ASC Report 30/2014, TU Wien.
 """
 

@@ -1,9 +1,9 @@
-"""PolyFEM (`PolyFEM_bin`): the deck that `dsl export --to polyfem` writes, read from its VTU and its own statistics.
+"""PolyFEM (`PolyFEM_bin`): runs the deck that `dsl export --to polyfem` writes, and reads its VTU and statistics.
 
-Its VTU has the nodes of each cell by themselves, as doubles, in an order of its own: they are matched by where they
-are. It stops at a gradient of 1e-8 of its own, and words for another tolerance are not the same in all its versions:
-loads of less than about 1 mN may be left unsolved, which is then said. It tells no version. It was never run here:
-what is read is what its sources say it writes.
+Its VTU has separate nodes for each cell, as doubles, in its own order: they are matched by position. It stops at a
+gradient of 1e-8 of its own, and the option for another tolerance differs between its versions: loads below about 1 mN
+may remain unsolved, which is reported. It reports no version. It was never run here: the format is taken from its
+sources.
 Source: its src/main.cpp, io/OutData.cpp, io/VTUWriter.cpp; polysolve's nonlinear/Solver.cpp.
 """
 

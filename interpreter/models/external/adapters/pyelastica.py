@@ -1,9 +1,9 @@
-"""PyElastica: a Cosserat rod, stepped through time explicitly.
+"""PyElastica: a Cosserat rod with explicit time steps.
 
-Of ours are nodes, lengths, the six stiffnesses of the section, its rotary inertia, masses at the nodes and the forces
-on them. Its own are turns, which are of segments and not of nodes, the law of sections that keep their volume when they
-are stretched, damping by velocities in closed form, and steps: position Verlet. A clamp holds the node at an end and
-the turn of the segment there. What its kernels take to compile belongs to setting up.
+Nodes, lengths, the six stiffnesses of the section, its rotary inertia, nodal masses and forces are ours. Rotations,
+which belong to segments rather than nodes, the law of sections that keep their volume when stretched, damping of
+velocities in closed form, and steps by position Verlet are its own. A clamp holds the node at an end and the rotation
+of the segment there. Compilation of its kernels counts as set-up.
 Source: Gazzola, Dudte, McCormick and Mahadevan (2018), Forward and inverse problems in the mechanics of soft filaments.
 """
 

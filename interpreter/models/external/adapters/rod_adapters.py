@@ -1,4 +1,4 @@
-"""What adapters of rods have in common: axes at nodes, of those of segments, and the work that energy comes from."""
+"""Functions shared by adapters of rods: nodal axes from those of segments, and a check of energy against work."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""scikit-fem: linear elasticity in its own basis, by its own forms and its usual solver (SuperLU).
+"""scikit-fem: linear elasticity in its own basis, by its own forms and its default solver (SuperLU).
 
-Of ours are nodes, cells, what is held and the forces on nodes. Cells that are curved are so there as well (its
-isoparametric meshes of tet10 and hex27). `ElementHexS2`, its cell of 20 nodes, has straight edges, and is left out.
+Nodes, cells, constraints and nodal forces are ours. Curved cells are curved there too (its isoparametric meshes of
+tet10 and hex27). `ElementHexS2`, its cell of 20 nodes, has straight edges, and is left out.
 Source: Gustafsson and McBain (2020), J. Open Source Software 5(52), 2369.
 """
 

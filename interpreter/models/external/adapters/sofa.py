@@ -1,9 +1,9 @@
-"""SOFA 24 (`runSofa`): the scene that `dsl export --to sofa` writes, solved once in batch, read from its VTU.
+"""SOFA 24 (`runSofa`): runs the scene that `dsl export --to sofa` writes once in batch mode, and reads its VTU.
 
-Its VTU has six digits of each displacement, in the order of our nodes; what those leave in our equations is said. Its
-static solver says in the log whether it converged. Its own clock begins after the first step, which is the only one
-here, so that its time is that of its whole process. It tells no version. It was never run here: what is read is what
-its sources say it writes.
+Its VTU has six digits of each displacement, in the order of our nodes; the residual that this causes is reported. The
+log of its static solver states convergence. Its own clock begins after the first step, which is the only one here, so
+that its time is that of its whole process. It reports no version. It was never run here: the format is taken from its
+sources.
 Source: Component/IO/Mesh/VTKExporter.cpp, ODESolver/Backward/StaticSolver.cpp, Engine/Transform/DifferenceEngine.inl
 and GUI/BatchGUI.cpp.
 """

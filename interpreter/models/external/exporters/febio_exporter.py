@@ -1,8 +1,8 @@
-"""FEBio 4 (.feb, specification 4.0): an input deck as text, which has not been run where it is tested.
+"""Export of an input deck for FEBio 4 (.feb, specification 4.0); the deck was never run in FEBio here.
 
-In mm, Pa and uN (g, mm, s), for a residual below 1e-20 is nothing to it. State k of a problem is at time k. Its lists
-have commas between their numbers; a table of nodes goes by the place of a node in its set. Displacements come out as
-`u.csv`, in mm, a block for each step of time.
+Units are mm, Pa and uN (g, mm, s), because it treats a residual below 1e-20 as zero. State k of a problem is at time k.
+Its lists have commas between numbers; a table of nodes is ordered by the place of a node in its set. Displacements are
+written to `u.csv`, in mm, a block for each time step.
 Source: FEBio User Manual 4, "Free format input"; laws as in FEBioMech/FENeoHookean.cpp and FEIsotropicElastic.cpp.
 """
 

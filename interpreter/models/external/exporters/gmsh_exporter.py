@@ -1,7 +1,7 @@
-"""A mesh as Gmsh 4.1 (ASCII, in m): materials as physical volumes, supports and loads as physical surfaces or points.
+"""Export of a mesh as Gmsh 4.1 (ASCII, in m): materials as physical volumes, supports and loads as physical groups.
 
-Facets that several supports and loads share are an entity of their own, which is in all their groups. What a support
-holds without holding a whole facet, an edge or a point, is a group of points.
+Facets that several supports and loads share are a separate entity, which is in all their groups. What a support holds
+without holding a whole facet, such as an edge or a point, is a group of points.
 Source: Geuzaine and Remacle, "Gmsh Reference Manual", MSH file format, version 4.1.
 """
 

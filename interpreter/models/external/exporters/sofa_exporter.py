@@ -1,8 +1,8 @@
-"""SOFA (.scn, components as of version 24): a scene as text, which has not been run where it is tested.
+"""Export of a scene for SOFA (.scn, components as of version 24); the scene was never run in SOFA here.
 
-Linear tetrahedra of one material, in SI, the full load in one solve by Newton's method: what comes of a large load is
-to be seen in its log. `runSofa -g batch -n 1 model.scn` leaves the mesh at rest with the displacements `u` of its nodes
-as `answer*.vtu`: of positions six digits would be too few.
+Linear tetrahedra of one material, in SI, with the full load in one solution by Newton's method; its log shows whether a
+large load was reached. `runSofa -g batch -n 1 model.scn` writes the undeformed mesh with nodal displacements `u` as
+`answer*.vtu`: the six digits of positions would be too few.
 Source: SOFA's components StaticSolver and TetrahedronHyperelasticityFEMForceField; laws as in its NeoHookean.h and
 STVenantKirchhoff.h, whose parameters are mu and lambda.
 """

@@ -1,4 +1,4 @@
-"""A problem as VTU: in m and N, what loads and holds it as fields at its nodes."""
+"""Export of a problem as VTU, in m and N, with loads and constraints as nodal fields."""
 
 from __future__ import annotations
 

@@ -33,29 +33,40 @@ MOST_DAMPED = 0.1
 
 @dataclass(frozen=True)
 class OutsideRod(Asked):
-    """A rod that another program moves: its nodes, its sections, its masses and the forces on it are ours.
+    """Rod that another program integrates in time; its nodes, sections, masses and forces are ours.
 
-    They are those of `beam6dof(...)` of as many segments: stretch, shear, twist and bending stiffness, mass and rotary
-    inertia of the section, dead forces on nodes, clamps at its ends or none. How they are put together, and how
-    steps are taken, is the program's and is what is judged: what it computes is in the outline and in `solve.means`. It
-    runs in a process of its own, with limits on time, memory and what it may say. Nothing of it is imported here.
+    They are those of `beam6dof(...)` with as many segments: stretch, shear, twist and bending stiffness, mass and
+    rotary
+    inertia of the section, dead nodal forces, and clamps at its ends or none. How they are combined, and how time steps
+    are
+    taken, is the program's and is what is assessed: the outline and `solve.means` describe it. It runs in a separate
+    process, with limits on time, memory and output. Nothing of it is imported here.
 
-    `mujoco` moves a discrete elastic rod, what its cable has become in version 4: nothing of it stretches or shears,
-    and sections have no inertia about axes across them. Let go for 0.12 s under its weight, with 10, 20 and 40 segments
-    and steps of 0.1 ms, a slender rod (length 22 times the thickness) is 1.2, 0.2 and 0.4 % of its way from ours of 80;
-    the silicone beam (5 times) 7.7, 8.8 and 9.1 %, which is what has no place there. Its steps, `discrete`, solve one
-    linear system each, so that they may be longer: 0.8 to 1.2 % with steps of 1 ms. It is held at one end, or at none.
+    `mujoco` has a discrete elastic rod, which replaces its cable in version 4: it does not stretch or shear, and
+    sections
+    have no inertia about transverse axes. Released for 0.12 s under its weight, with 10, 20 and 40 segments and steps
+    of
+    0.1 ms, a slender rod (length 22 times the thickness) differs by 1.2, 0.2 and 0.4 % of its displacement from ours of
+    80
+    segments; the silicone beam (5 times) by 7.7, 8.8 and 9.1 %, which is the effect of what it leaves out. Its steps,
+    `discrete`, solve one linear system each, so that they may be longer: 0.8 to 1.2 % with steps of 1 ms. It is held at
+    one
+    end, or at none.
 
-    `pyelastica` steps explicitly, by a position Verlet scheme, and takes dynamic analyses alone: give it a `step` that
-    waves do not cross a segment in, or it is `diverged`. `damping_mass` takes exp(-a step) of all velocities after each
-    step, which is too much where a step is long beside 1/a: beyond a twentieth too much it is not asked. Directions of
+    `pyelastica` takes explicit steps, by a position Verlet scheme, and supports only dynamic analyses: choose a `step`
+    in
+    which waves do not cross a segment, or it is `diverged`. `damping_mass` multiplies all velocities by exp(-a step)
+    after
+    each step, which is too much if a step is long relative to 1/a: it is refused if this exceeds a twentieth.
+    Directions of
     sections are those of its segments, so that a clamp holds half a segment and answers are of first order in the
-    length of one. Its law is that of volume kept: sections that are stretched grow thin.
+    segment
+    length. Its law conserves volume: stretched sections grow thin.
 
-    What it cannot do exactly as the scene means it is never approximated: the model is `unsupported`, with the reason,
-    and W710 when the scene is checked. Where it is not installed it is `skipped`. A motion is not put into our
-    equations, which is unchecked, and it states no error, neither of its steps nor of its segments: theories and other
-    models judge it. `dsl stress`, which holds models against what they state, leaves it out.
+    What a program cannot do exactly as the scene means it is never approximated: the model is `unsupported`, with the
+    reason, and W710 in validation. If it is not installed, the model is `skipped`. A motion is not checked in our
+    equations, that is unchecked, and it states no error, neither of its steps nor of its segments: theories and other
+    models assess it. `dsl stress`, which compares models with their stated errors, leaves it out.
     """
 
     recovers = False
