@@ -49,14 +49,14 @@ BUILDERS: dict[type[Any], str | Builder] = {
     Results: "softmark.interpreter.models.imported_results.imported_results_builder",
 }
 
-# of bodies whose stress relaxes
+# builders for viscoelastic bodies
 REMEMBERING: dict[type[Any], str] = {
     Fem: "softmark.interpreter.models.fem.fem_relaxation",
     Beam6Dof: "softmark.interpreter.models.beam.beam_relaxation",
-    Outside: "softmark.interpreter.models.external.external_builder",  # which says that it is not
+    Outside: "softmark.interpreter.models.external.external_builder",  # which reports that it is unsupported
     OutsideRod: "softmark.interpreter.models.external.rods.external_rod_builder",
 }
-# of bodies that fluid seeps through
+# builders for poroelastic bodies
 SOAKED: dict[type[Any], str] = {
     Fem: "softmark.interpreter.models.fem.poroelastic_analysis",
     Outside: "softmark.interpreter.models.external.external_builder",

@@ -104,7 +104,7 @@ def solve_finer_space(
 
     `below` returns the assembly of the coarse space and a factor of its tangent there.
     """
-    from softmark.interpreter.models.fem.fem_builder import at_rest
+    from softmark.interpreter.models.fem.fem_builder import build_static
     from softmark.solvers.linear.factorisations import Singular
     from softmark.solvers.mesh.mesh_refinement import UnmatchedFaces, build_finer_space, estimate_memory
     from softmark.solvers.statics.finer_space_solve import CoarseLevel, StateLost, solve_on_finer_space
@@ -117,7 +117,9 @@ def solve_finer_space(
         above = build_finer_space(solved.mesh, None if model.mesh is not None else case.shape)
         thing = _without_locking(model, representative_materials(case, solved.mesh), above.mesh.kind)
         budget.check()
-        static, _ = forces_and_energies(thing, replace(declared, thing=thing), case, BuildContext(scene=scene), above.mesh)
+        static, _ = forces_and_energies(
+            thing, replace(declared, thing=thing), case, BuildContext(scene=scene), above.mesh
+        )
         problem = static.problem
         x = static.unknowns.begun(above.displaced(solved.displacement).ravel())
         assert x is not None
@@ -203,7 +205,9 @@ def solution_of_state(static: PreparedSolid, case: Case, state: Floats) -> Solut
     mesh = Deformed(static.mesh, static.unknowns.moved(state).reshape(-1, 3), pressures=pressures)
     field = displacement_field(static.model, case, mesh)
     found = Solution("converged", None, {}, field, stress=field.stress, carried=cache(lambda: static.carried_in(state)))
-    return replace(found, at_rest=forces_and_energies(replace(static.declared, thing=static.model), case, static, found))
+    return replace(
+        found, at_rest=forces_and_energies(replace(static.declared, thing=static.model), case, static, found)
+    )
 
 
 def solve_on_same_mesh(
@@ -214,7 +218,7 @@ def solve_on_same_mesh(
     `tangent` returns the assembly of the solved model and a factor of its tangent. That factor finds a nearby state;
     only where it fails, Newton's method takes new tangents.
     """
-    from softmark.interpreter.models.fem.fem_builder import at_rest
+    from softmark.interpreter.models.fem.fem_builder import build_static
     from softmark.solvers.statics.finer_space_solve import StateLost, solve_with_known_tangent
     from softmark.solvers.statics.static_equilibrium import NotConverged, equilibrium
 

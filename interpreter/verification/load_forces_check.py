@@ -135,9 +135,9 @@ def _conditions_by_facets(case: Case, mesh: Mesh, where: Condition) -> Iterator[
 def _moment_forces(load: MomentLoad, case: Case, mesh: Mesh, surface: Floats) -> tuple[Floats, float]:
     """Return nodal forces (n, 3), N, of a moment on the selected part of a surface now at `surface` (n, 3), m.
 
-    Also the norm of their uncertainty, N. Point by point: t = c x (x - middle), int (x - middle) x t dA = moment.
-    Raises
-    Unchecked.
+    Also the norm of their uncertainty, N. t = c x (x - middle), int (x - middle) x t dA = moment.
+
+    Raises NoIndependentFormula.
     """
     known: list[tuple[Ints, Floats, Floats]] = []  # nodes, shape functions and area of every point
     vague = 0.0
@@ -173,8 +173,7 @@ Swept = tuple[Ints, Points, tuple[Ints, Floats]]
 def select_facets(where: Condition, case: Case, mesh: Mesh) -> list[Swept]:
     """Return wholly selected facets (w, k), points on parts of others, and facets (v, k) with their uncertainty.
 
-    One entry for every side of the body; computed once per mesh, for all states and models that share it. Raises
-    Unchecked.
+    One entry for every side of the body; computed once per mesh for all states. Raises NoIndependentFormula.
     """
     if (key := (select_facets, where)) not in mesh.selections:
         mesh.selections[key] = list(_sweep_sides(where, case, mesh))
@@ -182,7 +181,7 @@ def select_facets(where: Condition, case: Case, mesh: Mesh) -> list[Swept]:
 
 
 def _sweep_sides(where: Condition, case: Case, mesh: Mesh) -> Iterator[Swept]:
-    """Compute the entries of `selected`. Raises NoIndependentFormula."""
+    """Compute the entries of `select_facets`. Raises NoIndependentFormula."""
     facets = mesh.facets
     corners = mesh.points[facets]
     told = mesh.selections.get(where)

@@ -223,7 +223,7 @@ class ProbeResultUnderTest:
         """Return the change of the metric's value from one of two nested solutions to the other, in the metric's unit.
 
         For forces and tensors only that value counts: `apart` is for solutions that may agree in it by chance. Raises
-        Unknown.
+        NoErrorEstimate.
         """
         plain = self.metric is not None and self.metric.measured_from is None and self.times is None
         if plain and isinstance(self.metric, ForceMetric | TensorMetric):

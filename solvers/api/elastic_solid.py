@@ -77,7 +77,7 @@ class Solid:
     mesh: Mesh
     material: Isotropic
     strain: Literal["small", "corotational", "finite"] = "finite"
-    integrate_cells: Literal["full", "selective"] = "full"
+    integration: Literal["full", "selective"] = "full"
 
     def __post_init__(self) -> None:
         if self.strain not in STRAINS:

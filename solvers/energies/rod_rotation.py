@@ -105,9 +105,7 @@ def interpolate_rotation(q_a: Floats, q_b: Floats, t: Floats) -> Floats:
 def half_angle(c: Floats) -> Floats:
     """Return h = atan2(|v|, s) / |v| for c = (s, v), s >= 0."""
     v = c[..., 1:]
-    size = np.maximum(
-        np.sqrt(np.einsum("...i,...i->...", v, v)), 1e-150
-    )  # lower bound against 0 / 0
+    size = np.maximum(np.sqrt(np.einsum("...i,...i->...", v, v)), 1e-150)  # lower bound against 0 / 0
     return np.asarray(np.arctan2(size, c[..., 0]) / size)
 
 

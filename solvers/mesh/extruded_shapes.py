@@ -39,7 +39,7 @@ class Extruded(Shape):
 
     corners: Annotated[tuple[tuple[float, float], ...], "points of m", "corners of its section, in order around it"]
     height: Annotated[float, "m in (0, inf)", "how far the section goes"]
-    cuts_along: Annotated[Along, "the direction in which it goes"] = "z"
+    along: Annotated[Along, "the direction in which it goes"] = "z"
     base: Annotated[float, "m", "the coordinate along that direction at which it starts"] = 0.0
 
     @property

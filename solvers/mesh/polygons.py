@@ -144,7 +144,7 @@ class Trapezoid(NamedTuple):
     begin: float
     length: float
     middle: float
-    coordinate_range: tuple[float, float]
+    ends: tuple[float, float]
 
 
 @lru_cache(maxsize=64)

@@ -39,7 +39,7 @@ class DeformedState:
     strain: str
     u: Floats
     way: str = "full"
-    build_pressure_space: Floats | None = None
+    pressures: Floats | None = None
     plane: bool = False
     revolved: bool = False
     at: Callable[[Isotropic, Mesh, Rule], Isotropic] | None = None

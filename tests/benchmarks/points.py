@@ -17,17 +17,17 @@ from typing import Any
 import numpy as np
 
 from softmark.solvers.materials import law_for, mixed_for
-from softmark.solvers.statics.material_point import Drive, MaterialPoint, NoState
+from softmark.solvers.statics.material_point import ImposedDeformation, MaterialPoint, NoState
 from tests.shared.equal_moduli import CONSTANTS, made
 
 FREE = float("nan")
 LAWS = ("neo_hookean", "neo_hookean_isochoric", "stable_neo_hookean", *CONSTANTS)
 STATES = {
-    "uniaxial": lambda l: Drive(np.array([l, FREE, FREE])),
-    "equibiaxial": lambda l: Drive(np.array([l, l, FREE]), driven=(0, 1)),
-    "planar": lambda l: Drive(np.array([l, 1.0, FREE])),
-    "confined": lambda l: Drive(np.array([l, 1.0, 1.0])),
-    "simple_shear": lambda l: Drive(np.ones(3), shear=(0, 1, l - 1.0)),
+    "uniaxial": lambda l: ImposedDeformation(np.array([l, FREE, FREE])),
+    "equibiaxial": lambda l: ImposedDeformation(np.array([l, l, FREE]), driven=(0, 1)),
+    "planar": lambda l: ImposedDeformation(np.array([l, 1.0, FREE])),
+    "confined": lambda l: ImposedDeformation(np.array([l, 1.0, 1.0])),
+    "simple_shear": lambda l: ImposedDeformation(np.ones(3), shear=(0, 1, l - 1.0)),
 }  # fmt: skip
 
 
@@ -46,7 +46,7 @@ def point(name: str, nu: float, arrays: bool) -> MaterialPoint:
     return MaterialPoint(Tensors(law) if arrays else law, None if split is None else split.constraint)
 
 
-def spent(one: MaterialPoint, drives: list[Drive]) -> float:
+def spent(one: MaterialPoint, drives: list[ImposedDeformation]) -> float:
     """CPU of a state, us."""
     one.state(drives[0])
     start = time.process_time()

@@ -19,7 +19,7 @@ from softmark.interpreter.help import material_library
 from softmark.interpreter.help.word_pages import page
 from softmark.interpreter.models.material_point.material_point_builder import point_of
 from softmark.interpreter.problem.body_case import case_for
-from softmark.solvers.statics.material_point import Drive
+from softmark.solvers.statics.material_point import ImposedDeformation
 from tests.benchmarks import fits
 
 Floats = NDArray[np.float64]
@@ -83,7 +83,7 @@ support g = displaced(b, where = x >= 1 cm, by = (1, 0, 0) mm, components = x)
 model dot = homogeneous(uniaxial)
 """).scene
     point = point_of(case_for(scene, scene.declared["dot"]), "finite")
-    drives = (Drive(np.array([l, math.nan, math.nan])) for l in stretches)
+    drives = (ImposedDeformation(np.array([l, math.nan, math.nan])) for l in stretches)
     return np.array([point.state(drive).P[0, 0] for drive in drives])
 
 

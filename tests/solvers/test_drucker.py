@@ -15,7 +15,7 @@ from softmark.solvers.api.elastic_solid import material
 from softmark.solvers.materials import law_for, mixed_for
 from softmark.solvers.materials.batched_stability import VolumePressure
 from softmark.solvers.materials.drucker_stability import find_instability
-from softmark.solvers.statics.material_point import Drive, MaterialPoint
+from softmark.solvers.statics.material_point import ImposedDeformation, MaterialPoint
 
 Floats = NDArray[np.float64]
 RNG = np.random.default_rng(3)
@@ -81,7 +81,7 @@ def test_a_pull_loses_it_where_a_formula_of_one_stretch_says(
 def test_a_point_says_from_which_stretch_on_it_is_lost() -> None:
     """To 1e-7, as thirty bisections tell 1e-9 of the way."""
     found, formula = point("yeoh", c1=10.0, c2=-1.0, c3=0.0), of_yeoh(10.0, -1.0, 0.0)
-    drive = Drive(np.array([2.3, math.nan, math.nan]))
+    drive = ImposedDeformation(np.array([2.3, math.nan, math.nan]))
     assert not found.steady(found.state(drive))
     first = brentq(lambda t: formula(t)[0], 1.5, 2.3, xtol=1e-14)
     assert found.first_unsteady(drive).F[0, 0] == pytest.approx(first, rel=1e-7)

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from softmark.solvers.api.elastic_solid import material
 from softmark.solvers.materials import law_for, mixed_for
-from softmark.solvers.statics.material_point import Drive, MaterialPoint, NoState
+from softmark.solvers.statics.material_point import ImposedDeformation, MaterialPoint, NoState
 
 E, FREE = 60e3, math.nan
 Principal = Callable[[float, float, float], list[float]]
@@ -95,10 +95,10 @@ def test_states_of_stretch_are_those_of_closed_forms(name: str, state: str, nu: 
             left = lambda t, l=l: of(*stretches(l, t))[2]  # noqa: E731
             if left(0.4) > 0.0:  # as wide as that is nothing: the law ends before
                 with pytest.raises(NoState):
-                    point(name, nu, strain).state(Drive(np.array(given(l))))
+                    point(name, nu, strain).state(ImposedDeformation(np.array(given(l))))
                 continue
             t = brentq(left, 0.4, 1.6, xtol=1e-15, rtol=1e-15)
-        found = point(name, nu, strain).state(Drive(np.array(given(l))))
+        found = point(name, nu, strain).state(ImposedDeformation(np.array(given(l))))
         assert found.F.diagonal() == pytest.approx(stretches(l, t), rel=1e-9)
         assert found.P.diagonal() == pytest.approx(of(*stretches(l, t)), rel=1e-9, abs=1e-9 * E)
         assert found.residual < 1e-10
@@ -119,7 +119,7 @@ def test_simple_shear_is_that_of_closed_forms(name: str, g: float) -> None:
         "small": mu * g,
     }[name]
     law, strain = ("linear_elastic", "small") if name == "small" else (name, LAWS[name][1])
-    found = point(law, nu, strain).state(Drive(np.ones(3), shear=(0, 1, g), driven=(0,)))
+    found = point(law, nu, strain).state(ImposedDeformation(np.ones(3), shear=(0, 1, g), driven=(0,)))
     assert found.P[0, 1] == pytest.approx(shear, rel=1e-9)
 
 
@@ -130,7 +130,7 @@ def test_simple_shear_is_that_of_closed_forms(name: str, g: float) -> None:
 ])  # fmt: skip
 @pytest.mark.parametrize("name", ["neo_hookean", "neo_hookean_isochoric"])
 def test_at_half_a_pressure_keeps_the_volume(name: str, state: str, l: float, P: float) -> None:
-    found = point(name, 0.5).state(Drive(np.array(STATES[state][1](l))))
+    found = point(name, 0.5).state(ImposedDeformation(np.array(STATES[state][1](l))))
     assert found.P[0, 0] == pytest.approx(P, rel=1e-9)  # mu (l - l^-2), mu (l - l^-5), mu (l - l^-3)
     assert np.linalg.det(found.F) == pytest.approx(1.0, abs=1e-12)
 
@@ -138,33 +138,33 @@ def test_at_half_a_pressure_keeps_the_volume(name: str, state: str, l: float, P:
 @pytest.mark.parametrize("nu", [0.3, 0.45, 0.49999])
 def test_a_force_finds_the_stretch_that_has_it(nu: float) -> None:
     rubber = point("neo_hookean", nu)
-    there = rubber.state(Drive(np.array([1.7, FREE, FREE])))
-    again = rubber.state(Drive(np.full(3, FREE), np.array([there.P[0, 0], 0.0, 0.0])))
+    there = rubber.state(ImposedDeformation(np.array([1.7, FREE, FREE])))
+    again = rubber.state(ImposedDeformation(np.full(3, FREE), np.array([there.P[0, 0], 0.0, 0.0])))
     assert again.F.diagonal() == pytest.approx(there.F.diagonal(), rel=1e-9)
 
 
 def test_in_simple_shear_at_half_the_side_beside_the_plane_is_free() -> None:
-    found = point("neo_hookean", 0.5).state(Drive(np.ones(3), shear=(0, 1, 0.5), driven=(0,), relieved=2))
+    found = point("neo_hookean", 0.5).state(ImposedDeformation(np.ones(3), shear=(0, 1, 0.5), driven=(0,), relieved=2))
     assert found.P[0, 1] == pytest.approx(10e3, rel=1e-12)
     assert found.P[2, 2] == pytest.approx(0.0, abs=1e-8)
 
 
 def test_a_law_past_its_largest_force_says_where_that_is() -> None:
     """St Venant-Kirchhoff in compression: P = E l (l^2 - 1)/2 has its extreme at 1/sqrt(3)."""
-    law, past = point("st_venant_kirchhoff", 0.3), Drive(np.array([0.5, FREE, FREE]))
-    assert law.state(past).freed < 0.0 < law.state(Drive(np.array([0.6, FREE, FREE]))).freed
+    law, past = point("st_venant_kirchhoff", 0.3), ImposedDeformation(np.array([0.5, FREE, FREE]))
+    assert law.state(past).freed < 0.0 < law.state(ImposedDeformation(np.array([0.6, FREE, FREE]))).freed
     first = law.first_lost(past)
     assert first.F[0, 0] == pytest.approx(1 / math.sqrt(3), rel=1e-6)
     assert first.P[0, 0] == pytest.approx(-E / math.sqrt(27), rel=1e-9)
     with pytest.raises(NoState) as none:
-        law.state(Drive(np.full(3, FREE), np.array([-0.2 * E, 0.0, 0.0])))
+        law.state(ImposedDeformation(np.full(3, FREE), np.array([-0.2 * E, 0.0, 0.0])))
     assert none.value.share == pytest.approx(0.19245 / 0.2, abs=2e-3)
 
 
 def test_a_law_that_ends_says_how_far_it_came() -> None:
     """Its width is nothing at l^2 = 1 + 1/nu: no stretch beyond has a state."""
     with pytest.raises(NoState) as none:
-        point("st_venant_kirchhoff", 0.49).state(Drive(np.array([2.0, FREE, FREE])))
+        point("st_venant_kirchhoff", 0.49).state(ImposedDeformation(np.array([2.0, FREE, FREE])))
     assert none.value.stretches[0] == pytest.approx(math.sqrt(1 + 1 / 0.49), rel=2e-3)
 
 
@@ -172,11 +172,11 @@ def test_a_law_that_ends_says_how_far_it_came() -> None:
 def test_a_sheet_that_is_pulled_alike_both_ways_may_thin_one_way(nu: float) -> None:
     """Neither force nor stretches of a neo-Hookean sheet have a maximum; the force along one axis has none either."""
     for l in (1.5, 3.0):
-        assert point("neo_hookean", nu).state(Drive(np.array([l, l, FREE]), driven=(0, 1))).freed > 0.0
+        assert point("neo_hookean", nu).state(ImposedDeformation(np.array([l, l, FREE]), driven=(0, 1))).freed > 0.0
 
 
 def test_amounts_of_any_size_are_found() -> None:
     for l in (1e-2, 20.0):
-        found = point("neo_hookean", 0.4999).state(Drive(np.array([l, FREE, FREE])))
+        found = point("neo_hookean", 0.4999).state(ImposedDeformation(np.array([l, FREE, FREE])))
         assert found.residual < 1e-8
         assert np.linalg.det(found.F) == pytest.approx(1.0, rel=0.05)

@@ -17,7 +17,7 @@ from softmark.solvers.materials.isotropic_material import Isotropic
 from softmark.solvers.materials.two_invariant_law import TwoInvariantLaw
 from softmark.solvers.runtime import scalar_or_array
 from softmark.solvers.statics.isotropic_material_point import PrincipalPoint
-from softmark.solvers.statics.material_point import Drive, MaterialPoint, NoState
+from softmark.solvers.statics.material_point import ImposedDeformation, MaterialPoint, NoState
 from tests.shared.equal_moduli import CONSTANTS, made
 
 RNG = np.random.default_rng(11)
@@ -73,14 +73,14 @@ def test_functions_of_a_number_are_those_of_arrays(x: float) -> None:
 
 
 STATES = {
-    "uniaxial": lambda l: Drive(np.array([l, FREE, FREE])),
-    "equibiaxial": lambda l: Drive(np.array([l, l, FREE]), driven=(0, 1)),
-    "planar": lambda l: Drive(np.array([1.0, l, FREE]), driven=(1,)),
-    "confined": lambda l: Drive(np.array([l, 1.0, 1.0])),
-    "simple_shear": lambda l: Drive(np.ones(3), shear=(1, 2, l - 1.0), driven=(1,), relieved=0),
-    "sheared_and_stretched": lambda l: Drive(np.array([1.2, 0.9, 1.1]), shear=(2, 0, l - 1.0), driven=(2,), relieved=1),
-    "pulled": lambda l: Drive(np.full(3, FREE), np.array([40e3 * (l - 1.0), 0.0, 0.0])),
-    "pulled_twice": lambda l: Drive(np.full(3, FREE), (l - 1.0) * np.array([9e3, 30e3, 0.0]), driven=(0, 1)),
+    "uniaxial": lambda l: ImposedDeformation(np.array([l, FREE, FREE])),
+    "equibiaxial": lambda l: ImposedDeformation(np.array([l, l, FREE]), driven=(0, 1)),
+    "planar": lambda l: ImposedDeformation(np.array([1.0, l, FREE]), driven=(1,)),
+    "confined": lambda l: ImposedDeformation(np.array([l, 1.0, 1.0])),
+    "simple_shear": lambda l: ImposedDeformation(np.ones(3), shear=(1, 2, l - 1.0), driven=(1,), relieved=0),
+    "sheared_and_stretched": lambda l: ImposedDeformation(np.array([1.2, 0.9, 1.1]), shear=(2, 0, l - 1.0), driven=(2,), relieved=1),
+    "pulled": lambda l: ImposedDeformation(np.full(3, FREE), np.array([40e3 * (l - 1.0), 0.0, 0.0])),
+    "pulled_twice": lambda l: ImposedDeformation(np.full(3, FREE), (l - 1.0) * np.array([9e3, 30e3, 0.0]), driven=(0, 1)),
 }  # fmt: skip
 
 
@@ -151,7 +151,7 @@ def test_a_law_that_knows_arrays_alone_is_found_as_well() -> None:
     law = Ciarlet(60e3, 0.3, 1.0)
     mu, lam = law.shear_modulus, law.lame_lambda
     for l in (1e-3, 1.4, 1e4):
-        found = MaterialPoint(law).state(Drive(np.array([l, FREE, FREE])))
+        found = MaterialPoint(law).state(ImposedDeformation(np.array([l, FREE, FREE])))
         a, b, c = 0.5 * lam * l * l, mu, -mu - 0.5 * lam  # of t^2
         across = -2.0 * c / (b + math.sqrt(b * b - 4.0 * a * c))
         assert found.F[1, 1] == pytest.approx(math.sqrt(across), rel=1e-12)
@@ -162,7 +162,7 @@ def test_a_state_asks_its_law_a_few_times_and_takes_a_fraction_of_what_arrays_do
     """A count of iterations, and a ratio within one run: it is some twenty times as fast, and asserted to be five."""
     for nu, most in ((0.45, 6), (0.5, 0)):
         numbers, arrays = both("yeoh", nu)
-        drives = [Drive(np.array([l, FREE, FREE])) for l in np.linspace(0.8, 1.4, 25)]
+        drives = [ImposedDeformation(np.array([l, FREE, FREE])) for l in np.linspace(0.8, 1.4, 25)]
         spent = []
         for point in (numbers, arrays):
             point.state(drives[0])

@@ -12,8 +12,8 @@ import numpy as np
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.beam import beam_supports
-from softmark.interpreter.models.beam.beam_declaration import Beam6Dof, beside, station
-from softmark.interpreter.models.beam.beam_nodal_forces import in_space, on_rod
+from softmark.interpreter.models.beam.beam_declaration import Beam6Dof, section_station, axis_station
+from softmark.interpreter.models.beam.beam_nodal_forces import forces_in_space, nodal_forces_of_beam
 from softmark.interpreter.models.beam.load_lumping import of_force, of_line
 from softmark.interpreter.models.beam.tapered_sections import at_nodes, inertia, of_section, stiffnesses
 from softmark.interpreter.models.postprocessing.vibrations import frequencies_about, without_frequencies
@@ -73,7 +73,7 @@ class PreparedBeam(Meshless):
 
     def forces(self) -> list[tuple[Declared, Floats]]:
         """Return forces and moments in space (n, 6), N and N m, of every load separately, on the undeformed beam."""
-        return in_space(self.applied, self.rest, rotation(self.rest.reshape(-1, 7)[:, 3:]))
+        return forces_in_space(self.applied, self.rest, rotation(self.rest.reshape(-1, 7)[:, 3:]))
 
     def warm(self) -> None:
         """Solve one segment once, so that libraries are loaded before timing; beams use numpy and compile nothing."""
@@ -114,7 +114,7 @@ class PreparedBeam(Meshless):
         notes = (*static_result.doubts(self.declared, found), *self._pressed(found.x))
         seen = replace(solution, notes=notes, vibrations=modes if found.solved else None)
         solved = replace(self.problem, assembly=assembly)
-        carried = cache(lambda: on_rod(solved, found.x, self.applied))
+        carried = cache(lambda: nodal_forces_of_beam(solved, found.x, self.applied))
         return replace(seen, carried=carried, stress=cache(lambda: self._stress(solved, found.x)))
 
     def _stress(self, solved: Statics, x: Floats) -> Any:
@@ -131,9 +131,9 @@ class PreparedBeam(Meshless):
         """Return warnings where tendons pull their guides together."""
         if not any(isinstance(load.thing.action, TendonLoad) for load, _ in self.applied):
             return ()
-        from softmark.interpreter.models.beam.beam_tendons import pressed
+        from softmark.interpreter.models.beam.beam_tendons import guide_warnings
 
-        return pressed(self.declared, self.applied, x)
+        return guide_warnings(self.declared, self.applied, x)
 
     def mass(self) -> Floats:
         """Masses of nodes and inertia of their sections (6 n,), kg and kg m^2."""
@@ -156,7 +156,7 @@ def load(model: Beam6Dof) -> None:
 
 def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build the static or dynamic beam model. Raises Fault."""
-    static = at_rest(model, declared, case)
+    static = build_static(model, declared, case)
     if not isinstance(case.analysis, Dynamic):
         return static
     from softmark.interpreter.models.beam.beam_dynamics import moving
@@ -165,17 +165,17 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: BuildCont
     return moving(static, declared, case, *parts)
 
 
-def at_rest(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
+def build_static(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
     """Build a beam and its static problem. Raises Fault."""
     shape = case.prism
     stations = np.array(model.stations(case))
-    rest, nodes = beam_supports.at_rest(case, stations), len(stations)
-    fixed, target, way = beam_supports.fixed(case, stations.tolist())
+    rest, nodes = beam_supports.undeformed_rod(case, stations), len(stations)
+    fixed, target, way = beam_supports.constrained_dofs(case, stations.tolist())
     elastic = RodElastic(rest, chain_elements(nodes), _stiffness(model, case, stations))
     held = np.zeros((nodes, 6), dtype=bool)
     held.ravel()[fixed] = True
     applied = _loads(case, rest, stations)
-    assembly = Assembly(6 * nodes, fixed, [elastic], _together(applied, rest))
+    assembly = Assembly(6 * nodes, fixed, [elastic], _merge_loads(applied, rest))
     space = RodChain(rest, held[:, :3])
     problem = Statics(
         assembly,
@@ -224,7 +224,7 @@ def _loads(case: Case, rest: Floats, stations: Floats) -> tuple[tuple[Declared, 
     return tuple((load, _load(case, load, rest, stations)) for load in case.loads)
 
 
-def _together(applied: Sequence[tuple[Declared, Energy]], rest: Floats) -> list[Energy]:
+def _merge_loads(applied: Sequence[tuple[Declared, Energy]], rest: Floats) -> list[Energy]:
     """Return the energies of all loads, with nodal forces merged into one and tendons into another."""
     found = [energy for _, energy in applied]
     forces = sum((e.forces for e in found if isinstance(e, RodForces)), np.zeros((rest.size // 7, 3)))
@@ -250,10 +250,10 @@ def _load(case: Case, load: Declared, rest: Floats, stations: Floats) -> Energy:
 
             node = 0 if coverage(where, case.prism, 0.0) == "all" else len(stations) - 1
             return RodMoments(np.array([node]), np.array([moment]))
-        case PointLoad(at=at, force=force) if station(case, at) is None:
+        case PointLoad(at=at, force=force) if axis_station(case, at) is None:
             from softmark.solvers.energies.rod_loads import EccentricRodForces
 
-            node = int(np.abs(stations - (beside(case, at) or 0.0)).argmin())
+            node = int(np.abs(stations - (section_station(case, at) or 0.0)).argmin())
             x = rest.reshape(-1, 7)[node]
             arm = (np.array(at) - x[:3]) @ rotation(x[None, 3:])[0]
             return EccentricRodForces(rest, np.array([node]), arm[None], np.array([force]))
@@ -279,10 +279,10 @@ def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Float
             node = 0 if coverage(where, shape, 0.0) == "all" else -1
             forces[node] = shape.section_at(stations[node]).area * np.array(traction)
         case PointLoad(at=at, force=force):
-            nodes, shares = of_force(station(case, at) or 0.0, force, stations)
+            nodes, shares = of_force(axis_station(case, at) or 0.0, force, stations)
             forces[nodes] = shares
         case LineForce(begin=begin, end=end, force=q):
-            ends = sorted(station(case, p) or 0.0 for p in (begin, end))
+            ends = sorted(axis_station(case, p) or 0.0 for p in (begin, end))
             forces += np.outer(of_line(ends[0], ends[1], stations), q)
         case unknown:  # refused when a scene is checked
             raise TypeError(f"no beam knows a load that acts as {type(unknown).__name__}")

@@ -127,8 +127,8 @@ class Beam6Dof(Model):
             return self._wound(case, action)
         if isinstance(action, TendonLoad):
             places, what = guides(case, action), "guided"
-        elif isinstance(action, PointLoad) and station(case, action.at) is None:
-            places, what = [beside(case, action.at) or 0.0], "beside the axis"
+        elif isinstance(action, PointLoad) and axis_station(case, action.at) is None:
+            places, what = [section_station(case, action.at) or 0.0], "beside the axis"
         else:
             return ""
         nodes, slack = self.stations(case), 1e-6 * case.prism.length
@@ -184,10 +184,10 @@ class Beam6Dof(Model):
         """Return errors for supports that conflict or leave the beam free; separate clamps need no check."""
         if not case.supports or self._apart(case):
             return []  # none is said of the body
-        from softmark.interpreter.models.beam.beam_supports import fixed
+        from softmark.interpreter.models.beam.beam_supports import constrained_dofs
 
         try:
-            fixed(case, self.stations(case))
+            constrained_dofs(case, self.stations(case))
         except Fault as loose:
             return [loose.diagnostic]
         return []
@@ -297,15 +297,15 @@ def _turns_free(case: Case, support: Declared) -> bool:
     """Return whether a support rotates sections about an axis along which its components leave them free."""
     if len(support.thing.components) == 3:
         return False
-    from softmark.interpreter.models.beam.beam_supports import turns_free
+    from softmark.interpreter.models.beam.beam_supports import rotates_free_sections
 
-    return turns_free(case, support)
+    return rotates_free_sections(case, support)
 
 
 def _place(action: Any, case: Case) -> str:
     """Return the field that gives the place of a load; for a tendon, the end that lies beyond the beam."""
     if isinstance(action, TendonLoad):
-        return "to" if beside(case, action.end) is None and beside(case, action.begin) is not None else "from"
+        return "to" if section_station(case, action.end) is None and section_station(case, action.begin) is not None else "from"
     return {PointLoad: "at", LineForce: "from"}.get(type(action), "where")
 
 
@@ -320,14 +320,14 @@ def _unfit(load: Declared, case: Case) -> str:
         case BodyForce():
             return ""
         case PointLoad(at=at):
-            return "" if station(case, at) is not None or beside(case, at) is not None else "not in the beam"
+            return "" if axis_station(case, at) is not None or section_station(case, at) is not None else "not in the beam"
         case LineForce(begin=begin, end=end):
             if begin == end:
                 return "a line without a length"
-            on = station(case, begin) is not None and station(case, end) is not None
+            on = axis_station(case, begin) is not None and axis_station(case, end) is not None
             return "" if on else "not along the axis of the beam"
         case TendonLoad(begin=begin, end=end):
-            first, last = beside(case, begin), beside(case, end)
+            first, last = section_station(case, begin), section_station(case, end)
             if first is None or last is None:
                 return "beyond the ends of the beam"
             slack = 1e-6 * case.prism.length
@@ -340,28 +340,28 @@ def _unfit(load: Declared, case: Case) -> str:
 def _arms(case: Case) -> set[float]:
     """Return the stations of eccentric forces and tendon guides, m from the root."""
     actions = [load.thing.action for load in case.loads]
-    points = [a.at for a in actions if isinstance(a, PointLoad) and station(case, a.at) is None]
-    places = {s for s in (beside(case, p) for p in points) if s is not None}
+    points = [a.at for a in actions if isinstance(a, PointLoad) and axis_station(case, a.at) is None]
+    places = {s for s in (section_station(case, p) for p in points) if s is not None}
     return places | {s for a in actions if isinstance(a, TendonLoad) for s in guides(case, a)}
 
 
 def guides(case: Case, action: TendonLoad) -> list[float]:
     """Return the stations of a tendon's guides, m from the root, with its ends; empty if one end is beyond the beam."""
-    first, last = beside(case, action.begin), beside(case, action.end)
+    first, last = section_station(case, action.begin), section_station(case, action.end)
     if first is None or last is None:
         return []
     count = (action.guides or 2) - 1
     return [first + (last - first) * i / count for i in range(count + 1)]
 
 
-def beside(case: Case, point: tuple[float, float, float]) -> float | None:
+def section_station(case: Case, point: tuple[float, float, float]) -> float | None:
     """Return the station of the section that a point lies in, m from the root; None beyond the ends."""
     shape = case.prism
     s, slack = shape.own(point)[0], 1e-9 * shape.length
     return min(max(s, 0.0), shape.length) if -slack <= s <= shape.length + slack else None
 
 
-def station(case: Case, point: tuple[float, float, float]) -> float | None:
+def axis_station(case: Case, point: tuple[float, float, float]) -> float | None:
     """Return the station of a point on the axis, m from the root; None if it lies off the axis."""
     return on_axis(case.prism, point)
 

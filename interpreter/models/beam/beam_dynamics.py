@@ -68,7 +68,7 @@ class MovingBeam(PreparedMotion):
 
     def _resolution(self) -> Resolution | None:
         """Return how the time step resolves the slowest vibration."""
-        self._turning.reset()  # it is asked for at rest
+        self._turning.reset()  # frequencies are those about rest
         return super()._resolution()
 
     def _step_error(self) -> StepError | None:

@@ -15,14 +15,14 @@ from softmark.solvers.statics.residual_resultant import residual_without_roundin
 from softmark.solvers.statics.static_problem import Statics
 
 
-def on_rod(problem: Statics, x: Floats, loads: Sequence[tuple[Declared, Energy]]) -> NodalForces:
+def nodal_forces_of_beam(problem: Statics, x: Floats, loads: Sequence[tuple[Declared, Energy]]) -> NodalForces:
     """Return the nodal forces in a state x (nodes * 7,); moments are about the material axes, as in the solver."""
     nodes, start = x.reshape(-1, 7), problem.rest.reshape(-1, 7)
     energy = sum(_energy(e, x) for e in problem.assembly.internal if isinstance(e, RodElastic))
-    return carried(problem, x, loads, float(energy), start[:, :3], nodes[:, :3], rotation(nodes[:, 3:]))
+    return nodal_forces_of_rods(problem, x, loads, float(energy), start[:, :3], nodes[:, :3], rotation(nodes[:, 3:]))
 
 
-def carried(
+def nodal_forces_of_rods(
     problem: Statics, x: Floats, loads: Sequence[tuple[Declared, Energy]], energy: float, X: Floats, now: Floats,
     frames: Floats,
 ) -> NodalForces:  # fmt: skip
@@ -37,7 +37,7 @@ def carried(
     return NodalForces(X, now - X, now, left, own, energy, work, frames, written=written)
 
 
-def in_space(loads: Sequence[tuple[Declared, Energy]], x: Floats, frames: Floats) -> list[tuple[Declared, Floats]]:
+def forces_in_space(loads: Sequence[tuple[Declared, Energy]], x: Floats, frames: Floats) -> list[tuple[Declared, Floats]]:
     """Return forces and moments in space (n, 6), N and N m, of every load separately, at nodes with these `frames`."""
     found = ((load, _acting(energy, x, len(frames))) for load, energy in loads)
     return [(load, np.hstack([f[:, :3], np.einsum("nij,nj->ni", frames, f[:, 3:])])) for load, f in found]

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.models.beam.beam_builder import PreparedBeam, at_rest
-from softmark.interpreter.models.beam.beam_nodal_forces import on_rod
+from softmark.interpreter.models.beam.beam_builder import PreparedBeam, build_static
+from softmark.interpreter.models.beam.beam_nodal_forces import nodal_forces_of_beam
 from softmark.interpreter.models.beam.beam_supports import held_values
 from softmark.interpreter.models.postprocessing import vibrations
 from softmark.interpreter.models.postprocessing.mesh_stress import Settled
@@ -44,7 +44,7 @@ NO_STRESS = "its stress is that of its past, which is not told of sections: ask 
 
 
 @dataclass(frozen=True)
-class Gone:
+class BeamHistory:
     """Displacement field of a viscoelastic beam, and its history: `past` at `times` (t,), s."""
 
     now: Callable[[Floats], Floats]
@@ -57,7 +57,7 @@ class Gone:
 
 
 @dataclass(frozen=True)
-class AgedBeam(Meshless):
+class ViscoelasticBeam(Meshless):
     """Viscoelastic beam; `static` is the same beam with all loads at full size and the instantaneous stiffness."""
 
     static: PreparedBeam
@@ -106,7 +106,7 @@ class AgedBeam(Meshless):
             """Return the displacement field of a state."""
             return lambda X: displacement_at(x, rest, X, along)
 
-        solution = static_result.found(found, Gone(moved(state.x), state.times, tuple(map(moved, state.states))))
+        solution = static_result.found(found, BeamHistory(moved(state.x), state.times, tuple(map(moved, state.states))))
         energies = {"work_J": state.work, "stored_J": state.stored, "dissipated_J": state.dissipated,
                     "time_s": state.time, "steps_in_time": len(state.times)}  # fmt: skip
         facts = solution.facts | {"energies_in_time": energies}
@@ -119,7 +119,7 @@ class AgedBeam(Meshless):
         """Return the nodal forces in a state."""
         assert state.problem is not None
         acting = self.timed.acting(self.static.applied, state.time)
-        found = on_rod(replace(state.problem, rest=self.static.rest), state.x, acting)
+        found = nodal_forces_of_beam(replace(state.problem, rest=self.static.rest), state.x, acting)
         return replace(found, energy=state.stored, dissipated=state.dissipated)
 
 
@@ -128,7 +128,7 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: BuildCont
     if isinstance(case.analysis, Dynamic):
         return _in_motion(model, declared, case)
     whole = case_at_full_size(case)
-    static = at_rest(model, declared, whole)
+    static = build_static(model, declared, whole)
     problem = static.problem
     loads = [energy for _, energy in static.applied]
     assembly = Assembly(problem.assembly.dofs, problem.fixed, [static.elastic], loads)
@@ -137,14 +137,14 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: BuildCont
     memories = BodyHistory((RodHistory.at_rest(static.elastic, g, tau),))
     held = held_values(whole, static.stations.tolist())
     owners = [held[dof][1] for dof in problem.fixed.tolist()]
-    return AgedBeam(static, case, memories, AmplitudeSchedule.of(whole, static.applied, owners, problem.target))
+    return ViscoelasticBeam(static, case, memories, AmplitudeSchedule.of(whole, static.applied, owners, problem.target))
 
 
 def _in_motion(model: Beam6Dof, declared: Declared, case: Case) -> Prepared:
     """Build the dynamic analysis of a viscoelastic beam."""
     from softmark.interpreter.models.beam.beam_dynamics import moving
 
-    static = at_rest(model, declared, case)
+    static = build_static(model, declared, case)
     made = moving(static, declared, case, static.elastic, static.problem, static.mass(), static.applied)
     rods: Any = made.problem.assembly.internal[0]
     memories = BodyHistory((RodHistory.at_rest(rods, *series_of(case.material)),))

@@ -30,7 +30,7 @@ def points_of(case: Case, stations: Floats) -> Floats:
     return np.array([shape.centre(s) for s in stations.tolist()])
 
 
-def at_rest(case: Case, stations: Floats) -> Floats:
+def undeformed_rod(case: Case, stations: Floats) -> Floats:
     """Return the stress-free rod through the stations (n * 7,); e2 and e3 are the two axes of the section."""
     shape, points = case.prism, points_of(case, stations)
     if isinstance(shape, Prism):
@@ -38,7 +38,7 @@ def at_rest(case: Case, stations: Floats) -> Floats:
     return rod_from_frames(points, np.array([shape.frame(s) for s in stations.tolist()]).transpose(0, 2, 1))
 
 
-def fixed(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats, Turns | None]:
+def constrained_dofs(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats, Turns | None]:
     """Return held degrees of freedom (c,), their values (c,), m or rad, and the path of rotating supports.
 
     The rod has nodes at the stations. Raises Fault.
@@ -78,7 +78,7 @@ def _held(case: Case, stations: Sequence[float], share: float) -> Held:
     return held
 
 
-def turns_free(case: Case, support: Declared) -> bool:
+def rotates_free_sections(case: Case, support: Declared) -> bool:
     """Return whether a support rotates sections about an axis along which their rotation is free."""
     left = set(range(3)) - set(_held_turns(case.prism.axis, support.thing.components))
     return any(abs(support.thing.rotation[t]) > 0.0 for t in left)

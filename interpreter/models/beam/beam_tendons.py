@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 NEAR = 0.2  # of their distance at rest: guides that come nearer would touch, and beam theory has ended long before
 
 
-def pressed(declared: Declared, applied: Sequence[tuple[Declared, Energy]], x: Floats) -> tuple[Diagnostic, ...]:
+def guide_warnings(declared: Declared, applied: Sequence[tuple[Declared, Energy]], x: Floats) -> tuple[Diagnostic, ...]:
     """Return warnings where tendons pull their guides together in a state x."""
     found = []
     for load, energy in applied:
@@ -46,17 +46,17 @@ def tendon(case: Case, action: TendonLoad, rest: Floats, stations: Floats) -> En
         t = np.linspace(0.0, 1.0, action.guides)
         places = begin[0] + span * t
         nodes = np.abs(stations - places[:, None]).argmin(axis=1)
-        arms, _ = _beside(first, last, action.winding, t)
+        arms, _ = _tendon_arms(first, last, action.winding, t)
         arms[:, 0] = places - stations[nodes]
         return GuidedTendon(rest, nodes, arms, action.tension)
     low, high = (np.clip(s, begin[0], end[0]) for s in (stations[:-1], stations[1:]))
     shares = (high - low) / np.diff(stations)
-    arms, slopes = _beside(first, last, action.winding, (0.5 * (low + high) - begin[0]) / span)
+    arms, slopes = _tendon_arms(first, last, action.winding, (0.5 * (low + high) - begin[0]) / span)
     tension = np.array([action.tension])
     return RodTendons(rest, chain_elements(len(stations)), arms[None], slopes[None] / span, shares[None], tension)
 
 
-def _beside(first: Floats, last: Floats, winding: float, t: Floats) -> tuple[Floats, Floats]:
+def _tendon_arms(first: Floats, last: Floats, winding: float, t: Floats) -> tuple[Floats, Floats]:
     """Return arms (m, 3) in material axes at fractions t between two places (2,) in the section, and their slopes by t.
 
     The first place and the unwound last place define a straight line; each point of it is rotated by its share of the

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.models.beam.beam_nodal_forces import carried, in_space
+from softmark.interpreter.models.beam.beam_nodal_forces import nodal_forces_of_rods, forces_in_space
 from softmark.interpreter.models.beam.load_lumping import of_force, of_line
 from softmark.interpreter.models.beam.tapered_sections import at_nodes, stiffnesses
 from softmark.interpreter.models.beam_frame import frame_selection
@@ -56,7 +56,7 @@ class PreparedNetwork(Meshless):
 
     def forces(self) -> list[tuple[Declared, Floats]]:
         """Return forces and moments in space (p, 6), N and N m, of every load separately, on the undeformed frame."""
-        return in_space(self.applied, self.layout.rest, self.layout.axes)
+        return forces_in_space(self.applied, self.layout.rest, self.layout.axes)
 
     def warm(self) -> None:
         """Load libraries before timing; there is nothing to compile."""
@@ -94,7 +94,7 @@ class PreparedNetwork(Meshless):
         """Return forces and moments at the points in a state x (n * 7,); moments are about the axes of the points."""
         layout, assembly = self.layout, self.problem.assembly
         energy, now = sum(e.value(x) for e in assembly.internal), x.reshape(-1, 7)[layout.first, :3]
-        return carried(self.problem, x, self.applied, float(energy), layout.X, now, layout.frames(x))
+        return nodal_forces_of_rods(self.problem, x, self.applied, float(energy), layout.X, now, layout.frames(x))
 
 
 def _stretch(network: Network, member: int, line: LineForce) -> tuple[float, float] | None:

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 BALANCED = 1e-4  # of the larger of loads and reactions: what may be left of a program's answer in our equations
 HELD = 1e-6  # of the greatest displacement: how far a node that is held may be from where it is held
-VAGUE = 0.1  # of the loads: where the digits of an answer leave more, a wrong one is not told from a right one
+VAGUE = 0.1  # of the loads: with a larger effect of its digits an answer cannot be checked
 TOLD = 3.0  # times what the digits of an answer leave, as one draw of their rounding has it
 OURS = ("iterations", "steps", "history", "started")  # facts of how we would have solved it
 NOT_KNOWN = "another program solved it, and of the stiffness in its state nothing is known"
@@ -290,12 +290,12 @@ def prepare(model: Outside, declared: Declared, case: Case, workshop: BuildConte
         return Unbuilt(model.words_of(reasons), "unsupported")
     if isinstance(case.analysis, Dynamic):
         return cast(Prepared, moving(model, declared, case, workshop))
-    solid, _ = fem.at_rest(model.solid, replace(declared, thing=model.solid), case, workshop)
+    solid, _ = fem.build_static(model.solid, replace(declared, thing=model.solid), case, workshop)
     return cast(Prepared, PreparedOutside(model, declared, case, solid))
 
 
 def moving(model: Outside, declared: Declared, case: Case, workshop: BuildContext) -> PreparedMoving:
     """Build the dynamic analysis by a program. Raises Fault."""
-    solid, parts = fem.at_rest(model.solid, replace(declared, thing=model.solid), case, workshop)
+    solid, parts = fem.build_static(model.solid, replace(declared, thing=model.solid), case, workshop)
     masses = fem.mass_of(model.solid, case, solid.mesh, parts)[::3]
     return PreparedMoving(model, declared, case, solid, motion_of(model, cast(Dynamic, case.analysis), masses))

@@ -76,7 +76,7 @@ class Outside(Asked):
     """
 
     recovers = False
-    graded = True  # said to be unsupported, as all else that has no words for others
+    graded = True  # reported as unsupported with all else that cannot be transferred
     directed = True
     composite = True
     bedded = True
@@ -86,17 +86,17 @@ class Outside(Asked):
     finely = ("size",)
     loads = (*Model.loads, LineForce)
 
-    program: Annotated[Word, "whose solver"]
+    program: Annotated[Word, "the program"]
     element: Annotated[str, "element", "the element, as of `fem(...)`: tet4, tet10, hex8, hex20 or hex27"]
     strain: Annotated[Literal["small", "finite"], "how strain is measured"]
     size: Annotated[float | None, "m in (0, inf)", "edge length that the mesh aims at"] = None
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
     mesh: Annotated[Any | None, "shape", "a mesh from a file in place of one made of the body's shape"] = None
-    time: Annotated[float, "s in (0, inf)", "wall-clock time after which it is stopped"] = 60.0
-    memory: Annotated[float, "1 in (0, 100000]", "GB of address space that it may have"] = 4.0
+    time: Annotated[float, "s in (0, inf)", "limit of its wall-clock time"] = 60.0
+    memory: Annotated[float, "1 in (0, 100000]", "limit of its address space, GB"] = 4.0
     threads: Annotated[int, "1 in [1, 256]", "threads that it may use"] = 1
-    step: Annotated[float | None, "s in (0, inf)", "its own step of a motion; that of the analysis if none"] = None
-    iterations: Annotated[int | None, "1 in [1, 100000]", "its iterations in a step; its own choice if none"] = None
+    step: Annotated[float | None, "s in (0, inf)", "its time step; default: that of the analysis"] = None
+    iterations: Annotated[int | None, "1 in [1, 100000]", "iterations per time step; default: its own choice"] = None
 
     @property
     def ours(self) -> Fem:

@@ -56,7 +56,7 @@ class Motion:
     masses: Floats  # (n,) kg, of nodes
     damping_mass: float = 0.0  # a, 1/s
     damping_stiffness: float = 0.0  # b, s
-    explicit: bool = False  # steps that solve nothing are asked for
+    explicit: bool = False  # explicit time steps
     iterations: int | None = None  # of a step; None: as many as the program takes by itself
 
 
@@ -96,7 +96,7 @@ class Problem:
     values_of_states: tuple[float, ...] = ()  # what the scene calls them: 0.125 of 12.5 %; none where it has no states
     motion: Motion | None = None
     section: Section | None = None
-    named: Named | None = None  # what of it has a name, for a program that is told of loads by theirs
+    named: Named | None = None  # named parts, for a program that receives loads by name
 
     @property
     def is_held(self) -> NDArray[np.bool_]:

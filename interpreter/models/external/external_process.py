@@ -27,7 +27,7 @@ from softmark.records import dataclass
 
 How = Literal["done", "timed_out", "flooded", "out_of_memory", "died", "unstarted"]
 
-LOG = "log.txt"  # in the folder: what it said
+LOG = "log.txt"  # in the folder: its output
 MOST = 2**20  # bytes that it may say
 FILE = 0.25  # of its memory: what one of its files may have, which is read here
 LINES, WIDE = 8, 160  # of its last words: how many, and of how many characters each

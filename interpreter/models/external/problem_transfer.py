@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.shared.material_regions import MaterialRegion
     from softmark.interpreter.problem.body_case import Case
 
-Reason = tuple[str, str]  # what cannot be told, and why
+Reason = tuple[str, str]  # unsupported feature, and the reason
 
 _NO_TIME = "other programs are told of bodies at rest alone"
 _NO_PAST = "what a body remembers has no words in the neutral problem"

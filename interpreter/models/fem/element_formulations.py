@@ -124,13 +124,13 @@ def _incompressible(model: Fem, declared: Declared, case: Case) -> Iterator[Clas
 # ------------------------------------------------------------------ building them
 
 
-class Forming(Protocol):
+class EnergyFactory(Protocol):
     """Function that creates the energy of the cells of one material, and its corotational twin for finite strain."""
 
     def __call__(self, model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]: ...
 
 
-def of_parts(model: Fem, pieces: Sequence[MaterialRegion], make: Forming) -> tuple[list[Energy], list[Energy] | None]:
+def energies_of_regions(model: Fem, pieces: Sequence[MaterialRegion], make: EnergyFactory) -> tuple[list[Energy], list[Energy] | None]:
     """Return one energy for the cells of each material, and their corotational twins, if any.
 
     Mixed energies have separate pressures, numbered one after another, so that pressure is discontinuous between
@@ -138,10 +138,10 @@ def of_parts(model: Fem, pieces: Sequence[MaterialRegion], make: Forming) -> tup
     """
     found = [make(model, own.case, own.mesh, own.parts) for own in pieces]
     twins = [twin for _, twin in found if twin is not None]
-    return _apart([energy for energy, _ in found]), _apart(twins) if twins else None
+    return _number_pressures([energy for energy, _ in found]), _number_pressures(twins) if twins else None
 
 
-def _apart(energies: list[Energy]) -> list[Energy]:
+def _number_pressures(energies: list[Energy]) -> list[Energy]:
     """Return the energies with their pressure unknowns numbered one after another."""
     from softmark.solvers.energies.mixed_displacement_pressure import MixedSolid
 
@@ -159,7 +159,7 @@ def _apart(energies: list[Energy]) -> list[Energy]:
 def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]:
     """Return the energy of a formulation other than displacement, and its corotational twin for finite strain."""
     if case.porous:
-        return _around(_porous(model, case, mesh, parts), case, mesh, parts), None
+        return _axisymmetric(_porous(model, case, mesh, parts), case, mesh, parts), None
     energy = _energy(model, case, mesh, parts, model.strain)
     return energy, _energy(model, case, mesh, parts, "corotational") if model.strain == "finite" else None
 
@@ -180,10 +180,10 @@ def _energy(model: Fem, case: Case, mesh: Mesh, parts: Integration, strain: str)
         made = MeanDilatation(
             *body, split.shape, split.constraint, _of_cells(split.modulus, _volumes(case, mesh, parts))
         )
-    return _around(made, case, mesh, parts)
+    return _axisymmetric(made, case, mesh, parts)
 
 
-def _around(made: Any, case: Case, mesh: Mesh, parts: Integration) -> Energy:
+def _axisymmetric(made: Any, case: Case, mesh: Mesh, parts: Integration) -> Energy:
     """Return the energy of a plane section as that of a body of revolution, if the case is axisymmetric."""
     if not case.depth:
         return made  # type: ignore[no-any-return]
@@ -294,7 +294,7 @@ class Unknowns:
         return u if u is None or not self.pressures else np.concatenate([u, np.zeros(self.pressures)])
 
 
-def must_breathe(declared: Declared, case: Case, pieces: Sequence[MaterialRegion], assembly: Assembly) -> None:
+def must_determine_pressure(declared: Declared, case: Case, pieces: Sequence[MaterialRegion], assembly: Assembly) -> None:
     """Raise Fault if supports leave a uniform pressure in an incompressible body undetermined.
 
     This happens if supports hold the whole surface: a prescribed volume change is impossible, and without one the
@@ -321,7 +321,7 @@ def must_breathe(declared: Declared, case: Case, pieces: Sequence[MaterialRegion
                 f" pressure in `{declared.name}` open", "nowhere to go", help)  # fmt: skip
 
 
-def spared(choice: Linear, assembly: Assembly) -> Linear:
+def saddle_point_solver(choice: Linear, assembly: Assembly) -> Linear:
     """Return a choice of linear solvers that can solve saddle point systems, if the assembly has pressures."""
     import numpy as np
 

@@ -292,9 +292,9 @@ def load(model: Fem) -> None:
 
 def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build the static or dynamic model of a case. Raises Fault."""
-    static, parts = at_rest(model, declared, case, workshop)
+    static, parts = build_static(model, declared, case, workshop)
     if not isinstance(case.analysis, Dynamic):
-        return levered(static, workshop, disturbance_of(case))
+        return apply_options(static, workshop, disturbance_of(case))
     from softmark.interpreter.models.shared.free_rigid_body_motion import include_free_rigid_bodies
     from softmark.interpreter.models.shared.solid_dynamics import in_motion
 
@@ -304,7 +304,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     )
 
 
-def at_rest(
+def build_static(
     model: Fem, declared: Declared, case: Case, workshop: BuildContext, mesh: Mesh | None = None
 ) -> tuple[PreparedSolid, Integration]:
     """Build the static problem; return it with the integration over its mesh, or over the given mesh. Raises Fault."""
@@ -314,7 +314,7 @@ def at_rest(
     each = sample_regions(regions_by_material(case, mesh, parts), model.formulation != "displacement")
     element_formulations.must_be_compressible(declared, each)
     passive, tensions = muscles(each)
-    internal, twins = element_formulations.of_parts(model, passive, energies)
+    internal, twins = element_formulations.energies_of_regions(model, passive, energies)
     fixed, target, way = solid_supports(case, mesh, workshop.measured)
     must_be_mirrored(each)
     applied = single_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
@@ -326,7 +326,7 @@ def at_rest(
     beyond = [*beds.values(), *([] if loose is None else [loose.spring])]
     loads = unknowns.loads([*merge_loads(applied, mesh.points.size), *(energy for _, energy in tensions)])
     assembly = Assembly(dofs, fixed, [*internal, *beyond], [*loads, *contacts.values()], points)
-    element_formulations.must_breathe(declared, case, each, assembly)
+    element_formulations.must_determine_pressure(declared, case, each, assembly)
     problem = Statics(
         assembly,
         VectorSpace(dofs),
@@ -336,13 +336,13 @@ def at_rest(
         case.analysis.tolerance,
         case.analysis.max_iterations,
         None if twins is None else assembly.with_internal([*twins, *beyond]),
-        unknowns.of_displacements(soundness(model, elastic)),
+        unknowns.of_displacements(inversion_test(model, elastic)),
         unknowns.of_displacements(lambda x: least_stretch(elastic.F(x)) > FLAT),
         convex=model.strain == "small" and assembly.conservative and not contacts and not case.pairs,
         extent=mesh.extent,
         path=case.analysis.path,
         way=way,
-        linear=element_formulations.spared(Linear(), assembly),
+        linear=element_formulations.saddle_point_solver(Linear(), assembly),
         resultant=unknowns.of_displacements(resultant_on(mesh.points)),
     )
     size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
@@ -376,12 +376,12 @@ def muscles(each: Sequence[MaterialRegion]) -> tuple[Sequence[MaterialRegion], l
     return passive, tensions
 
 
-def levered(static: PreparedSolid, workshop: BuildContext, disturbance: Disturbance | None = None) -> PreparedSolid:
+def apply_options(static: PreparedSolid, workshop: BuildContext, disturbance: Disturbance | None = None) -> PreparedSolid:
     """Apply the options that trade accuracy for speed: precision, caps, linear solver, start. Raises Fault."""
     model, problem = static.model, static.problem
     reuse, modes = model.factorisation == "reused", problem.assembly.modes
     choice = Linear(model.linear, model.precision, model.linear_cap, reuse, modes)
-    choice = element_formulations.spared(choice, problem.assembly)
+    choice = element_formulations.saddle_point_solver(choice, problem.assembly)
     problem = replace(problem, cap=model.cap, linear=choice)
     if model.precision == "single":
         twin = None if problem.twin is None else SingleAssembly.of(problem.twin)
@@ -392,7 +392,7 @@ def levered(static: PreparedSolid, workshop: BuildContext, disturbance: Disturba
     return replace(static, problem=problem, first=first, disturbance=disturbance)
 
 
-def soundness(model: Fem, elastic: Elastic) -> Callable[[Floats], bool]:
+def inversion_test(model: Fem, elastic: Elastic) -> Callable[[Floats], bool]:
     """Return a test whether no cell is inverted at any integration point; it is always true for small strain."""
 
     def sound(x: Floats) -> bool:

@@ -106,11 +106,11 @@ class Fem(HasMaterial, Model):
     size: Annotated[float | None, "m in (0, inf)", "edge length that the mesh aims at"] = None
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
     mesh: Annotated[Any | None, "shape", "a mesh from a file in place of one made of the body's shape"] = None
-    integration: Annotated[Literal["full", "selective"], "at which points of a hexahedron"] = "full"
+    integration: Annotated[Literal["full", "selective"], "quadrature of hexahedra: full, or selective for the volumetric part"] = "full"
     formulation: Annotated[
-        Literal["displacement", "mixed", "mean_dilatation"], "what the volume is kept by: see above"
+        Literal["displacement", "mixed", "mean_dilatation"], "treatment of near-incompressibility: see above"
     ] = "displacement"
-    rotation: Annotated[Literal["point", "element"], "what turns as one in corotational strain"] = "point"
+    rotation: Annotated[Literal["point", "element"], "one rotation per integration point or per element, in corotational strain"] = "point"
     mass: Annotated[Literal["consistent", "lumped", "uniform"], "how nodes share the mass"] = "consistent"
     cap: Annotated[
         int | None,
@@ -118,28 +118,28 @@ class Fem(HasMaterial, Model):
         "Newton iterations after which a state, or a time step, is accepted, solved or not; none: all are solved",
     ] = None
     material: Annotated[Any | None, "material", "another material than the body's, to see what it changes"] = None
-    precision: Annotated[Literal["double", "single"], "of all numbers, 64 or 32 bits"] = "double"
+    precision: Annotated[Literal["double", "single"], "floating-point precision, 64 or 32 bits"] = "double"
     linear: Annotated[
         Literal["auto", "cholesky", "superlu", "pardiso", "multigrid", "conjugate_gradients"],
-        "what solves linear systems",
+        "linear solver",
     ] = "auto"
     linear_cap: Annotated[
         int | None,
         "1 in [1, 100000]",
         "iterations of conjugate gradients in a Newton step; none: until it is solved",
     ] = None
-    factorisation: Annotated[Literal["fresh", "reused"], "whether a factor serves one Newton step or several"] = "fresh"
-    start: Annotated[str | None, "model", "the model whose solution is started from; rest without"] = None
+    factorisation: Annotated[Literal["fresh", "reused"], "whether a factor is used for one Newton step or several"] = "fresh"
+    start: Annotated[str | None, "model", "model whose solution is the initial guess; default: rest"] = None
     quality: Annotated[
         float | None,
         "1 in [1e-9, 1]",
-        "of the worst cell, to which nodes are moved: a mesh made worse on purpose; none: as it is made",
+        "mean ratio of the worst cell, for a mesh made worse on purpose; default: as generated",
     ] = None
     finer: Annotated[
         float | None, "1 in (1, 100]", "how many times smaller cells are where `towards` says; none: alike everywhere"
     ] = None
     towards: Annotated[
-        Any | None, "condition", "at whose border cells are smaller, as at a clamp: `towards = x <= 0 mm`"
+        Any | None, "condition", "condition at whose border cells are smaller, as at a clamp: `towards = x <= 0 mm`"
     ] = None
 
     loads = (*Model.loads, LineForce)
@@ -230,12 +230,12 @@ class Fem(HasMaterial, Model):
             return self._of_parts(declared, case)
         case = case.plain
         if self.element not in WORDS:
-            return [options.unmeshed(declared, unknown_element_error(self.element))]
+            return [options.unknown_element(declared, unknown_element_error(self.element))]
         found = [
             *self.refusals(declared, case),
             self.one_mesh(declared, case),
-            options.graded(self, declared, case),
-            *options.sized(self, declared, case),
+            options.check_grading(self, declared, case),
+            *options.unused_size(self, declared, case),
             self._finite_law(declared, case),
             self.locking(declared, case),
             self._rotation(declared, case),
@@ -260,7 +260,7 @@ class Fem(HasMaterial, Model):
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors about the model from which this one starts."""
-        return options.starts(scene, declared, case)
+        return options.check_start(scene, declared, case)
 
     def one_mesh(self, declared: Declared, case: Case) -> Diagnostic | None:
         """Return an error unless exactly one of `size` and `mesh` is given; a body that is a mesh needs neither."""

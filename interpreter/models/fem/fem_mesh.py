@@ -35,7 +35,7 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
             made = _made(model, case, shape, cuts)
             workshop.meshes[key] = mesh_notes.with_quality(made, model, declared)
         except UnknownElement as error:
-            raise Fault(solver_options.unmeshed(declared, error)) from error
+            raise Fault(solver_options.unknown_element(declared, error)) from error
         except UnreadableMesh as error:
             raise fault(
                 error.code,

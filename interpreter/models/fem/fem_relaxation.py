@@ -11,7 +11,7 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.models.fem.fem_builder import PreparedSolid, at_rest, elastic_of, mass_of
+from softmark.interpreter.models.fem.fem_builder import PreparedSolid, build_static, elastic_of, mass_of
 from softmark.interpreter.models.postprocessing import nodal_forces, vibrations
 from softmark.interpreter.models.shared import solid_dynamics, static_result
 from softmark.interpreter.models.shared.deformed_mesh import Deformed, displacement_of
@@ -209,7 +209,7 @@ def in_motion(model: Fem, declared: Declared, case: Case, workshop: BuildContext
     from softmark.solvers.dynamics.implicit_midpoint import Midpoint
     from softmark.solvers.dynamics.viscoelastic_step import ViscoelasticStep
 
-    static, parts = at_rest(model, declared, case, workshop)
+    static, parts = build_static(model, declared, case, workshop)
     known = _remembered(model, static)
     mesh, mass, pulling = static.mesh, mass_of(model, case, static.mesh, parts), len(static.muscles)
     made = solid_dynamics.in_motion(
@@ -224,7 +224,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     if isinstance(case.analysis, Dynamic):
         return in_motion(model, declared, case, workshop)
     whole = case_at_full_size(case)
-    static, _ = at_rest(model, declared, whole, workshop)
+    static, _ = build_static(model, declared, whole, workshop)
     loads, problem = [energy for _, energy in static.driven], static.problem
     memories, old = _remembered(model, static), problem.assembly
     assembly = Assembly(old.dofs, problem.fixed, memories.energies, static.unknowns.loads(loads), old.points)

@@ -14,7 +14,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.fem import element_formulations
-from softmark.interpreter.models.fem.fem_builder import at_rest
+from softmark.interpreter.models.fem.fem_builder import build_static
 from softmark.interpreter.models.fem.fem_relaxation import PreparedViscoelastic, owners_of
 from softmark.interpreter.models.postprocessing import nodal_forces
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared, Solution
@@ -128,7 +128,7 @@ def nodal_pressures(mesh: Mesh, energy: PoroelasticSolid, x: Floats) -> Floats:
 def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build the quasistatic analysis of a poroelastic solid, with its pores at rest. Raises Fault."""
     whole = case_at_full_size(case)
-    static, _ = at_rest(model, declared, whole, workshop)
+    static, _ = build_static(model, declared, whole, workshop)
     own: Any = static.problem.assembly.internal[0]
     held, drained = _held(whole, static.mesh, own)
     problem, old = static.problem, static.problem.assembly
@@ -141,7 +141,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     memories = BodyHistory((PoreFluid.at_rest(own, which), *static.beds.values()))
     loads = static.unknowns.loads([energy for _, energy in static.driven])
     assembly = Assembly(old.dofs, fixed, memories.energies, loads, old.points)
-    linear = replace(element_formulations.spared(Linear(), assembly), halved=True)
+    linear = replace(element_formulations.saddle_point_solver(Linear(), assembly), halved=True)
     tolerance = min(problem.tolerance, TIGHT)
     owners = [*owners_of(whole, static.mesh, workshop, problem.fixed), *(held[b] for b in places.tolist())]
     problem = replace(problem, assembly=assembly, fixed=fixed, target=target, twin=None, linear=linear,

@@ -52,14 +52,14 @@ def quoted(words: Iterable[str], last: str) -> str:
     return listed((f"`{word}`" for word in words), last)
 
 
-def unmeshed(declared: Declared, reason: object) -> Diagnostic:
+def unknown_element(declared: Declared, reason: object) -> Diagnostic:
     """Return the error for an element that does not exist."""
     at, problem = declared.at("element"), f"`{declared.name}` cannot be meshed: {reason}"
     help = f"use `element = {quoted(ELEMENTS, 'or')[1:]}"
     return diagnostic("E508", at, problem, "no such mesh", help)
 
 
-def sized(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
+def unused_size(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     """Return a warning for a `size` if the body is a mesh already."""
     if model.size is None or model.mesh is not None or not case.shape.prebuilt:
         return []
@@ -69,7 +69,7 @@ def sized(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     return [diagnostic("W376", at, problem, "has no effect", help)]
 
 
-def graded(model: Fem, declared: Declared, case: Case) -> Diagnostic | None:
+def check_grading(model: Fem, declared: Declared, case: Case) -> Diagnostic | None:
     """Return an error if a graded mesh is requested incompletely, or is not possible."""
     if model.finer is None or model.towards is None:
         given = next((name for name in ("finer", "towards") if getattr(model, name) is not None), None)
@@ -129,7 +129,7 @@ def explicit(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     analysis = case.analysis
     if not isinstance(analysis, Dynamic) or not analysis.explicit:
         return []
-    found = [_dragged(declared, bed, analysis) for bed in case.beds if bed.thing.damping]
+    found = [_dashpot_error(declared, bed, analysis) for bed in case.beds if bed.thing.damping]
     if model.mass != "consistent":
         return found
     problem = f"`{declared.name}` needs a lumped mass for {analysis.integrator}"
@@ -137,7 +137,7 @@ def explicit(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     return [*found, diagnostic("E508", declared.at("mass"), problem, "a matrix that would have to be inverted", help)]
 
 
-def _dragged(declared: Declared, bed: Declared, analysis: Dynamic) -> Diagnostic:
+def _dashpot_error(declared: Declared, bed: Declared, analysis: Dynamic) -> Diagnostic:
     """Return the error for dashpots, which reduce the stable step of an explicit integrator."""
     problem = f"`{declared.name}` cannot be marched by {analysis.integrator} on the dashpots of `{bed.name}`"
     return diagnostic("E508", bed.at("damping"), problem, "not in explicit steps", "use an implicit integrator")
@@ -217,7 +217,7 @@ def _not_installed(model: Fem) -> Iterator[Clash]:
         yield "linear", problem, "not installed", f"{help}, or leave it out"
 
 
-def starts(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
+def check_start(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
     """Return errors about starting from another model's solution."""
     if declared.thing.start is None:
         return []

@@ -40,11 +40,11 @@ if TYPE_CHECKING:
     from softmark.solvers.statics.static_equilibrium import Watch
 
 WITHIN = 0.01  # of the diagonal of a body: how far it may lie outside
-SIMILAR = 0.05  # of a volume: more is said
+SIMILAR = 0.05  # of a volume: larger differences are reported
 MOVES = 0.01  # of the greatest displacement: at the start it is none
 FEW, GAP = 4, 3.0  # moments by which a step is usual; times that: moments seem to be missing
 SAME = 1e-6  # of a time or a state: the same
-FACTORS = (1e-3, 1e-2, 0.0254, 0.1, 1.0, 10.0, 100.0, 1e3)  # units of length beside each other
+FACTORS = (1e-3, 1e-2, 0.0254, 0.1, 1.0, 10.0, 100.0, 1e3)  # ratios of units of length
 NEAR = 0.05  # of a factor
 ROW = "write a row for each point of a probe"
 ROUGH, CLOSER = 1e-3, 0.1  # of the diagonal: a fit that is looked at; times the misfit: what fits better

@@ -61,7 +61,7 @@ class Results(Model):
     time: Annotated[float, "s in (0, inf)", "one unit of the file's times"] = 1.0
     by: Annotated[Literal["place", "nodes"], "what points are known by"] = "place"
     within: Annotated[
-        float | None, "m in (0, inf)", "how far the body may lie outside; 1 % of its diagonal if none"
+        float | None, "m in (0, inf)", "how far the body may lie outside; default: 1 % of its diagonal"
     ] = None
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
 

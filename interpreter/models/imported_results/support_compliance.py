@@ -30,7 +30,7 @@ from softmark.records import dataclass
 SLIPS = 0.01  # of the farthest displacement: what a support says may be missed by so much, by how a file is read
 ROUND = 1e-4  # of the diagonal: points of a file that are so near to what a support selects are of it, by its digits
 BESIDE = 1e-3  # of what says how a point moves may be points that a support does not select
-VAST = 10.0  # times the size of a body at rest: no load is told that moves it so far
+VAST = 10.0  # times the size of a static body: a larger displacement is suspicious
 ANOTHER = (
     'are its displacements in another unit than its lengths? write both in one, or tell positions, `at = "position"`'
 )

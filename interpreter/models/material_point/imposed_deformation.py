@@ -131,7 +131,7 @@ def _whole(case: Case, declared: Declared, where: Condition, model: str) -> list
     return found
 
 
-@lru_cache(maxsize=256)  # of each state, and each check of it, the same is asked again
+@lru_cache(maxsize=256)  # each state and check needs the same result
 def _faces(shape: Shape, where: Condition) -> list[Face]:
     """Return the faces that a condition selects; none if it selects something else, or nothing."""
     extent, about = shape.diagonal, where.axes

@@ -15,14 +15,14 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.models.material_point.imposed_deformation import NAMES, ImposedState, imposed_state, faces_of
+from softmark.interpreter.models.material_point.imposed_deformation import NAMES, ImposedState, faces_of, imposed_state
 from softmark.interpreter.models.material_point.material_point_declaration import Homogeneous
 from softmark.interpreter.models.postprocessing.nodal_forces import NodalForces, SupportedNodes
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
 from softmark.interpreter.problem.body_case import Case
 from softmark.records import dataclass
 from softmark.solvers.materials import law_for, mixed_for
-from softmark.solvers.statics.material_point import FLAT, Drive, Floats, MaterialPoint, NoState, PointState
+from softmark.solvers.statics.material_point import FLAT, Floats, ImposedDeformation, MaterialPoint, NoState, PointState
 from softmark.solvers.stress_recovery.analytic_stress_field import AnalyticField
 from softmark.solvers.stress_recovery.sampling_point_stress import SYMMETRIC
 from softmark.solvers.stress_recovery.stress_field import tensor_norm
@@ -122,12 +122,12 @@ class PreparedPoint(Meshless):
         return found
 
     @cached_property
-    def drive(self) -> Drive:
+    def drive(self) -> ImposedDeformation:
         """Imposed deformation and stress as arrays."""
         made = self.made
         stretches = np.array([np.nan if s is None else s for s in made.stretches])
         relieved = 2 if made.shear is None else 3 - made.shear[0] - made.shear[1]
-        return Drive(stretches, np.array(made.stresses), made.shear, made.driven, relieved)
+        return ImposedDeformation(stretches, np.array(made.stresses), made.shear, made.driven, relieved)
 
     def solve(self, watch: Watch) -> Solution:
         """Find the state of the material point."""
@@ -289,7 +289,9 @@ def load(model: Homogeneous) -> None:
 
 def prepare(model: Homogeneous, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build a material point with the deformation that supports and loads impose. Raises Fault."""
-    return PreparedPoint(declared, case, imposed_state(case, model.state, declared), point_of(case, model.strain), Block(case))
+    return PreparedPoint(
+        declared, case, imposed_state(case, model.state, declared), point_of(case, model.strain), Block(case)
+    )
 
 
 def point_of(case: Case, strain: str) -> MaterialPoint:

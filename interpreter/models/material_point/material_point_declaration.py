@@ -57,7 +57,7 @@ class Homogeneous(Model):
     strain: Annotated[
         Literal["small", "corotational", "finite"], "the measure of strain: the law of the material is `finite`"
     ] = "finite"
-    material: Annotated[Any | None, "material", "what it is made of in this model, where not of the body's"] = None
+    material: Annotated[Any | None, "material", "material of this model; default: that of the body"] = None
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
 
     @property

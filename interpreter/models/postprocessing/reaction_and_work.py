@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.models.postprocessing.nodal_forces import supported_nodes, reactions
+from softmark.interpreter.models.postprocessing.nodal_forces import reactions, supported_nodes
 from softmark.interpreter.models.shared.prepared_model import Prepared, Solution
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.results.reaction_results import EquilibriumForces

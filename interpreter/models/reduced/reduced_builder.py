@@ -117,7 +117,7 @@ class Equations:
     def sound(self) -> Any:
         """Test whether no evaluated cell is inverted."""
         elastic: Any = restrict_to_cells(self.static.elastic, self.cells, np.ones(len(self.cells)), self.nodes)
-        rows, whole = self._rows(self.nodes), fem_builder.soundness(self.static.model, elastic)
+        rows, whole = self._rows(self.nodes), fem_builder.inversion_test(self.static.model, elastic)
         return lambda q: whole(rows @ q)
 
     def statics(self) -> Statics:
@@ -347,7 +347,7 @@ def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: BuildC
     scene = scene_of(workshop, declared)
     full = scene.declared[model.of]
     own = replace(case_for(scene, full), analysis=case.analysis)
-    static, parts = fem_builder.at_rest(full.thing, full, own, workshop)
+    static, parts = fem_builder.build_static(full.thing, full, own, workshop)
     mass = fem_builder.mass_of(full.thing, own, static.mesh, parts)
     rest = Rest(static, sparse.diags(mass).tocsr() if mass.ndim == 1 else mass.tocsr())
     notes, facts = static.notes, _said(model)

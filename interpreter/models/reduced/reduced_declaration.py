@@ -114,14 +114,14 @@ class Pod(Reduced):
     """
 
     of: Annotated[str, "model", "the finite element model that is reduced"]
-    training: Annotated[Any | None, "values", "parts of all loads that are solved, such as `[0.25, 0.5, 0.75, 1]`"] = (
+    training: Annotated[Any | None, "values", "fractions of all loads that are solved, such as `[0.25, 0.5, 0.75, 1]`"] = (
         None
     )
     over: Annotated[
-        str | None, "study", "a sweep: training goes through all its values; the scene as it is without"
+        str | None, "study", "sweep whose values are all used in training; default: the scene itself"
     ] = None
-    modes: Annotated[int | None, "1 in [1, 2000]", "how many fields; as many as `tolerance` needs without"] = None
-    tolerance: Annotated[float, "1 in (0, 1)", "part of the training states that may be left out"] = 1e-4
+    modes: Annotated[int | None, "1 in [1, 2000]", "number of fields; default: as many as `tolerance` needs"] = None
+    tolerance: Annotated[float, "1 in (0, 1)", "relative part of the training states that may be left out"] = 1e-4
     norm: Annotated[Literal["mass", "energy"], "what lengths of fields are measured by"] = "mass"
     cells: Annotated[Literal["all", "sampled"], "which cells are evaluated: all, or a few with weights"] = "all"
     sampling: Annotated[float, "1 in (0, 1)", "relative error of the forces that the sampled cells give"] = 0.01

@@ -81,11 +81,11 @@ def _computed(model: Pod, declared: Declared, case: Case, mesh: Mesh, scene: Sce
             seen += [] if one in seen else [one]
         full = setting.scene.declared[model.of]
         own = case_for(setting.scene, full)
-        # of one mesh, as a check has said
+        # of one mesh, as validation has checked
         bench = BuildContext({full.thing.meshed_as(own): mesh}, scene=workshop.scene, measured=workshop.measured)
         for part in dict.fromkeys(model.parts):
             words = f"{100 * part:g} % of the load{setting.words}"
-            static, _ = fem_builder.at_rest(full.thing, full, scaled(own, part), bench)
+            static, _ = fem_builder.build_static(full.thing, full, scaled(own, part), bench)
             try:
                 states.append(equilibrium(static.problem).x)
                 settings.append(words)

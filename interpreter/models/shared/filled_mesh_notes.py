@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 VOLUME: units.Dimension = units.raise_dimension(units.LENGTH, 3)
 COARSE = 0.01  # of the volume: what facets of curved sides may miss without a word
-AWAY = 2.0  # tolerances: a mesh that is farther from its surface is said to be
+AWAY = 2.0  # tolerances: beyond this distance from the surface a warning is reported
 PER_FACET = np.array([[1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1], [1, 0, 1], [1, 1, 1]], dtype=float)
 
 

@@ -90,7 +90,7 @@ class Part(Protocol):
         """Index of the material."""
 
 
-Parts = Callable[[], Sequence[Part]]  # of a mesh: asked once, for what is found of them is kept
+Parts = Callable[[], Sequence[Part]]  # parts of a mesh, evaluated once because results are cached
 
 
 def at_points(own: Part, pressures: bool = False) -> tuple[Case, Integration | None]:

@@ -85,7 +85,7 @@ def _corner_notes(declared: Declared, mesh: Mesh) -> tuple[Diagnostic, ...]:
 
 def _sliver_notes(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnostic, ...]:
     found = cell_qualities(_as_wide(mesh) if shape.flat else mesh)
-    found[has_folded_corner(mesh)] = 1.0  # whose quality is negative at that corner only, which is said already
+    found[has_folded_corner(mesh)] = 1.0  # its negative quality at that corner is already reported
     count = int((found < SLIVER).sum())
     if not count:
         return ()

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 MOST = "`fem(...)` takes all"
 OF_NETWORKS = "networks take gravity, forces and lines of force on axes, and torques; `fixed`, `displaced` and `hinged`"
 UNKNOWN = "not a load that it takes"
-_SOME: dict[type, tuple[str, str]] = {  # loads of some models alone: why, and what to do
+_SOME: dict[type, tuple[str, str]] = {  # loads that only some models support: reason and remedy
     LineForce: (UNKNOWN, "use a traction on a strip; `fem(...)` and beams take lines"),
     TendonLoad: (
         "it pulls at points and presses along a line, which has no limit in a solid",
@@ -49,7 +49,7 @@ _SOME: dict[type, tuple[str, str]] = {  # loads of some models alone: why, and w
 class Model:
     """Base class of a model as declared in a scene, with the defaults of its capabilities and properties."""
 
-    # what a scene may put on it: `refusals` says so of all else, when the scene is checked
+    # what the model supports: `refusals` reports everything else in validation
     loads: tuple[type[Any], ...] = (
         BodyForce,
         SurfaceTraction,
@@ -57,30 +57,30 @@ class Model:
         PressureLoad,
         MomentLoad,
         PointLoad,
-    )  # how they may act
-    supports: tuple[type[Any], ...] = (Holding,)  # what they are
-    bedded = False  # it takes bodies that lie on springs
-    touches = False  # it takes bodies that touch others
-    moves = True  # it takes dynamic analyses
-    wired = False  # it is of networks of axes, and of nothing else
-    sectional = False  # it moves by whole sections, about an axis, which may be hollow
-    composite = False  # it takes bodies with parts of other materials
-    graded = False  # it takes materials whose constants vary in space
-    directed = False  # it takes materials that know directions
-    remembers = False  # it takes materials whose stress relaxes
-    soaks = False  # it takes materials that fluid seeps through
-    recovers = False  # it finds back to rest from any state
+    )  # kinds of load
+    supports: tuple[type[Any], ...] = (Holding,)  # kinds of support
+    bedded = False  # supports elastic foundations
+    touches = False  # supports rigid contact
+    moves = True  # supports dynamic analyses
+    wired = False  # models networks of axes only
+    sectional = False  # moves by rigid sections along an axis
+    composite = False  # supports regions of other materials
+    graded = False  # supports constants that vary in space
+    directed = False  # supports anisotropic materials
+    remembers = False  # supports viscoelastic materials
+    soaks = False  # supports poroelastic materials
+    recovers = False  # supports perturbed starts
 
-    # what it is
+    # what kind of model it is
     reduces: str | None = None  # the model whose equations it reduces
-    constant = False  # its stiffness never changes
-    read = False  # from a file, which says what it says, whatever the body is
-    timed = True  # it is solved here, and by a clock
-    unwalked = ""  # why `dsl stress` does not look for where it goes wrong, where it does not
-    forceless: str | None = None  # why it says nothing of forces, where it does not
-    even = False  # its strain is the same everywhere, at its ends too
-    unsolved = False  # it may accept states that are not solved
-    finely: tuple[str, ...] = ()  # its fields that say how finely it solves
+    constant = False  # constant stiffness
+    read = False  # its displacements are read from a file
+    timed = True  # solved by softmark, with timing
+    unwalked = ""  # reason why `dsl stress` leaves it out, if it does
+    forceless: str | None = None  # reason why it has no forces, if it has none
+    even = False  # homogeneous strain
+    unsolved = False  # may accept states that are not converged
+    finely: tuple[str, ...] = ()  # its fields that set the resolution
 
     @property
     def own_mesh(self) -> Shape | None:

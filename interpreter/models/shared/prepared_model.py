@@ -139,12 +139,12 @@ class Solution:
     stress: Callable[[], Stresses] | None = (
         None  # of a model on a mesh (`postprocessing/mesh_stress.py`); it raises NoStress
     )
-    carried: Callable[[], NodalForces] | None = None  # what acts at its nodes, of a state of rest; found when asked for
+    carried: Callable[[], NodalForces] | None = None  # nodal forces of a static state, computed on first use
     followed: Followed | None = None  # of a motion with contacts: what these do
     at_rest: EquilibriumForces | None = None  # what that comes to: of solutions that an error is stated from
-    spent: ElapsedTime | None = None  # of one that another program solved: our clock knows nothing of it
+    spent: ElapsedTime | None = None  # of an external program, which our clock does not measure
     reduction_error: Callable[[], ReductionError] | None = None  # of a reduced model, against the full equations
-    step_errors: Callable[[], ModalErrors | None] | None = None  # of a motion, made when asked for: costs little
+    step_errors: Callable[[], ModalErrors | None] | None = None  # of a motion, computed on first use
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz, about a static equilibrium
 
 

@@ -47,7 +47,7 @@ class Functions:
     values: Callable[[Floats], Floats]
     bounds: Callable[[Floats, Floats], tuple[Floats, Floats]]
     kept: int
-    inverses: tuple[tuple[int, int], ...]  # of which function, and where it stands
+    inverses: tuple[tuple[int, int], ...]  # index of the function, and of its inverse
 
     @property
     def axes(self) -> Floats:

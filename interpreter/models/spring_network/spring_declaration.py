@@ -62,8 +62,8 @@ class Calibrated:
     data, and a warning says so.
     """
 
-    metric: Annotated[str, "metric", "what the factor makes least: an error against a reference"]
-    load: Annotated[float, "1 in (0, 1]", "part of the load at which it is fitted"] = 0.5
+    metric: Annotated[str, "metric", "error against a reference that the factor minimizes"]
+    load: Annotated[float, "1 in (0, 1]", "fraction of the load at which it is fitted"] = 0.5
 
 
 STIFFNESSES: dict[str, type[Any]] = {
@@ -120,7 +120,7 @@ class MassSpring(Model):
         found = [
             *self.refusals(declared, case),
             self.solid.one_mesh(declared, case),
-            *solver_options.sized(self.solid, declared, case),
+            *solver_options.unused_size(self.solid, declared, case),
             self._cauchy(declared, case),
             self._law(declared, case),
             self._same(declared),

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.models.beam.beam_declaration import Beam6Dof, station
+from softmark.interpreter.models.beam.beam_declaration import Beam6Dof, axis_station
 from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
 from softmark.interpreter.problem.axial_selection import coverage, selects_whole_sections
 from softmark.interpreter.problem.body_case import Case
@@ -103,14 +103,14 @@ class BeamLine:
                     ends = np.clip(self.s, low, high)
                     arms, slopes = self._route(tendon, 0.5 * (ends[1:] + ends[:-1]))
                     both += rod.pulled(tendon.tension * np.diff(ends) / np.diff(self.s), arms, slopes)
-                case PointLoad(at=at, force=force) if station(self.case, at) is None:
+                case PointLoad(at=at, force=force) if axis_station(self.case, at) is None:
                     X, axes = self.at_rest
                     off = np.array(at) - X
                     node = int(np.abs(self.s - shape.own(at)[0]).argmin())
                     f[node] += np.array(force)
                     m[node] += np.cross(rod.R[node] @ (axes[node] @ off[node]), np.array(force))
                 case PointLoad(at=at, force=force):
-                    s = station(self.case, at) or 0.0
+                    s = axis_station(self.case, at) or 0.0
                     for node in range(len(self.s)):
                         f[node] += np.interp(s, self.s, np.eye(len(self.s))[node]) * np.array(force)
                 case _:

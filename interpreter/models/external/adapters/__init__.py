@@ -35,7 +35,7 @@ class Program:
     several: bool = True  # materials in one body
     stretches: bool = True  # of a rod: whether its length may change
     order: int = 1  # of a rod, in the length of its segments
-    moves: str = ""  # of one that steps through time, and knows no state of rest: what it computes, in words
+    moves: str = ""  # description of what it computes, if it only integrates in time
     by_name: bool = False  # whether a problem must say what of it has a name
     # elements that it has of one strain alone, with the reason, by (element, strain) that it has not
     save: Mapping[tuple[str, str], str] = field(default_factory=dict)

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.imported_results.result_file import ResultFile
 
 UNKNOWN = "of a version that it does not tell"
-NODES = "nodes.npy"  # ours, beside a deck: what an answer is matched to
-NAMELESS = Named({}, {}, {}, {})  # of decks that are told of nodes alone
-WIDE = 300  # characters of what it says that are told
+NODES = "nodes.npy"  # our nodes, for matching an answer
+NAMELESS = Named({}, {}, {}, {})  # of decks that need nodes only
+WIDE = 300  # characters of its output that are shown
 
 
 def places(program: str) -> tuple[Path, ...]:

@@ -22,7 +22,7 @@ from softmark.interpreter.models.external.adapters.rod_adapters import halfway, 
 from softmark.interpreter.models.external.exporters.mujoco_exporter import SMALL, forces, nodes, pushed, row, weighed
 from softmark.interpreter.models.external.external_problem import Answer, Floats, Motion, NoAnswer, Problem, Section
 
-SHORT = 1e-3  # of the edge beside it: an edge that only says where a clamp points
+SHORT = 1e-3  # of the adjacent edge: an edge that only gives the direction of a clamp
 BOX = 1e-3  # m, the half size of the box along e2; its moduli make any stiffness of it
 STIFF = 'solimp="0.9999 0.9999 0.001 0.5 2"'  # of the constraints on edges: the greatest that it takes
 

@@ -25,7 +25,7 @@ FILE = "model.xml"
 LAW = "st_venant_kirchhoff"
 AXES = ("1 0 0", "0 1 0", "0 0 1")
 SMALL = 1e-9  # kg m^2: inertia of a node that never turns, which its compiler wants
-ROUNDING = 1e-12  # of the greatest force: what is left beside a weight
+ROUNDING = 1e-12  # of the greatest force: remainder after the weight
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:

@@ -36,7 +36,7 @@ FILE = "model.json"
 ANSWER, STATISTICS = "answer.vtu", "statistics.json"
 LAWS = {"linear_elastic": "LinearElasticity", "neo_hookean": "NeoHookean", "st_venant_kirchhoff": "SaintVenant"}
 ORDERS = {"tet4": 1, "tet10": 2}
-SAME = 1e-9  # of the greatest: how far forces and places may be from those that are told
+SAME = 1e-9  # of the greatest: tolerance of forces and positions
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:

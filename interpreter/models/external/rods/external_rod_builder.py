@@ -87,7 +87,7 @@ def prepare(model: OutsideRod, declared: Declared, case: Case, workshop: BuildCo
     """Build our static rod for transfer, or none if the program does not support it. Raises Fault."""
     if reasons := model.reasons(case):
         return Unbuilt(model.words_of(reasons), "unsupported")
-    rod = beam.at_rest(model.ours, replace(declared, thing=model.ours), case)
+    rod = beam.build_static(model.ours, replace(declared, thing=model.ours), case)
     masses = np.asarray(rod.mass()[::6])
     motion = motion_of(model, cast(Any, case.analysis), masses)
     return cast(Prepared, PreparedRod(model, declared, case, cast(Any, rod), motion))

@@ -70,19 +70,19 @@ class OutsideRod(Asked):
     """
 
     recovers = False
-    remembers = True  # said to be unsupported
+    remembers = True  # reported as unsupported
     sectional = True
     finely = ("segments",)
     loads = (*Model.loads, LineForce, TendonLoad)
     instead = "`beam6dof(...)` takes all of it"
 
-    program: Annotated[Word, "whose solver"]
+    program: Annotated[Word, "the program"]
     segments: Annotated[int, "1 in [2, 10000]", "elements along the axis"]
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
-    time: Annotated[float, "s in (0, inf)", "wall-clock time after which it is stopped"] = 60.0
-    memory: Annotated[float, "1 in (0, 100000]", "GB of address space that it may have"] = 4.0
+    time: Annotated[float, "s in (0, inf)", "limit of its wall-clock time"] = 60.0
+    memory: Annotated[float, "1 in (0, 100000]", "limit of its address space, GB"] = 4.0
     threads: Annotated[int, "1 in [1, 256]", "threads that it may use"] = 1
-    step: Annotated[float | None, "s in (0, inf)", "its own step of a motion; that of the analysis if none"] = None
+    step: Annotated[float | None, "s in (0, inf)", "its time step; default: that of the analysis"] = None
 
     iterations = None  # it solves nothing
 
@@ -116,13 +116,13 @@ class OutsideRod(Asked):
             yield "damping_mass", why
 
     def _of_loads(self, case: Case) -> Iterator[Reason]:
-        from softmark.interpreter.models.beam.beam_declaration import station
+        from softmark.interpreter.models.beam.beam_declaration import axis_station
         from softmark.interpreter.vocabulary.load_words import BodyForce, SurfaceTraction
 
         for load in case.loads:
             action = load.thing.action
             dead = isinstance(action, BodyForce | SurfaceTraction | LineForce)
-            if not dead and not (isinstance(action, PointLoad) and station(case, action.at) is not None):
+            if not dead and not (isinstance(action, PointLoad) and axis_station(case, action.at) is not None):
                 yield f"load `{load.name}`", _NODAL
 
     def _of_clamps(self, case: Case) -> Iterator[Reason]:

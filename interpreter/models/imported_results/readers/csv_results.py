@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softmark.interpreter.models.imported_results.readers.result_frames import combine_states, checked_state
+from softmark.interpreter.models.imported_results.readers.result_frames import checked_state, combine_states
 from softmark.interpreter.models.imported_results.result_file import Floats, Ints, ResultFile
 from softmark.references import csv_tables
 from softmark.references.measured_data import Unreadable

@@ -11,7 +11,14 @@ from pathlib import Path
 
 import numpy as np
 
-from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN, Block, Moment, state_on_mesh, checked_state, combine_states
+from softmark.interpreter.models.imported_results.readers.result_frames import (
+    AGAIN,
+    Block,
+    Moment,
+    checked_state,
+    combine_states,
+    state_on_mesh,
+)
 from softmark.interpreter.models.imported_results.readers.xml_trees import numbers
 from softmark.interpreter.models.imported_results.result_file import Floats, Ints, ResultFile
 from softmark.records import dataclass

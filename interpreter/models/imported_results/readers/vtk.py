@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN, combine_states, checked_state
+from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN, checked_state, combine_states
 from softmark.interpreter.models.imported_results.result_file import ResultFile
 from softmark.references.measured_data import Unreadable
 from softmark.safe_files import read_regular

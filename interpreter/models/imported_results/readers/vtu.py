@@ -22,8 +22,8 @@ from softmark.interpreter.models.imported_results.readers.result_frames import (
     AGAIN,
     Block,
     Moment,
-    combine_states,
     checked_state,
+    combine_states,
 )
 from softmark.interpreter.models.imported_results.readers.xml_trees import ElementT, numbers, parsed
 from softmark.interpreter.models.imported_results.result_file import Ints, ResultFile

@@ -20,9 +20,9 @@ from softmark.interpreter.models.imported_results.readers.result_frames import (
     FLAT,
     Block,
     Moment,
-    state_on_mesh,
     checked_state,
     combine_states,
+    state_on_mesh,
 )
 from softmark.interpreter.models.imported_results.readers.xml_trees import ElementT, numbers, parsed, within
 from softmark.interpreter.models.imported_results.result_file import ResultFile
