@@ -117,7 +117,7 @@ def solve_finer_space(
         above = build_finer_space(solved.mesh, None if model.mesh is not None else case.shape)
         thing = _without_locking(model, representative_materials(case, solved.mesh), above.mesh.kind)
         budget.check()
-        static, _ = forces_and_energies(
+        static, _ = build_static(
             thing, replace(declared, thing=thing), case, BuildContext(scene=scene), above.mesh
         )
         problem = static.problem
@@ -223,7 +223,7 @@ def solve_on_same_mesh(
     from softmark.solvers.statics.static_equilibrium import NotConverged, equilibrium
 
     _must_be_elastic(case)
-    static, _ = forces_and_energies(declared.thing, declared, case, BuildContext(scene=scene), solved.mesh)
+    static, _ = build_static(declared.thing, declared, case, BuildContext(scene=scene), solved.mesh)
     u = np.ascontiguousarray(solved.displacement, dtype=np.float64).ravel()
     try:
         own, known = tangent()

@@ -136,7 +136,6 @@ def _moment_forces(load: MomentLoad, case: Case, mesh: Mesh, surface: Floats) ->
     """Return nodal forces (n, 3), N, of a moment on the selected part of a surface now at `surface` (n, 3), m.
 
     Also the norm of their uncertainty, N. t = c x (x - middle), int (x - middle) x t dA = moment.
-
     Raises NoIndependentFormula.
     """
     known: list[tuple[Ints, Floats, Floats]] = []  # nodes, shape functions and area of every point

@@ -16,8 +16,8 @@ from softmark.interpreter.models.postprocessing.nodal_forces import (
     NOTHING,
     NodalForces,
     Wrench,
-    supported_nodes,
     reactions,
+    supported_nodes,
 )
 from softmark.interpreter.models.postprocessing.reaction_and_work import forces_and_energies
 from softmark.interpreter.results.reaction_results import Reaction

@@ -93,9 +93,9 @@ def _point_force_warnings(scene: Scene, view: View, prepared: Prepared) -> Itera
 
 def _beam_end_warnings(metric: Declared, view: View, thing: Any) -> Iterator[Diagnostic]:
     """Yield warnings about beam sections near supports, where they cannot warp or contract."""
-    from softmark.interpreter.models.beam.end_effect_zones import disturbed
+    from softmark.interpreter.models.beam.end_effect_zones import nearby_disturbance
 
-    if place := disturbed(view.case, thing, view.probes[metric.thing.probe].points):
+    if place := nearby_disturbance(view.case, thing, view.probes[metric.thing.probe].points):
         yield diagnostic(
             "W356", metric.at("probe"),
             f"`{metric.name}` looks at `{view.name}` within a width of {place}, where the theory of sections is crude",

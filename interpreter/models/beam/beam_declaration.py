@@ -97,7 +97,7 @@ class Beam6Dof(Model):
             return [_no_axis(declared, case)]
         if beyond := curved_beam_limits.refusals(declared, case):
             return beyond
-        flat = flat_strips.doubt(declared, case)
+        flat = flat_strips.curling_warning(declared, case)
         found = [*self.refusals(declared, case), *self._loads(declared, case)]
         found += self._supports(declared, case)
         found += [*([] if found else self._held(case)), *self._thick(declared, case), *self._rings(declared, case)]

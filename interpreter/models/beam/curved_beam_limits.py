@@ -42,7 +42,7 @@ def _refused(declared: Declared, at: Declared, what: str) -> Diagnostic:
     return diagnostic("E317", at.at(), problem, "straight beams only", HELP)
 
 
-def left_out(shape: Swept) -> float:
+def slender_rod_error(shape: Swept) -> float:
     """Return the relative error of a slender rod that is curved at rest: (width in the plane / radius)^2.
 
     Fibres on the inner side are shorter than the axis, so that stress is not linear over the section and stretch

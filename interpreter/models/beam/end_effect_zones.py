@@ -15,7 +15,7 @@ from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.mesh.shape import Swept, Vector3
 
 
-def disturbed(case: Case, thing: Any, X: Floats) -> str | None:
+def nearby_disturbance(case: Case, thing: Any, X: Floats) -> str | None:
     """Return the name of a disturbance within one width of any of the points X (n, 3), m; None if there is none."""
     if not len(X):
         return None

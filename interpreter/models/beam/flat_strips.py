@@ -69,7 +69,7 @@ def plate(poisson: float) -> float:
     return poisson**2 / (1.0 - poisson**2)
 
 
-def doubt(declared: Declared, case: Case) -> Diagnostic | None:
+def curling_warning(declared: Declared, case: Case) -> Diagnostic | None:
     """Return a warning if a section is flat and its curling matters."""
     thin, wide = sorted(case.prism.section.extents)
     most = plate(case.largest_poisson)  # of a material that varies, which is refused elsewhere, too
@@ -84,7 +84,7 @@ def doubt(declared: Declared, case: Case) -> Diagnostic | None:
     )
 
 
-def missing(section: Section, length: float, poisson: float, spans: int, shear: bool) -> float:
+def clamp_effect_on_bending(section: Section, length: float, poisson: float, spans: int, shear: bool) -> float:
     """Return the relative effect of clamps and thickness that beam theory leaves out, a conservative estimate.
 
     A clamp keeps its section from changing over CLAMPED / 4 of the width, where the body is as stiff as a plate; the
@@ -97,7 +97,7 @@ def missing(section: Section, length: float, poisson: float, spans: int, shear: 
     return reach * spans * plate(poisson) * wide / length + (THICK if shear else THICK + 1.0) * thick
 
 
-def gripped(section: Section, length: float, poisson: float, spans: int) -> float:
+def clamp_effect_on_stretch(section: Section, length: float, poisson: float, spans: int) -> float:
     """Return the relative effect of clamps on the stretch of a rod pulled along its axis, a conservative estimate.
 
     A clamp keeps its section from contracting. For round rods of any length it reduces the end displacement by 0.27
@@ -106,7 +106,7 @@ def gripped(section: Section, length: float, poisson: float, spans: int) -> floa
     return GRIPPED * spans * plate(poisson) * max(section.extents) / length
 
 
-def bends(section: Section, length: float, bent: float, stretched: float) -> float:
+def bending_share(section: Section, length: float, bent: float, stretched: float) -> float:
     """Return the share of bending in the motion of a rod, 0 to 1, from its bending and stretch strains.
 
     Bending displaces it length over width times as far as stretch does.

@@ -71,7 +71,7 @@ class Layout:
 
     @cached_property
     def point(self) -> Ints:
-        """The point of each node (n,)."""
+        """Index of the point of each node (n,)."""
         inner, first = self.segments - 1, len(self.network.points)
         found = []
         for m, (a, b) in enumerate(self.network.pairs):

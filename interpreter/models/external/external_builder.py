@@ -203,7 +203,9 @@ class PreparedOutside:
         )
 
     def _of_rounding(self, answer: Answer, x: Floats, residual: float) -> float:
-        """Return the relative residual that the limited digits of an answer cause, from a fixed random sample."""
+        """Return the residual, relative to loads, that the limited digits of an answer cause; from a fixed random
+        sample.
+        """
         if not answer.rounding or not np.isfinite(residual):
             return 0.0
         drawn = np.random.default_rng(0).uniform(-1.0, 1.0, len(x)) * answer.rounding * np.abs(x)
@@ -222,7 +224,7 @@ class PreparedOutside:
 
 @dataclass(frozen=True)
 class PreparedMoving(PreparedOutside):
-    """A body that a program moves; `solid` is the same of ours, at rest, which knows its mesh and its loads."""
+    """Dynamic analysis by a program; `solid` is our static model with its mesh and loads."""
 
     motion: Motion
     lost: ClassVar[Status] = "diverged"
@@ -230,19 +232,19 @@ class PreparedMoving(PreparedOutside):
 
     @property
     def assembly(self) -> Any:
-        """None: that is of a state of rest alone."""
+        """Assembly: None, because it is defined only for static states."""
         return None
 
     def asked(self) -> Problem:
-        """What the program is told. Raises Untold."""
+        """Return the problem for the program. Raises NotTransferable."""
         return told(self.solid, self.case, motion=self.motion)
 
     def looked_at(self, answer: Answer, problem: Problem) -> Floats:
-        """Displacements (t, n, 3) after the steps that were asked for, m. Raises NoAnswer where they are none."""
+        """Return displacements (t, n, 3) after the requested steps, m. Raises NoAnswer if they are invalid."""
         return states(answer, problem, len(self.motion.after))
 
     def _judged(self, answer: Answer, u: Floats, problem: Problem, known: dict[str, Any]) -> Solution:
-        """Whether what is held stays is all that is asked of them: their model is their own."""
+        """Return the solution, checking only that supports are satisfied, because the program's model is its own."""
         moved = problem.held[:, 1] < 3  # the others are turns of sections
         node, component = problem.held[moved].T
         slipped = float(np.abs(u[:, node, component] - problem.values[moved]).max(initial=0.0))
@@ -252,7 +254,8 @@ class PreparedMoving(PreparedOutside):
         return shown(self.motion, answer, self.seen(answer, u), known)
 
     def seen(self, answer: Answer, u: Floats) -> dict[str, Any]:
-        """How points move, `course`, where they end, and the mesh, from displacements of nodes u (t, n, 3), m."""
+        """Return displacements over time (`course`), at the end, and the mesh, from nodal displacements u (t, n, 3), m.
+        """
         return fields_of_motion(self.mesh, times_of(self.motion), u)
 
 
@@ -269,7 +272,7 @@ def states(answer: Answer, problem: Problem, count: int) -> Floats:
 
 
 def spent_by(answer: Answer, end: End, threads: int) -> ElapsedTime:
-    """Its time of solution by its own clock, or else that of all that it did, or of its whole process, as a bound."""
+    """Return its solution time by its own clock, or else the total or process time as an upper bound."""
     cpu = end.wall_s if end.cpu_s is None else end.cpu_s  # of all
     solve, whole = answer.clocks.get("solve_s"), answer.clocks.get("whole_s")
     if solve is not None and 0.0 <= solve <= end.wall_s:

@@ -34,7 +34,7 @@ def times_of(motion: Motion) -> Floats:
 
 
 def shown(motion: Motion, answer: Answer, found: dict[str, Any], known: dict[str, Any]) -> Solution:
-    """A motion, of which `found` is how points move, `course`, and where they end; unsolved steps make it `capped`."""
+    """Return the solution of a motion; `found` has its displacements over time. Unsolved steps make it `capped`."""
     steps = () if answer.steps_s is None else tuple(np.asarray(answer.steps_s, dtype=np.float64).tolist())
     solved = tuple(n >= answer.unsolved for n in range(motion.count))  # how many, in no order
     status: Status = "capped" if answer.unsolved else "converged"

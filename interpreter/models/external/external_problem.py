@@ -23,12 +23,12 @@ class NoAnswer(Exception):
 
 
 class NotSettled(NoAnswer):
-    """Why a program has not converged, as it says itself, or why its motion is none: a sentence for users."""
+    """Program that reports that it has not converged, or whose motion is invalid, with a message for users."""
 
 
 @dataclass(frozen=True)
 class Stuff:
-    """A material: its word in the language, its constants in SI by their names there, and the cells of it (k,)."""
+    """Material: its word in the language, its constants in SI by name, and its cells (k,)."""
 
     law: str  # linear_elastic, neo_hookean, st_venant_kirchhoff, ...
     constants: Mapping[str, float]
@@ -38,7 +38,7 @@ class Stuff:
 
     @property
     def lame(self) -> tuple[float, float]:
-        """Lame's constants lam and mu, Pa, of what is told by its moduli."""
+        """Lame's constants lam and mu, Pa, of a material given by its moduli."""
         E, nu = self.constants["young"], self.constants["poisson"]
         return E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), 0.5 * E / (1.0 + nu)
 

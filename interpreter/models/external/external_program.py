@@ -21,7 +21,8 @@ GB = 1e9  # bytes
 
 
 class Asked(Model):
-    """A model that another program solves; its fields are `program`, the limits of its process, and its own steps."""
+    """Model that an external program solves; its fields are `program`, the limits of its process, and its time steps.
+    """
 
     unwalked = "another program solves it, which states no error that could be held against it"
     instead = "`fem(...)` takes all of it"
@@ -35,27 +36,27 @@ class Asked(Model):
 
     @property
     def told(self) -> Program:
-        """What is known of the program."""
+        """Table entry of the program."""
         return program(self.program)
 
     @property
     def ours(self) -> Model:
-        """The model of ours that it is told of."""
+        """Our model that defines its problem."""
         raise NotImplementedError(f"{type(self).__name__} is told of none of ours")
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """What speaks against the model of ours of this case, and what the program cannot do."""
+        """Return errors and warnings about our model in a case, and about unsupported features of the program."""
         found = self.ours.doubts(replace(declared, thing=self.ours), _steps_of_others(case))
         if any(d.severity == "error" for d in found):
             return found
         return [*found, *self.unsupported(declared, case)]
 
     def reasons(self, case: Case) -> list[Reason]:
-        """What of it the program cannot do exactly as the scene means it, and why."""
+        """Return the features that the program cannot compute exactly as the scene means them, with reasons."""
         raise NotImplementedError(f"{type(self).__name__} has no reasons")
 
     def unsupported(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-        """A warning of what the program cannot do."""
+        """Yield a warning about unsupported features of the program."""
         if reasons := self.reasons(case):
             yield diagnostic(
                 "W710",
@@ -66,12 +67,12 @@ class Asked(Model):
             )
 
     def words_of(self, reasons: list[Reason]) -> str:
-        """Why a program does not compute it, in words."""
+        """Describe why a program does not compute it."""
         each = dict.fromkeys(f"{what} ({why})" for what, why in reasons)
         return f"{self.told.title} is not asked for {', '.join(each)}"
 
     def of_steps(self, case: Case) -> Iterator[Reason]:
-        """Steps that it does not have, or that do not end where the motion does."""
+        """Yield errors for time steps that it does not have, or that do not end with the motion."""
         if not self.told.moves:
             for name in ("step", "iterations"):
                 if getattr(self, name) is not None:

@@ -33,7 +33,7 @@ _DEAD = "forces are told as those on nodes of the undeformed body, and these wou
 
 
 class Untold(Exception):
-    """A model that other programs cannot be told of; `reasons` has what of it, and why."""
+    """Model that cannot be transferred to other programs; `reasons` has the features, with reasons."""
 
     def __init__(self, reasons: list[Reason]) -> None:
         super().__init__("; ".join(f"{what}: {why}" for what, why in reasons))
@@ -137,11 +137,12 @@ def reasons_of_loads(model: Fem, case: Case) -> Iterator[Reason]:
 
 
 def told(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: Motion | None = None) -> Problem:
-    """The neutral problem of a `fem(...)` model that is prepared for a case, or for one state of it.
+    """Return the neutral problem of a prepared `fem(...)` model in a case, or in one state of it.
 
-    Small strain takes the moduli of any material at rest, so that its law is `linear_elastic` there. With a motion the
-    constants are those moduli too, beside the word of the law. With `mesh` it is for that alone, and forces are those
-    at rest. Raises Untold.
+    Small strain uses the initial moduli of any material, so that its law is `linear_elastic`. With a motion, the
+    constants
+    are also these moduli, with the word of the law. With `mesh`, only the mesh is needed, and forces are those on the
+    undeformed body. Raises NotTransferable.
     """
     import numpy as np
 

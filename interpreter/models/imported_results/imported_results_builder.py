@@ -183,7 +183,7 @@ def _unused_content(told: ResultFile, case: Case) -> list[str]:
 
 
 def _state(declared: Declared, case: Case, found: Matched) -> tuple[Floats | None, Floats, dict[str, Any]]:
-    """Return times (t,) of a motion, the requested displacements (t, n, 3), and the report of the file. Raises Fault."""
+    """Return times (t,) of a motion, requested displacements (t, n, 3), and the file's report. Raises Fault."""
     count, times, analysis = len(found.u), found.times, case.analysis
     said = {"times": count, "first": _end(times, 0), "last": _end(times, -1)}
     if isinstance(analysis, Dynamic):
@@ -259,7 +259,7 @@ def _end(times: Floats | None, which: int) -> float | None:
 
 
 def _diagonal(X: Floats) -> float:
-    """Return the diagonal of the bounding box of points (n, 3), m; bodies from files are known only once they are read."""
+    """Return the diagonal of the bounding box of points (n, 3), m; also for bodies that are read from files."""
     return float(np.linalg.norm(np.ptp(X, axis=0)))
 
 

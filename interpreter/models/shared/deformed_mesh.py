@@ -1,4 +1,4 @@
-"""A mesh with the displacements of its points: displacement fields at material points, and data for exported files."""
+"""Mesh with displacements of its points: displacement fields at material points, and data for exported files."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class MeshData:
 
 @dataclass(frozen=True)
 class Deformed(MeshData):
-    """A mesh and the displacements of its points."""
+    """Mesh with the displacements of its points."""
 
     displacement: Floats  # (n, 3) m
     times: Floats | None = None  # (t,) s

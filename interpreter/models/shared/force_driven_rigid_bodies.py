@@ -49,7 +49,7 @@ def _shift(body: Any) -> tuple[float, float, float]:
 
 
 def move_rigid_bodies(case: Case, beside: Mapping[str, Any]) -> Case:
-    """Return a case whose force-driven rigid bodies are at the positions `beside`, by contact, of a state."""
+    """Return a case whose force-driven rigid bodies have the positions of a state, given by contact."""
 
     def each(touch: Touch) -> Touch:
         """Return a contact with its rigid body moved, or the same contact if no load drives its body."""

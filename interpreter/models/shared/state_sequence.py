@@ -1,4 +1,4 @@
-"""A model in several states, solved one after another and timed as one computation."""
+"""Sequence of states of a model, solved one after another and timed as one computation."""
 
 from __future__ import annotations
 

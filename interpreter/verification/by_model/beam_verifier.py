@@ -117,10 +117,10 @@ def theory_error(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
     spans, checks = max(1, len(case.supports)), result.solve.get("checks") or {}
     names = "bending_strain", "axial_strain", "flat_curvature_per_m", "curvature_per_m"
     bent, stretched, curvature, of_tube = (float(checks.get(n) or 0.0) for n in names)
-    length, bends = case.prism.length, flat_strips.bends(section, case.prism.length, bent, stretched)
-    missing = bends * flat_strips.missing(section, length, poisson, spans, thing.shear)
-    missing += (1.0 - bends) * flat_strips.gripped(section, length, poisson, spans)
-    missing += TAPERED * case.prism.slope**2 + curved_beam_limits.left_out(case.prism)
+    length, bends = case.prism.length, flat_strips.bending_share(section, case.prism.length, bent, stretched)
+    missing = bends * flat_strips.clamp_effect_on_bending(section, length, poisson, spans, thing.shear)
+    missing += (1.0 - bends) * flat_strips.clamp_effect_on_stretch(section, length, poisson, spans)
+    missing += TAPERED * case.prism.slope**2 + curved_beam_limits.slender_rod_error(case.prism)
     missing += flat_strips.stiffening(section, poisson, curvature + case.prism.bend)
     missing += flat_strips.ovalling(section, poisson, of_tube)
     strained: float = BENT * bent**2 + STRETCHED * stretched
@@ -139,9 +139,9 @@ def section_stress_scale(answer: SolutionUnderTest, seen: ProbeResultUnderTest) 
 
     Raises NoErrorEstimate if the theory gives none.
     """
-    from softmark.interpreter.models.beam.end_effect_zones import disturbed
+    from softmark.interpreter.models.beam.end_effect_zones import nearby_disturbance
 
-    if place := disturbed(answer.case, answer.declared.thing, seen.X):
+    if place := nearby_disturbance(answer.case, answer.declared.thing, seen.X):
         raise NoErrorEstimate(f"it looks within a width of {place}, where the theory of sections is crude")
     return seen.size
 

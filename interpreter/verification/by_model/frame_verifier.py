@@ -280,7 +280,7 @@ def _member_theory_error(network: Network, number: int, poisson: float, curvatur
     length = sum(network.members[i].length for i in run)
     others = [[i for i in network.at(end) if i not in run] for end in ends]
     deep = sum(max((max(network.members[i].section.extents) for i in here), default=0.0) for here in others)
-    found = flat_strips.missing(section, length, poisson, max(1, sum(map(bool, others))), True)
+    found = flat_strips.clamp_effect_on_bending(section, length, poisson, max(1, sum(map(bool, others))), True)
     found += flat_strips.stiffening(section, poisson, curvature) + flat_strips.ovalling(section, poisson, curvature)
     return found + JOINED * 0.5 * deep / length + TAPERED * member.slope**2
 

@@ -94,7 +94,9 @@ def write(problem: Problem, folder: Path) -> None:
 
 
 def deck(problem: Problem, sets: Sequence[str] = ()) -> Iterator[str]:
-    """Yield the cards of its input, with additional sets. Raises ValueError for unsupported features (`refuses`)."""
+    """Yield the cards of its input, with those of additional sets. Raises ValueError for unsupported features
+    (`refuses`).
+    """
     if found := refuses(problem):
         raise ValueError("; ".join(f"{what}: {why}" for what, why in found))
     yield "** units: mm, Pa, uN (g, mm, s); nodes and elements count from 1"

@@ -32,7 +32,9 @@ NEAR = 1e-9  # of the size of a body, and of a cell: how far points that are one
 
 
 class Refused(Exception):
-    """Failure without an answer, with a message for users; `unsettled` if the iteration did not converge."""
+    """Failure without an answer, with a message for users; `unsettled` if the iteration reports that it did not
+    converge.
+    """
 
     def __init__(self, why: str, unsettled: bool = False) -> None:
         super().__init__(why)

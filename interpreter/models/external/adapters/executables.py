@@ -29,7 +29,7 @@ def places(program: str) -> tuple[Path, ...]:
 
 
 def said(program: str, *options: str) -> str:
-    """What it says of itself; empty where it cannot be started, or hangs."""
+    """Return the output of a program; empty if it cannot be started, or hangs."""
     try:
         return subprocess.run(
             [program, *options], stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace", timeout=20,
@@ -40,7 +40,7 @@ def said(program: str, *options: str) -> str:
 
 
 def text(path: Path) -> str:
-    """A file of its own. Raises NoAnswer where there is none."""
+    """Return the text of a file that a program has written. Raises NoAnswer if there is none."""
     try:
         return path.read_text(encoding="ascii", errors="replace")
     except OSError as error:
@@ -48,12 +48,12 @@ def text(path: Path) -> str:
 
 
 def keep(problem: Problem, folder: Path) -> None:
-    """Our nodes, beside a deck."""
+    """Write our nodes next to a deck."""
     np.save(folder / NODES, problem.points)
 
 
 def kept(folder: Path) -> Floats:
-    """Our nodes (n, 3), m. Raises NoAnswer where it has written over them."""
+    """Return our nodes (n, 3), m. Raises NoAnswer if the program has overwritten them."""
     try:
         found: Floats = np.load(folder / NODES, allow_pickle=False)
     except (OSError, ValueError, EOFError) as error:
@@ -62,7 +62,7 @@ def kept(folder: Path) -> Floats:
 
 
 def results(path: Path, field: str) -> tuple[ResultFile, Floats]:
-    """A file of results, and its vectors of that name (p, 3). Raises NoAnswer."""
+    """Return the content of a result file, and its vectors `field` (p, 3). Raises NoAnswer."""
     from softmark.interpreter.models.imported_results import readers
     from softmark.references.measured_data import Unreadable
 

@@ -32,7 +32,7 @@ def solved(problem: Problem) -> Answer:
 
 
 def _moved(problem: Problem) -> Answer:
-    """A flex. Raises NoAnswer."""
+    """Return the motion of a flex. Raises NoAnswer."""
     import mujoco
 
     begin = time.perf_counter()

@@ -12,9 +12,10 @@ from softmark.interpreter.models.external.external_problem import Floats, Motion
 
 
 def stepped(model: Any, data: Any, motion: Motion, look: Callable[[int], None]) -> tuple[Floats, int]:
-    """Return the seconds of each step, and how many reached the iteration limit.
+    """Return the seconds of each step, and how many reached the iteration limit; `look(i)` is called at state i of
+    `after`.
 
-    `look(i)` is called at state i of `after`. Raises ExternalNotConverged for values that are bad or not finite.
+    Raises ExternalNotConverged for values that MuJoCo reports as bad, or that are not finite.
     """
     import mujoco
 

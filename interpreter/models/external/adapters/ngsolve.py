@@ -76,7 +76,7 @@ class Body:
     """Mesh and function space. Unknowns x (3, v + e) are, for each component, those of vertices and then of edges."""
 
     def __init__(self, problem: Problem) -> None:
-        """From our corners; what lies between them bends the mesh."""
+        """Create the mesh from our corners, and curve it by the nodes between them."""
         import netgen.meshing
         import ngsolve as ng
 

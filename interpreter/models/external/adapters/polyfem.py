@@ -68,7 +68,9 @@ def _named(problem: Problem) -> Named:
 
 
 def command(folder: Path) -> list[str]:
-    """Return the command to run in the folder; a shell limits its threads, which its environment does not."""
+    """Return the command to run in the folder; a shell sets the number of threads, which its environment does not
+    limit.
+    """
     return ["sh", "-c", f'exec {program} --json {deck.FILE} --output_dir . --log_level info'
             ' --max_threads "${OMP_NUM_THREADS:-1}"']  # fmt: skip
 

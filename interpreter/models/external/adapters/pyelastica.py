@@ -74,14 +74,14 @@ def energy(rod: Any) -> float:
 
 
 def imported() -> Any:
-    """The package, whose types are its own."""
+    """Return the package, which has no type annotations."""
     import elastica
 
     return elastica
 
 
 def made(problem: Problem) -> tuple[Any, Any]:
-    """What is stepped, and the rod in it."""
+    """Return the simulator, and the rod in it."""
     elastica = imported()
 
     parts = (elastica.BaseSystemCollection, elastica.Constraints, elastica.Forcing, elastica.Damping)
@@ -103,7 +103,7 @@ def made(problem: Problem) -> tuple[Any, Any]:
 
 
 def dead(elastica: Any) -> Any:
-    """The class of forces (3, n), N, that are always the same."""
+    """Return the class of constant nodal forces (3, n), N."""
 
     def init(self: Any, forces: Floats) -> None:
         elastica.NoForces.__init__(self)
@@ -116,7 +116,7 @@ def dead(elastica: Any) -> Any:
 
 
 def rod_of(problem: Problem) -> Any:
-    """A rod with our stiffnesses and inertia in place of those of its circle, of the same area."""
+    """Return a rod with our stiffnesses and inertia in place of those of a circle of the same area."""
     elastica = imported()
     section, (stuff,) = problem.section, problem.stuff
     assert section is not None
@@ -138,7 +138,9 @@ def rod_of(problem: Problem) -> Any:
 
 
 def sections(directors: Floats) -> Floats:
-    """Axes of sections at nodes (n, 3, 3), of `directors` (3, 3, n - 1) with d1, d2, d3 as rows: e2, e3 and e1."""
+    """Return section axes e1, e2, e3 at nodes (n, 3, 3) from `directors` (3, 3, n - 1), whose rows d1, d2, d3 are e2,
+    e3, e1.
+    """
     return halfway(np.transpose(directors, (2, 1, 0))[:, :, [2, 0, 1]])
 
 

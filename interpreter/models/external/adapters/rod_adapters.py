@@ -10,9 +10,11 @@ MADE = 0.05  # of the largest work of the loads: energy beyond that work
 
 
 def must_be_worked_for(energies: Floats, work: Floats, step: float) -> None:
-    """A rod from rest under dead loads has no more energy (t,) than these have done `work` (t,), J. Raises NotSettled.
+    """Check that the energy (t,) of a rod from rest is at most the `work` (t,) of dead loads, J; else the step is too
+    long.
 
-    Steps that are too long make more long before its numbers overflow; those that are short enough, up to MADE of it.
+    Steps that are too long create energy long before numbers overflow; steps that are short enough create up to MADE of
+    it.
     """
     most = float(np.abs(work).max())
     made = float((energies - work).max())
@@ -24,9 +26,9 @@ def must_be_worked_for(energies: Floats, work: Floats, step: float) -> None:
 
 
 def halfway(own: Floats) -> Floats:
-    """Axes e1, e2, e3 as columns (n, 3, 3) at nodes, of those of segments (n - 1, 3, 3).
+    """Return axes e1, e2, e3 as columns (n, 3, 3) at nodes from those of segments (n - 1, 3, 3).
 
-    Between two segments halfway, at an end those of the one there.
+    They are halfway between two segments, and at an end those of its segment.
     """
     both = np.concatenate([own[:1], 0.5 * (own[:-1] + own[1:]), own[-1:]])
     u, _, v = np.linalg.svd(both)  # the rotation nearest to a mean of two

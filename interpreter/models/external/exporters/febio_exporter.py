@@ -30,7 +30,7 @@ AXES = "xyz"
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
-    """What of a problem it does not have, or not as it is meant."""
+    """Return features of a problem that FEBio does not have, or defines differently."""
     found = []
     if problem.element not in ELEMENTS:
         found.append((problem.element, f"its quadrature may be another; tried are {', '.join(ELEMENTS)}"))
@@ -44,13 +44,13 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
 
 
 def export(problem: Problem, named: Named, folder: Path) -> list[str]:
-    """The deck, with sets of nodes that have the names of supports."""
+    """Write the deck, with node sets named as the supports."""
     (folder / FILE).write_text("\n".join([*deck(problem, named), ""]), encoding="ascii")
     return [FILE]
 
 
 def deck(problem: Problem, named: Named) -> Iterator[str]:
-    """Its lines."""
+    """Yield the lines of the deck."""
     yield '<?xml version="1.0" encoding="ISO-8859-1"?>'
     yield "<!-- units: mm, Pa, uN (g, mm, s) -->"
     yield from ('<febio_spec version="4.0">', '<Module type="solid"/>')
@@ -70,7 +70,7 @@ def deck(problem: Problem, named: Named) -> Iterator[str]:
 
 
 def _block(name: str, lines: Iterator[str] | Sequence[str]) -> Iterator[str]:
-    """Lines in an element; nothing of none."""
+    """Yield lines within an XML element; nothing if there are no lines."""
     if inner := list(lines):
         yield from (f"<{name}>", *inner, f"</{name}>")
 
@@ -111,7 +111,7 @@ def _row(values: Sequence[float]) -> str:
 
 
 def _sets(problem: Problem) -> dict[str, Ints]:
-    """Nodes that are held in each direction, moved, and loaded; none that are empty."""
+    """Return nodes that are held in each direction, moved, and loaded, without empty sets."""
     found = {}
     for c in range(3):
         own = problem.held[:, 1] == c
@@ -122,7 +122,7 @@ def _sets(problem: Problem) -> dict[str, Ints]:
 
 
 def _tables(problem: Problem) -> Iterator[str]:
-    """Forces, and displacements of what is moved, by the place of nodes in their sets."""
+    """Yield forces, and imposed displacements, by the place of nodes in their sets."""
     for name, nodes in _sets(problem).items():
         if name == "loaded":
             yield from _table("forces", name, "vec3", UN * problem.forces[nodes])
@@ -151,7 +151,7 @@ def _boundary(problem: Problem) -> Iterator[str]:
 
 
 def _course(shares: Sequence[float]) -> Iterator[str]:
-    """The share of the load at time k is that of state k."""
+    """Yield the load curve: the load fraction at time k is that of state k."""
     yield from ('<load_controller id="1" name="course" type="loadcurve">', "<interpolate>LINEAR</interpolate>")
     yield from ("<points>", *(f"<pt>{k},{s!r}</pt>" for k, s in enumerate((0.0, *shares))), "</points>")
     yield "</load_controller>"

@@ -41,7 +41,7 @@ KINDS: dict[tuple[int, int], tuple[int, Sequence[int]]] = {
 
 @dataclass(frozen=True)
 class Entity:
-    """Cells (k, a) of a dimension that are in the same groups, by their numbers."""
+    """Cells (k, a) of one dimension that belong to the same groups, given by their tags."""
 
     dimension: int
     cells: Ints
@@ -49,14 +49,14 @@ class Entity:
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
-    """Cells that it has no number for here."""
+    """Return cells without a Gmsh element type here."""
     if (3, problem.cells.shape[1]) in KINDS:
         return []
     return [(problem.element, "it is a slice of a plane body, whose triangles are no cells of a solid of others")]
 
 
 def export(problem: Problem, named: Named, folder: Path) -> list[str]:
-    """The mesh, with its groups."""
+    """Write the mesh with its groups."""
     groups: dict[tuple[int, str], int] = {}
 
     def group(dimension: int, name: str) -> int:
@@ -72,7 +72,7 @@ def export(problem: Problem, named: Named, folder: Path) -> list[str]:
 
 
 def _apart(dimension: int, groups: dict[int, Ints]) -> list[Entity]:
-    """Cells of groups by which groups they are in, each once."""
+    """Return cells grouped by the set of groups they belong to, each cell once."""
     owners: dict[tuple[int, ...], tuple[Ints, list[int]]] = {}
     for number, cells in groups.items():
         for cell in cells:
@@ -107,7 +107,7 @@ def _file(points: Floats, entities: list[Entity], groups: dict[tuple[int, str], 
 
 
 def _entity(points: Floats, own: Entity, tag: int) -> str:
-    """Its line: where it is, its groups, and no borders that would be known."""
+    """Return the line of an entity: its bounds and its groups, without boundaries."""
     X = points[np.unique(own.cells)]
     box = X[0].tolist() if own.dimension == 0 else [*X.min(axis=0).tolist(), *X.max(axis=0).tolist()]
     words = [tag, *map(repr, box), len(own.groups), *own.groups]

@@ -1,9 +1,10 @@
-"""MuJoCo (.xml, MJCF of version 4): a flex of linear tetrahedra in motion, in SI; its adapter steps this very model.
+"""Export for MuJoCo (.xml, MJCF of version 4): a flex of linear tetrahedra in motion, in SI; the adapter steps this
+model.
 
-A body with slides for each node, without those of what is held; weight is `gravity`, what is left of the forces on
-nodes, and damping in proportion to the mass, are actuators whose bias is F - a m v. How long a motion lasts has no
-word there: a comment says how many steps it has. Of the analysis' integrator it has none either: `discrete` solves one
-system a step, `Euler` none.
+Each node is a body with slides for its free components. Weight is `gravity`; the remaining nodal forces and
+mass-proportional damping are actuators with bias F - a m v. MJCF cannot give the duration of a motion: a comment states
+the number of steps. It also has no exact counterpart of the integrator: `discrete` solves one system per step, `Euler`
+none.
 Source: its documentation, XML reference: flex/elasticity, actuator/general; Computation: Integrators.
 """
 
@@ -29,7 +30,7 @@ ROUNDING = 1e-12  # of the greatest force: remainder after the weight
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
-    """What of a problem it does not have, or not as it is meant."""
+    """Return features of a problem that MuJoCo does not have, or defines differently."""
     found = [] if problem.element == "tet4" else [(problem.element, "its solids are of linear tetrahedra")]
     if problem.strain != "finite":
         found.append((f"strain = {problem.strain}", "its solids are of finite strain"))
@@ -40,14 +41,14 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
 
 
 def export(problem: Problem, named: Named, folder: Path) -> list[str]:
-    """The model."""
+    """Write the model."""
     assert problem.motion is not None
     (folder / FILE).write_text(deck(problem, problem.motion) + "\n", encoding="ascii")
     return [FILE]
 
 
 def deck(problem: Problem, motion: Motion) -> str:
-    """The model in its own language."""
+    """Return the model in MJCF."""
     (stuff,) = problem.stuff
     count, free = len(problem.points), ~problem.is_held
     g, rest = weighed(problem.forces, motion.masses)
@@ -69,7 +70,7 @@ damping="{motion.damping_stiffness!r}"/></flex></deformable>
 
 
 def weighed(forces: Floats, masses: Floats) -> tuple[Floats, Floats]:
-    """Gravity (3,), m/s^2, as most nodes have it, and what else acts on nodes (n, 3), N: F = m g + the rest."""
+    """Return the gravity (3,), m/s^2, of most nodes, and the remaining nodal forces (n, 3), N: F = m g + the rest."""
     g = np.median(forces / masses[:, None], axis=0)
     rest = forces - masses[:, None] * g
     rest[np.abs(rest) <= ROUNDING * np.abs(forces).max(initial=0.0)] = 0.0
@@ -77,12 +78,12 @@ def weighed(forces: Floats, masses: Floats) -> tuple[Floats, Floats]:
 
 
 def row(values: Floats) -> str:
-    """Numbers with spaces between them, to the last digit."""
+    """Return numbers separated by spaces, with all digits."""
     return " ".join(map(repr, values.tolist()))
 
 
 def nodes(points: Floats, masses: Floats, free: Bools) -> Iterator[str]:
-    """A body for every node, with a slide for each component that is free (n, 3)."""
+    """Yield a body for every node, with a slide for each free component (n, 3)."""
     for i, (X, mass) in enumerate(zip(points, masses.tolist(), strict=True)):
         slides = "".join(
             f'<joint name="n{i}{"xyz"[k]}" type="slide" axis="{axis}"/>' for k, axis in enumerate(AXES) if free[i, k]
@@ -92,11 +93,11 @@ def nodes(points: Floats, masses: Floats, free: Bools) -> Iterator[str]:
 
 
 def forces(rest: Floats, drag: Floats, free: Bools) -> Iterator[str]:
-    """What acts on nodes beside their weight (n, 3), N, and what slows them down (n,), N s/m."""
+    """Yield actuators for nodal forces other than weight (n, 3), N, and for damping (n,), N s/m."""
     for i, k in np.argwhere(free & ((rest != 0.0) | (drag != 0.0)[:, None])).tolist():
         yield pushed(f"n{i}{'xyz'[k]}", float(rest[i, k]), float(drag[i]))
 
 
 def pushed(joint: str, force: float, drag: float) -> str:
-    """An actuator of a joint that nothing controls."""
+    """Return an actuator of a joint without control input."""
     return f'<general joint="{joint}" gainprm="0" biastype="affine" biasprm="{force!r} 0 {-drag!r}"/>'

@@ -1,13 +1,12 @@
-"""PolyFEM (.json, json-specs/input-spec.json of 2024 and later): a deck as text, which has not been run here.
+"""Export of a deck for PolyFEM (.json, json-specs/input-spec.json of 2024 and later), never run in PolyFEM here.
 
-In SI. Linear tetrahedra, or quadratic ones that are straight: the mesh beside it is of corners, in
-`exporters/gmsh_exporter.py`'s words, whose volumes are its materials, and `discr_order` makes the rest. Surfaces are
-selected by spheres around the
-middles of facets, a number for each set of conditions on them. Displacements are of whole facets; loads are a body
-force of all materials, `rhs`, which is what it is taken from, so that gravity g is written -g, and tractions on whole
-facets. A pressure, which at small strain keeps its direction, is told as the traction of each facet:
-`pressure_boundary` follows the body. What a load means is found of its forces on nodes, and refused where these are
-of neither.
+Units are SI. Cells are linear tetrahedra, or straight quadratic ones: the mesh file has corners only, as in
+`exporters/gmsh_exporter.py`, with materials as volumes, and `discr_order` creates the other nodes. Surfaces are
+selected by spheres around the centres of facets, with a number for each set of conditions. Displacements are those of
+whole facets. Loads are a body force of all materials, `rhs`, which is subtracted, so that gravity g is written -g, and
+tractions on whole facets. A pressure at small strain, which keeps its direction, is written as the traction of each
+facet, because `pressure_boundary` follows the body. Loads are identified from their nodal forces, and refused if these
+are of neither kind.
 Source: its JSON specification, and docs/tutorials/getting_started.md; laws as in LinearElasticity.cpp,
 SaintVenantElasticity.cpp and NeoHookeanElasticity.cpp.
 """
@@ -40,7 +39,7 @@ SAME = 1e-9  # of the greatest: tolerance of forces and positions
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
-    """What of a problem it does not have, or not as it is meant."""
+    """Return features of a problem that PolyFEM does not have, or defines differently."""
     if problem.element not in ORDERS:
         return [(problem.element, f"its quadrature may be another; tried are {', '.join(ORDERS)}")]
     found = []
@@ -59,7 +58,7 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
 
 
 def lost(problem: Problem, named: Named) -> list[tuple[str, str]]:
-    """Loads that are neither a force on all of the body nor a traction on whole facets."""
+    """Return loads that are neither a force on the whole body nor a traction on whole facets."""
     facets = _facets(problem)
     why = "its forces are on all of the body, or uniform tractions or pressures on whole facets"
     acting = {name: _acting(problem, named, name, facets) for name in named.loads}
@@ -69,7 +68,7 @@ def lost(problem: Problem, named: Named) -> list[tuple[str, str]]:
 
 
 def export(problem: Problem, named: Named, folder: Path) -> list[str]:
-    """The mesh, and the deck."""
+    """Write the mesh and the deck."""
     corners, names = _corners(problem, named)
     mesh = gmsh_exporter.export(corners, names, folder)
     text = json.dumps(deck(problem, named), indent=1)
@@ -78,7 +77,7 @@ def export(problem: Problem, named: Named, folder: Path) -> list[str]:
 
 
 def deck(problem: Problem, named: Named) -> dict[str, Any]:
-    """What the deck says, of a problem that is not refused and of which nothing is lost."""
+    """Return the deck of a problem without unsupported features or loads."""
     facets = _facets(problem)
     held = _held(problem, facets)
     assert held is not None
@@ -105,7 +104,7 @@ def deck(problem: Problem, named: Named) -> dict[str, Any]:
 
 
 def _conditions(body: Floats, acted: Mapping[int, list[float]]) -> dict[str, Any]:
-    """Of sets of facets by their numbers: displacements (3 of them, inf where it is free), and tractions."""
+    """Return boundary conditions of facet sets: displacements (3 values, inf where free), and tractions."""
     dirichlet, neumann = [], []
     for number, own in acted.items():
         dimension = [bool(np.isfinite(value)) for value in own[:3]]
@@ -123,7 +122,7 @@ def _conditions(body: Floats, acted: Mapping[int, list[float]]) -> dict[str, Any
 
 
 def _geometry(problem: Problem, facets: Ints, numbers: Ints, acted: Mapping[int, Any]) -> dict[str, Any]:
-    """The mesh, by the numbers of its volumes, and spheres around the middle of one facet and of no other."""
+    """Return the mesh with its volumes, and a sphere around the centre of each selected facet."""
     X = problem.points[facets[:, :3]]
     middles, short = X.mean(axis=1), np.linalg.norm(X - np.roll(X, 1, axis=1), axis=2).min(axis=1)
     spheres = [{"id": number, "center": middle, "radius": 1e-3 * edge}
@@ -143,14 +142,14 @@ def _material(index: int, problem: Problem) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Acting:
-    """What a load is: an acceleration of the body (3,), m/s^2, and tractions on facets (f, 3), Pa."""
+    """Load as an acceleration of the body (3,), m/s^2, and tractions on facets (f, 3), Pa."""
 
     body: Floats
     tractions: Floats
 
 
 def _acting(problem: Problem, named: Named, name: str, facets: Ints) -> Acting | None:
-    """What the forces of a load on nodes are; None where they are nothing that can be told."""
+    """Return the load with these nodal forces; None if it is of neither kind."""
     F, none = named.loads[name], Acting(np.zeros(3), np.zeros((len(facets), 3)))
     if not F.any():
         return none
@@ -188,26 +187,26 @@ def _weights(problem: Problem) -> Floats:
 
 
 def _spread(problem: Problem, facets: Ints, forces: Floats) -> Floats:
-    """At nodes (n, 3), of forces that are uniform on facets (f, 3): in thirds of corners, or of middles of edges."""
+    """Return nodal forces (n, 3) of uniform facet forces (f, 3): a third at each corner, or at each mid-edge node."""
     found, own = np.zeros_like(problem.points), facets[:, -3:]
     np.add.at(found, own, forces[:, None, :] / 3.0)
     return found
 
 
 def _areas(problem: Problem, facets: Ints) -> Floats:
-    """Of facets, outwards (f, 3), m^2."""
+    """Return outward area vectors of facets (f, 3), m^2."""
     X = problem.points[facets[:, :3]]
     found: Floats = 0.5 * np.cross(X[:, 1] - X[:, 0], X[:, 2] - X[:, 0])
     return found
 
 
 def _facets(problem: Problem) -> Ints:
-    """Of the boundary (f, 3 or 6), outwards."""
+    """Return the boundary facets (f, 3 or 6), oriented outwards."""
     return Mesh(problem.points, problem.cells, problem.element).facets
 
 
 def _held(problem: Problem, facets: Ints) -> Floats | None:
-    """By how much whole facets are held (f, 3), m, NaN where they are free; None where that is not what is held."""
+    """Return imposed displacements of whole facets (f, 3), m, NaN where free; None if supports hold other parts."""
     values = np.full(problem.points.shape, np.nan)
     values[tuple(problem.held.T)] = problem.values
     on = values[facets]
@@ -224,7 +223,7 @@ def _straight(problem: Problem) -> bool:
 
 
 def _corners(problem: Problem, named: Named) -> tuple[Problem, Named]:
-    """The same with the corners alone, numbered anew."""
+    """Return the problem with corner nodes only, renumbered."""
     used, cells = np.unique(problem.cells[:, :4], return_inverse=True)
     number = np.full(len(problem.points), -1, dtype=np.int64)
     number[used] = np.arange(len(used))

@@ -37,7 +37,7 @@ TIGHT = {f"{kind}_tolerance_threshold": value for kind, value in (
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
-    """What of a problem it does not have, or not as it is meant."""
+    """Return features of a problem that SOFA does not have, or defines differently."""
     found = []
     if problem.element != "tet4":
         found.append((problem.element, "its laws at finite strain are of linear tetrahedra"))
@@ -54,13 +54,13 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
 
 
 def export(problem: Problem, named: Named, folder: Path) -> list[str]:
-    """The scene."""
+    """Write the scene."""
     (folder / FILE).write_text("\n".join([*deck(problem), ""]), encoding="utf-8")
     return [FILE]
 
 
 def deck(problem: Problem) -> Iterator[str]:
-    """Its lines."""
+    """Yield the lines of the scene."""
     loaded = np.flatnonzero(problem.forces.any(axis=1))
     yield '<?xml version="1.0"?>'
     yield "<!-- units: m, Pa, N -->"
@@ -95,7 +95,7 @@ def _law(stuff: Stuff, strain: str) -> str:
 
 
 def _tag(component: str, **fields: Any) -> str:
-    """A component; arrays are numbers with spaces between them."""
+    """Return a component; arrays are numbers separated by spaces."""
     return f"<{component}{''.join(f' {name}={quoteattr(_text(own))}' for name, own in fields.items())}/>"
 
 

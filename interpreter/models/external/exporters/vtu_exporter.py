@@ -20,12 +20,12 @@ meshio._mesh.topological_dimension.setdefault("wedge15", 3)
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
-    """Nothing: laws are told in the exam sheet."""
+    """Return nothing, because the format does not contain laws."""
     return []
 
 
 def export(problem: Problem, named: Named, folder: Path) -> list[str]:
-    """`forces` on nodes, N, those of each load too; `held`, 1 or 0 in each direction, and by how much, `values`, m."""
+    """Write nodal `forces`, N, also of each load, `held`, 1 or 0 in each direction, and imposed `values`, m."""
     held, values = np.zeros_like(problem.points), np.zeros_like(problem.points)
     held[tuple(problem.held.T)] = 1.0
     values[tuple(problem.held.T)] = problem.values
