@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 from softmark.interpreter.language.compiled_scene import SceneError
 
-MOST = 1000  # of what is counted, as on the command line
+MOST = 1000  # largest count, as on the command line
 
 
 class BadArgument(SceneError, ValueError):

@@ -66,7 +66,7 @@ class SceneMagics(Magics):
             raise UsageError(f"%%scene: `{given.name}` is no name that Python could have; options begin with a dash")
         shell: Any = self.shell
         for name in (*LEFT, *([given.name] if given.name else [])):
-            shell.user_ns.pop(name, None)  # what an earlier cell left
+            shell.user_ns.pop(name, None)  # names left by an earlier cell
         source = Source(given.name or "<cell>", cell)
         loaded = load_source(source, Path(), None, given.p, given.plugin, given.model)
         shell.user_ns["scene"] = loaded

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
     Values = Sequence[float] | NDArray[np.float64]
 
-# of Okabe and Ito (2008) and three more, as the report has them on light paper (`report.css`)
+# colours of Okabe and Ito (2008) and three more, as in the light theme of the report (`report.css`)
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#c2689a", "#b57b00", "#2f8fcb", "#7a52b3", "#8a5a35", "#a02552")
-NEUTRAL = "#59636e"  # of references
+NEUTRAL = "#59636e"  # colour of references
 MARKERS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D", "wedge": "v", "plus": "P", "cross": "X"}
 MARKED = 8  # marks along a curve
 
@@ -58,7 +58,7 @@ class Drawing:
     equal: bool = False
 
 
-Found = Mapping[str, Callable[[], Drawing]]  # what can be drawn, by name
+Found = Mapping[str, Callable[[], Drawing]]  # drawings by name
 
 
 def plot(report: Report, name: str | None, kind: str | None, ax: Axes | None) -> Axes:

@@ -19,7 +19,7 @@ from softmark.interpreter.results.atomic_files import parts
 
 Words = Callable[[], str]
 
-SPENT = {  # what a machine may have no more of, and what to do; by the number of the system's error
+SPENT = {  # exhausted resources and remedies, by errno
     errno.ENOSPC: "make room on the disk, or choose another one with `--out`",
     errno.EDQUOT: "make room within the quota, or choose another disk with `--out`",
     errno.EROFS: "choose a folder that can be written to with `--out`",
@@ -31,7 +31,7 @@ SPENT = {  # what a machine may have no more of, and what to do; by the number o
 }
 NEEDED = 640 << 20  # bytes of addresses: numpy, scipy and numba take 500 MB before anything is computed
 
-_words: list[Words] = []  # what to say of an interrupted command: the last one holds
+_words: list[Words] = []  # messages for an interrupted command; the last one is used
 
 
 def set_interrupt_message(words: Words) -> None:

@@ -45,7 +45,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
 IDLE = "16"  # log2 of the cycles that a thread of OpenBLAS waits awake, which by default are 30 ms of its processor
 COMPUTING = frozenset(
     {"run", "judge", "compare", "stress", "export", "conformance", "board", "import"}
-)  # what loads numpy, scipy and numba
+)  # commands that load numpy, scipy and numba
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -141,7 +141,7 @@ def _dispatch(arguments: list[str]) -> int:
 
     module = importlib.import_module(f"softmark.interpreter.cli.commands.{COMMANDS[name][0]}")
     parser = argparse.ArgumentParser(prog=f"dsl {name}", description=COMMANDS[name][1], allow_abbrev=False)
-    if name in COMPUTING - {"run"}:  # which says itself when it has loaded what it needs
+    if name in COMPUTING - {"run"}:  # `run` reports itself when it has loaded its modules
         pausing.resume_collection()
     module.arguments(parser)
     parsed = parser.parse_intermixed_args(arguments[arguments.index(name) + 1 :])

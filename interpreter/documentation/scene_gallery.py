@@ -27,7 +27,7 @@ Every scene that comes along, as it was run: a picture, its numbers, what they a
 STALE = """:::{warning}
 The text of this scene has changed since these numbers were taken.
 :::"""
-QUIET = ("converged", "read")  # what is not worth a word
+QUIET = ("converged", "read")  # statuses that are not mentioned
 
 Json = dict[str, Any]
 
@@ -127,7 +127,7 @@ def _table(record: Json) -> str:
     references = {f"({n})": r for n, r in record["references"].items() if r["metrics"]}
     everyone = {**record["models"], **references}
     measured = [item for own in everyone.values() for item in own["metrics"].items()]
-    clocked = {m for m, found in measured if found.get("clock")}  # in real time: of one machine alone
+    clocked = {m for m, found in measured if found.get("clock")}  # frame times are valid only for one machine
     metrics = [m for m in dict.fromkeys(m for m, _ in measured) if m not in clocked]
     columns = {
         f"`{m}`": [_cell(own["metrics"].get(m), _largest(everyone, m)) for own in everyone.values()] for m in metrics

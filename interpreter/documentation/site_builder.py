@@ -20,8 +20,8 @@ from softmark.records import dataclass
 ROOM = Path(__file__).parent
 OTHERS = "reference/others.md"
 NEEDED = ("sphinx", "myst_parser", "furo")
-COLOUR = re.compile(r"\x1b\[[0-9;]*m")  # of what Sphinx says
-UNWRITTEN = "error writing file "  # how Sphinx begins a warning of a page that is not written, or not whole
+COLOUR = re.compile(r"\x1b\[[0-9;]*m")  # colour codes in the output of Sphinx
+UNWRITTEN = "error writing file "  # start of Sphinx's warning about a page that could not be written completely
 INSTALL = 'pip install "softmark[docs]"'
 
 

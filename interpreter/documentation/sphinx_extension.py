@@ -20,7 +20,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     for role in ("word", "message", "scene"):  # ```{word} fem marks a place, {word}`fem` leads there
         app.add_crossref_type(role, role, "single: %s", nodes.literal)
     app.add_lexer("scene", SceneLexer)
-    app.add_lexer("csv", TextLexer)  # which Pygments does not know
+    app.add_lexer("csv", TextLexer)  # Pygments has no lexer for it
     app.add_directive("indexed", Indexed)
     mathml.setup(app)
     app.add_css_file("softmark.css")

@@ -12,7 +12,7 @@ _QUANTITIES = {
 _VALUES = {
     "element": "tet4", "shape": "cylinder(length = 178 mm, radius = 19 mm)", "stiffness": "from_material()",
 }  # fmt: skip
-_FITTING = {  # of fields whose value must go with that of another, or that take some shapes alone
+_FITTING = {  # values of fields that depend on another field, or accept only some shapes
     "one": "box(size = (20, 20, 5) mm)", "other": "sphere(radius = 8 mm)",
     "inner": "10 mm", "first": "(0, 0, 0) mm", "second": "(48, 44, 0) mm", "third": "(48, 60, 0) mm",
     "mesh": 'mesh("file.msh", unit = 1 mm)', "limit": "30", "alpha": "[1.3, 5]",
@@ -35,7 +35,7 @@ _SAMPLES = {
     "each": "20 mm", "fibres": "+x",
 }  # fmt: skip
 _OWN = {("column", "values"): "[10, 5] mm"}  # by word and field: as many as there are models
-_LISTS = {units.NONE: "[0.3, 0.2]", units.LENGTH: _SAMPLES["list"]}  # of what has a dimension
+_LISTS = {units.NONE: "[0.3, 0.2]", units.LENGTH: _SAMPLES["list"]}  # lists by dimension
 
 
 def example(c: Constructor) -> str:

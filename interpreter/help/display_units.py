@@ -8,7 +8,7 @@ from functools import cache
 from softmark.interpreter.language import units
 from softmark.interpreter.language.units import Dimension
 
-PREFIXES = {  # of those that a unit takes, the ones that people use
+PREFIXES = {  # the commonly used prefixes of each unit
     "m": "nµmck", "g": "µmk", "s": "nµm", "Hz": "kM", "K": "m", "rad": "m", "N": "µmkM", "Pa": "mkMG", "bar": "m",
     "J": "µmkM", "W": "mk",
 }  # fmt: skip

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 KEYS = ("Source", "Test", "Valid", "Uncertain")
 SAID = re.compile(rf"(?:# (?:{'|'.join(KEYS)}): |#   |# )(.*)")
 STRETCHES = re.compile(r"stretches ([0-9.]+) to ([0-9.]+)")
-POINTS = 6  # of a curve, between its ends
+POINTS = 6  # points of a curve between its ends
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class LibraryMaterial:
     """Material of the library: its file, its declaration, and its comment by key."""
 
     name: str
-    file: str  # as `use` takes it
+    file: str  # path as `use` accepts it
     text: str
     what: str
     said: dict[str, str]

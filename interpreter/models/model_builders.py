@@ -81,13 +81,13 @@ def build(declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     except Exception as error:
         if (whose := find_faulty_plugin(error)) is None:
             raise
-        from softmark.interpreter.models.shared.unavailable_model import Unbuilt
+        from softmark.interpreter.models.shared.unavailable_model import UnavailableModel
 
-        return Unbuilt(whose, "failed")
+        return UnavailableModel(whose, "failed")
     if missing:
-        from softmark.interpreter.models.shared.unavailable_model import Unbuilt
+        from softmark.interpreter.models.shared.unavailable_model import UnavailableModel
 
-        return Unbuilt(f"what builds it gives a {type(prepared).__name__} without `{missing[0]}`", "failed")
+        return UnavailableModel(f"what builds it gives a {type(prepared).__name__} without `{missing[0]}`", "failed")
     return prepared
 
 

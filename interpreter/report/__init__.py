@@ -9,7 +9,7 @@
     leaderboard  site of `dsl board`
     notebook     boxes for Jupyter
     exam_export  models and expected results for other programs
-    files        report.json, report.html, JUnit and ParaView files
+    files        JSON, HTML, JUnit and ParaView files
 
 To add a section to a run: a file with `section_of(findings) -> str` ("" if it has nothing to show) in `run/tables` or
 `run/figures`, and a line in `SECTIONS` of `run/report_page.py`.

@@ -15,7 +15,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.models import model_builders
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Solution
-from softmark.interpreter.models.shared.support_selection import grips
+from softmark.interpreter.models.shared.support_selection import select_supports
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.validation.refinement_checks import Method, extrapolation_obstacle, methods_of
 from softmark.records import dataclass
@@ -260,7 +260,7 @@ def _limit_of(method: Method, members: Sequence[Member], where: SamplePoints, wo
 def _support_mismatch(case: Case, members: Sequence[Member]) -> str | None:
     """Return why meshes that hold different parts than the supports select cannot be extrapolated, or None."""
     for member in members:
-        for name, own in grips(case, member.mesh).items():
+        for name, own in select_supports(case, member.mesh).items():
             if own.held < 1.0 or own.beyond > 0.0:
                 size = units.format_value(member.size, units.LENGTH)
                 return f"cells of {size} hold {100 * own.held:.3g} % of what `{name}` selects"

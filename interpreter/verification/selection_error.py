@@ -15,7 +15,7 @@ from softmark.interpreter.results.reaction_results import SupportResult
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.prepared_model import Prepared
-    from softmark.interpreter.models.shared.support_selection import Grip
+    from softmark.interpreter.models.shared.support_selection import SupportSelection
     from softmark.interpreter.problem.body_case import Case
     from softmark.interpreter.results.reaction_results import EquilibriumForces
     from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest
@@ -76,9 +76,9 @@ def _foundation_shares(case: Case, prepared: Prepared) -> dict[str, float]:
     return found
 
 
-def _support_selections(case: Case, prepared: Prepared) -> dict[str, Grip]:
+def _support_selections(case: Case, prepared: Prepared) -> dict[str, SupportSelection]:
     if prepared.mesh is None:
         return {}
-    from softmark.interpreter.models.shared.support_selection import grips
+    from softmark.interpreter.models.shared.support_selection import select_supports
 
-    return grips(case, prepared.mesh)
+    return select_supports(case, prepared.mesh)

@@ -20,7 +20,7 @@ from softmark.interpreter.metrics.metric_base import Metric
 from softmark.interpreter.metrics.strain_energy import StrainEnergy
 from softmark.interpreter.metrics.tensor_metrics import TensorMetric
 from softmark.interpreter.metrics.work import LoadWork
-from softmark.interpreter.models.shared.support_selection import grip
+from softmark.interpreter.models.shared.support_selection import select_support
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.grid_convergence import HOPELESS
 from softmark.interpreter.verification.probe_errors import NoErrorEstimate, ProbeResultUnderTest
@@ -187,7 +187,7 @@ def _interface_ends(case: Case, mesh: Mesh, facets: NDArray[np.int64], held: NDA
 
 def _describe_edge(case: Case, mesh: Mesh, rim: NDArray[np.int64], whole: bool) -> str:
     """Describe the edge of supports there: of fixed ones, or of sliding ones; else of all."""
-    there = [s for s in case.supports if grip(s.thing.where, mesh).nodes[rim].any()]
+    there = [s for s in case.supports if select_support(s.thing.where, mesh).nodes[rim].any()]
     some = [s for s in there if (len(s.thing.components) == 3) == whole]
     names = ", ".join(f"`{s.name}`" for s in some or there)
     return f"the edge of what {names} holds"
@@ -197,7 +197,7 @@ def held_directions(case: Case, mesh: Mesh) -> NDArray[np.bool_]:
     """Return which nodes are held in which direction (nodes, 3)."""
     held = np.zeros((len(mesh.points), 3), dtype=np.bool_)
     for support in case.supports:
-        held[np.ix_(grip(support.thing.where, mesh).nodes, support.thing.components)] = True
+        held[np.ix_(select_support(support.thing.where, mesh).nodes, support.thing.components)] = True
     if case.planar:  # every point is held along z, which says nothing: both other directions are all that there are
         held[:, 2] = held[:, :2].all(axis=1)
     return held

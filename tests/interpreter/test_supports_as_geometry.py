@@ -21,7 +21,7 @@ from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.models.fem.fem_mesh import mesh_of
 from softmark.interpreter.models.model_builders import build
 from softmark.interpreter.models.shared.prepared_model import BuildContext
-from softmark.interpreter.models.shared.support_selection import Grip, grip
+from softmark.interpreter.models.shared.support_selection import SupportSelection, select_support
 from softmark.interpreter.problem.body_case import Case, Fault, case_of
 from softmark.interpreter.problem.conforming_mesh import cuts_of
 from softmark.solvers.mesh.shapes import Box
@@ -71,12 +71,12 @@ def tip(source: str, wide: bool = False, folder: Path | None = None) -> float:
     return -float(moved(source, wide, folder)[2])
 
 
-def gripped(source: str, folder: Path | None = None) -> Grip:
+def gripped(source: str, folder: Path | None = None) -> SupportSelection:
     """What the wall of a scene holds."""
     scene = scene_of(source, folder)
     case = case_of(scene, "bar")
     mesh = mesh_of(scene.declared["m"].thing, scene.declared["m"], case, BuildContext())
-    return grip(case.supports[0].thing.where, mesh)
+    return select_support(case.supports[0].thing.where, mesh)
 
 
 def as_file(folder: Path, shape: Any, kind: str, size: float) -> str:
@@ -303,7 +303,7 @@ def test_other_supports_are_conforming_too() -> None:
     for source in (pushed, roller):
         case: Case = case_of(scene_of(source), "bar")
         mesh = prepared(source).mesh
-        assert all(grip(s.thing.where, mesh).held == 1.0 for s in case.supports)
+        assert all(select_support(s.thing.where, mesh).held == 1.0 for s in case.supports)
 
 
 def test_a_node_a_little_beyond_the_border_is_not_held() -> None:
@@ -322,7 +322,7 @@ def test_a_node_a_little_beyond_the_border_is_not_held() -> None:
         "support closed = fixed(b, where = x <= 10 mm)\nsupport open = fixed(b, where = x < 10 mm)\n"
     ).scene
     closed, open_ = (scene.declared[name].thing.where for name in ("closed", "open"))
-    assert grip(closed, mesh).nodes[there[0]]
-    assert grip(open_, mesh).nodes[there[0]]
-    assert not grip(closed, moved).nodes[there[0]]
-    assert not grip(open_, moved).nodes[there[0]]
+    assert select_support(closed, mesh).nodes[there[0]]
+    assert select_support(open_, mesh).nodes[there[0]]
+    assert not select_support(closed, moved).nodes[there[0]]
+    assert not select_support(open_, moved).nodes[there[0]]

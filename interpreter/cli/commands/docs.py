@@ -29,7 +29,7 @@ def run(parsed: argparse.Namespace) -> int:
     try:
         if parsed.out:
             folder = Path(parsed.out)
-            for above, folders, files in os.walk(folder):  # what Sphinx would write through
+            for above, folders, files in os.walk(folder):  # Sphinx would follow symbolic links
                 for name in (*folders, *files):
                     refuse_link(Path(above, name))
             build(folder, sources())

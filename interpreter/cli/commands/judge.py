@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Source
     from softmark.interpreter.pipeline.run_options import SceneText
 
-FIELDS = {  # of `results(...)`, by option: what is written there, and whether in quotes
+FIELDS = {  # fields of `results(...)` by option, and whether their value is quoted
     "unit": ("one unit of the files' lengths, such as 1mm (default: 1 m)", False),
     "at": ('the vectors that are displacements, or "position"', True),
     "rest": ("a file with the same points undeformed", True),

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.language.compiled_scene import Scene
 
-CARRIED = ("size", "body", "mesh")  # of `fem(...)`, as it is written
-OF_OTHERS = ("mass", "linear", "cap", "start", "factorisation", "precision")  # of how ours solves: nothing to others
+CARRIED = ("size", "body", "mesh")  # fields of `fem(...)` that are copied
+OF_OTHERS = ("mass", "linear", "cap", "start", "factorisation", "precision")  # ignored by others
 
 
 def load_with_programs(name: str, programs: Sequence[str]) -> tuple[Scene | None, list[Diagnostic]]:

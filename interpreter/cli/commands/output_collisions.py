@@ -44,7 +44,7 @@ def _key(path: Path) -> object:
             found = path.stat()
             return found.st_dev, found.st_ino
         return os.path.realpath(path)
-    except (OSError, ValueError):  # that it cannot be written to is said elsewhere
+    except (OSError, ValueError):  # another check reports that it cannot be written
         return None
 
 

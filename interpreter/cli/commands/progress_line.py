@@ -27,7 +27,7 @@ class Progress:
             line = {"start": detail, "compile": f"  {detail} ..."}.get(what, f"  {detail}")
             print(line, file=self.stream, flush=True)
             return
-        soon = time.monotonic() - self._last < 0.1 and what not in ("start", "reference")  # which may say nothing more
+        soon = time.monotonic() - self._last < 0.1 and what not in ("start", "reference")  # may be last for a while
         if not self.live or soon:
             return
         self._last = time.monotonic()

@@ -95,7 +95,7 @@ class ReportWriter:
         if report is not None:
             try:
                 self._write(report)
-            except Exception:  # in the midst of whatever was interrupted: what was kept before is there
+            except Exception:  # the state is unknown after an interruption; the report saved before still exists
                 return self.kept
         return self.kept
 

@@ -163,7 +163,7 @@ class RequestHandler(BaseHTTPRequestHandler):
         name = PAGE if asked == "/" else asked[1:]
         if name not in TYPES:
             return HTTPStatus.NOT_FOUND, plain, b"there is the report at / and its numbers at /report.json\n"
-        state, file = self.server.state, self.server.file(name)  # in this order: a newer page is loaded once more
+        state, file = self.server.state, self.server.file(name)  # in this order: a newer page is reloaded
         try:
             data = b"" if file is None else file.read_bytes()
         except OSError:

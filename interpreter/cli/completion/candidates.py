@@ -14,7 +14,7 @@ from importlib import import_module
 
 from softmark.interpreter.cli.completion import file_candidates, scene_candidates, vocabulary_candidates
 
-Answers = dict[str, str]  # what could stand there, and what it means
+Answers = dict[str, str]  # candidates with their meanings
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ WAYS: dict[str, Way] = {
     "name": lambda asked: vocabulary_candidates.words(asked.current),
     "what": lambda asked: vocabulary_candidates.topics(),
     "template": lambda asked: scene_candidates.templates(),
-    # what has none of its own, by what its help calls it
+    # arguments without an entry, by the name in their help
     "FILE": _files(""),
     "DIR": lambda asked: file_candidates.folders(asked.current),
 }
@@ -86,7 +86,7 @@ def find_candidates(words: Sequence[str]) -> Answers:
     found = _with_prefix(
         _candidates_of_command(_parser(COMMANDS[before[0]][0]), before[0], before[1:], current), current
     )
-    whole = words[-1].removesuffix(current)  # of `--model=r` in one word, `--model=`
+    whole = words[-1].removesuffix(current)  # for `--model=r` in one word, `--model=`
     return {whole + word: meaning for word, meaning in found.items()} if whole.startswith("--") else found
 
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from softmark.interpreter.cli.conformance import Breach
 
-STEP = 1e-6  # of central differences
-NEAR = 1e-6  # of derivatives by differences: their step squared, and rounding over their step
-EXACT = 1e-9  # of what is nothing, or the same
+STEP = 1e-6  # step of central differences
+NEAR = 1e-6  # tolerance of finite differences: step squared, and rounding divided by step
+EXACT = 1e-9  # tolerance of zero or equal values
 ROUNDS = 4  # random states, each near rest
 
 

@@ -41,13 +41,13 @@ LOADED = {  # one of each, as a scene has it; a new word needs none of these to 
     "tendon": "tendon(bar, from = (0, 0, 5) mm, to = (40, 0, 5) mm, tension = 0.1 mN)",
 }
 MOTIONS = {"rest": "", "motion": "analysis a = dynamic(duration = 2 ms, step = 1 ms)\n"}
-NAMES = {  # of explained examples: what they are called here
+NAMES = {  # names used here for those of the examples
     "NAME_OF_BODY": "bar", "NAME_OF_PROBE": "tip", "NAME_OF_REFERENCE": "truth", "NAME_OF_MODEL": "cells",
     "NAME_OF_SUPPORT": "wall", "NAME_OF_LOAD": "push", "NAME_OF_MATERIAL": "gel", "NAME_OF_METRIC": "sag",
     "NAME_OF_ANOTHER_METRIC": "sag",
 }  # fmt: skip
 GIVE = 'give a call that fits a beam of 40 mm along x: `SOFTMARK = {..., "examples": {"word": "word(...)"}}`'
-BEAMS = ((GEL, WEIGHT), (GEL.replace("0.3", "0"), "gravity(1 m/s^2, direction = +x)"))  # that theories are asked about
+BEAMS = ((GEL, WEIGHT), (GEL.replace("0.3", "0"), "gravity(1 m/s^2, direction = +x)"))  # beams for theories
 
 
 @dataclass(frozen=True)

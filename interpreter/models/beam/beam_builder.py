@@ -84,7 +84,7 @@ class PreparedBeam(Meshless):
         """Find the static equilibrium from rest."""
         problem, last = replace(self.problem, watch=watch), [self.problem.assembly]
         remedy = "try more segments or a smaller load"
-        return static_result.solution(
+        return static_result.solve_static(
             lambda: self._equilibrium(problem, last), remedy, lambda found: self._finish(found, last[-1])
         )
 
@@ -107,7 +107,7 @@ class PreparedBeam(Meshless):
 
     def _finish(self, found: Equilibrium, assembly: Assembly) -> Solution:
         """Return the solution of an equilibrium."""
-        solution = static_result.found(found, lambda X: displacement_at(found.x, self.rest, X, self.along))
+        solution = static_result.solution_of(found, lambda X: displacement_at(found.x, self.rest, X, self.along))
         modes = frequencies_about(self.problem.assembly, found.x, self.mass, self.problem.linear)
         if self.along is not None:
             modes = without_frequencies("those of curved beams are not known yet: `fem(...)` finds them")

@@ -12,7 +12,7 @@ from softmark.interpreter.models.shared.solid_dynamics import (
     PreparedMotion,
     course_of,
     integrator_of,
-    must_be_followed,
+    check_amplitudes,
     support_course,
     velocity,
 )
@@ -130,7 +130,7 @@ def dynamics(
     `problem` the static problem. Raises Fault.
     """
     analysis: Any = case.analysis
-    must_be_followed(case, analysis)
+    check_amplitudes(case, analysis)
     count, own = len(X), mass.reshape(-1, 6)
     start = np.zeros((count, 6))
     start[:, :3] = velocity(analysis, X, np.repeat(own[:, 0], 3)).reshape(-1, 3)

@@ -96,7 +96,7 @@ class ViscoelasticBeam(Meshless):
             found: Any = came[0].found
             return replace(found, history=came[0].history)
 
-        return static_result.solution(find, remedy, lambda found: self._finish(found, came[0]))
+        return static_result.solve_static(find, remedy, lambda found: self._finish(found, came[0]))
 
     def _finish(self, found: Any, state: StateInTime) -> Solution:
         """Return the solution, with its energies and history."""
@@ -106,7 +106,7 @@ class ViscoelasticBeam(Meshless):
             """Return the displacement field of a state."""
             return lambda X: displacement_at(x, rest, X, along)
 
-        solution = static_result.found(found, BeamHistory(moved(state.x), state.times, tuple(map(moved, state.states))))
+        solution = static_result.solution_of(found, BeamHistory(moved(state.x), state.times, tuple(map(moved, state.states))))
         energies = {"work_J": state.work, "stored_J": state.stored, "dissipated_J": state.dissipated,
                     "time_s": state.time, "steps_in_time": len(state.times)}  # fmt: skip
         facts = solution.facts | {"energies_in_time": energies}

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.beam.rigid_motions import AXES, point_rows
-from softmark.interpreter.models.shared.support_constraints import Held
+from softmark.interpreter.models.shared.support_constraints import Constraints
 from softmark.interpreter.problem.axial_selection import selects_whole_sections
 from softmark.interpreter.problem.body_case import Case
 from softmark.solvers.energies.energy import Floats, Ints
@@ -18,7 +18,7 @@ from softmark.solvers.energies.rod_state import rod_at_rest, rod_from_frames
 from softmark.solvers.mesh.shape import Prism, transverse
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.shared.rotating_supports import Turns
+    from softmark.interpreter.models.shared.rotating_supports import RotationPath
 
 
 def points_of(case: Case, stations: Floats) -> Floats:
@@ -38,7 +38,7 @@ def undeformed_rod(case: Case, stations: Floats) -> Floats:
     return rod_from_frames(points, np.array([shape.frame(s) for s in stations.tolist()]).transpose(0, 2, 1))
 
 
-def constrained_dofs(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats, Turns | None]:
+def constrained_dofs(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats, RotationPath | None]:
     """Return held degrees of freedom (c,), their values (c,), m or rad, and the path of rotating supports.
 
     The rod has nodes at the stations. Raises Fault.
@@ -56,10 +56,10 @@ def held_values(case: Case, stations: Sequence[float]) -> dict[int, tuple[float,
     return _held(case, stations, 1.0).values
 
 
-def _held(case: Case, stations: Sequence[float], share: float) -> Held:
+def _held(case: Case, stations: Sequence[float], share: float) -> Constraints:
     """Return the constraints at a fraction of the support motions; rotations are about material axes. Raises Fault."""
     points = points_of(case, np.array(stations))
-    held = Held(case, case.prism.length, points.mean(axis=0), 6 * len(points))
+    held = Constraints(case, case.prism.length, points.mean(axis=0), 6 * len(points))
     axes = np.array([case.prism.axis, *transverse(case.prism.axis)])
     for support in case.supports:
         components = support.thing.components

@@ -65,11 +65,11 @@ class PreparedNetwork(Meshless):
     def solve(self, watch: Watch) -> Solution:
         """Find the static equilibrium from rest."""
         problem = replace(self.problem, watch=watch)
-        return static_result.solution(lambda: equilibrium(problem), "try more segments or a smaller load", self._finish)
+        return static_result.solve_static(lambda: equilibrium(problem), "try more segments or a smaller load", self._finish)
 
     def _finish(self, found: Equilibrium) -> Solution:
         """Return the solution of an equilibrium."""
-        solution = static_result.found(found, Shifts(self.layout, found.x))
+        solution = static_result.solution_of(found, Shifts(self.layout, found.x))
         modes = frequencies_about(self.problem.assembly, found.x, self.layout.mass, self.problem.linear)
         seen = replace(
             solution, notes=static_result.doubts(self.declared, found), vibrations=modes if found.solved else None

@@ -11,7 +11,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.beam.rigid_motions import AXES, point_rows
 from softmark.interpreter.models.beam.tapered_sections import at_nodes, inertia
 from softmark.interpreter.models.beam_frame import frame_selection
-from softmark.interpreter.models.shared.support_constraints import Held
+from softmark.interpreter.models.shared.support_constraints import Constraints
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.support_words import Hinged
 from softmark.records import dataclass
@@ -181,7 +181,7 @@ class Layout:
     def held(self) -> tuple[Ints, Floats]:
         """Return held degrees of freedom of the points (c,), and their values (c,), m. Raises Fault."""
         size = self.network.diagonal
-        held = Held(self.case, size, self.X.mean(axis=0), 6 * self.count)
+        held = Constraints(self.case, size, self.X.mean(axis=0), 6 * self.count)
         for support in self.case.supports:
             mask = self.holds(support)
             moved = support.thing.displacement

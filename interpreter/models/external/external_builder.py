@@ -33,7 +33,7 @@ from softmark.interpreter.models.shared.prepared_model import (
     Solution,
     Status,
 )
-from softmark.interpreter.models.shared.unavailable_model import Unbuilt
+from softmark.interpreter.models.shared.unavailable_model import UnavailableModel
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
@@ -290,7 +290,7 @@ def load(model: Outside) -> None:
 def prepare(model: Outside, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build our static model for transfer and checks, or none if the program does not support it. Raises Fault."""
     if reasons := model.reasons(case):
-        return Unbuilt(model.words_of(reasons), "unsupported")
+        return UnavailableModel(model.words_of(reasons), "unsupported")
     if isinstance(case.analysis, Dynamic):
         return cast(Prepared, moving(model, declared, case, workshop))
     solid, _ = fem.build_static(model.solid, replace(declared, thing=model.solid), case, workshop)

@@ -59,7 +59,7 @@ from softmark.solvers.statics.static_equilibrium import Equilibrium, Linear, Sta
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.friction_history import Past
-    from softmark.interpreter.models.shared.unsupported_bodies import Loose
+    from softmark.interpreter.models.shared.unsupported_bodies import UnsupportedBody
     from softmark.solvers.contact.rigid_contact import RigidContact
     from softmark.solvers.energies.elastic_foundation import ElasticFoundation
     from softmark.solvers.mesh.shape import Shape
@@ -91,7 +91,7 @@ class PreparedSolid(MeshBasedModel):
     muscles: tuple[tuple[Declared, Energy], ...] = ()  # what pulls within, each by itself: as loads do
     contacts: Mapping[str, RigidContact] = field(default_factory=dict)  # rigid bodies that it must not pass
     rubbed: Past = field(default_factory=dict)  # what friction remembers of the state before
-    loose: Loose | None = None  # supports leave it free, and what it touches must hold it
+    loose: UnsupportedBody | None = None  # supports leave it free, and what it touches must hold it
 
     @property
     def driven(self) -> tuple[tuple[Declared, Energy], ...]:
@@ -140,10 +140,10 @@ class PreparedSolid(MeshBasedModel):
         if self.before is not None:
             problem = replace(problem, start=self.unknowns.begun(self.before))
         if self.first is None:
-            return static_result.solution(lambda: self._found(problem), remedy, self.finish, self._loose)
+            return static_result.solve_static(lambda: self._found(problem), remedy, self.finish, self._loose)
         begun = self.first.begin(self.mesh.points, watch)
         problem = replace(problem, start=self.unknowns.begun(begun.x))
-        found = static_result.solution(lambda: equilibrium(problem), remedy, self.finish, self._loose)
+        found = static_result.solve_static(lambda: equilibrium(problem), remedy, self.finish, self._loose)
         notes = begun.notes(self.declared, found)
         return replace(found, facts=found.facts | {"start": begun.facts(found)}, notes=(*notes, *found.notes))
 
@@ -177,13 +177,13 @@ class PreparedSolid(MeshBasedModel):
     def finish(self, found: Equilibrium) -> Solution:
         """Return the solution of an equilibrium, with functions for its results."""
         u = (x := self.unknowns.moved(found.x)).reshape(-1, 3)
-        solution = static_result.found(found, displacement_of(self.mesh, u))
+        solution = static_result.solution_of(found, displacement_of(self.mesh, u))
         facts = solution.facts | mesh_notes.mesh_facts(self.mesh) | self_intersections.crossings(self.beds, x)
         facts |= interaction_setup.rigid_body_report(self, facts.pop("pressed", None))
         beside = interaction_setup.contacts_at_equilibrium(self, found)
         kept, adrift = interaction_setup.describe_free_motions(self, beside, x)
         pressures = self.unknowns.pressed(self.solid, self.pieces, found.x)
-        doubts = (*static_result.doubts(self.declared, found), *self_intersections.passing(self.declared, facts), *kept)
+        doubts = (*static_result.doubts(self.declared, found), *self_intersections.intersection_warnings(self.declared, facts), *kept)
         soft = softness_note(self.declared, self.pieces, u, pressures)
         notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *soft, *doubts)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)

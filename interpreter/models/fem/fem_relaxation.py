@@ -19,7 +19,7 @@ from softmark.interpreter.models.shared.mesh_based_model import MeshBasedModel
 from softmark.interpreter.models.shared.mesh_notes import mesh_facts
 from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
 from softmark.interpreter.models.shared.quasistatic_times import AmplitudeSchedule, case_at_full_size
-from softmark.interpreter.models.shared.relaxation_capabilities import came_back
+from softmark.interpreter.models.shared.relaxation_capabilities import dissipation_warnings
 from softmark.interpreter.models.shared.support_constraints import held_values
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
@@ -56,7 +56,7 @@ class MeshWithHistory(Deformed):
     """Deformed mesh with its history; `aged` is the state from which a later time continues."""
 
     past: DisplacementHistory | None = None
-    aged: StateInTime | None = None
+    advance_in_time: StateInTime | None = None
     pore_pressure: Floats | None = None  # (n,) Pa, of a fluid, positive in compression
 
     def __getstate__(self) -> dict[str, Any]:
@@ -154,14 +154,14 @@ class PreparedViscoelastic(MeshBasedModel):
             found: Any = came[0].found
             return replace(found, history=came[0].history[len(first.history) :])
 
-        return static_result.solution(find, remedy, lambda found: self._finish(found, came[0]), self.static._loose)
+        return static_result.solve_static(find, remedy, lambda found: self._finish(found, came[0]), self.static._loose)
 
     def _finish(self, found: Any, state: StateInTime) -> Solution:
         """Return the solution, with its energies and history."""
         static = self.static
         x = static.unknowns.moved(state.x)
         u = x.reshape(-1, 3)
-        solution = static_result.found(found, displacement_of(static.mesh, u))
+        solution = static_result.solution_of(found, displacement_of(static.mesh, u))
         notes = (
             *static._misread_rotation(x),
             *static._beyond_its_law(x),
@@ -197,7 +197,7 @@ class PreparedViscoelastic(MeshBasedModel):
 
     def _doubts(self, state: StateInTime) -> Iterator[Diagnostic]:
         """Yield a warning if dissipated energy decreases."""
-        yield from came_back(self.static.declared, np.array((0.0, *state.losses)), abs(state.work),
+        yield from dissipation_warnings(self.static.declared, np.array((0.0, *state.losses)), abs(state.work),
                              state.memories.unknown)  # fmt: skip
 
 

@@ -20,7 +20,7 @@ from softmark.interpreter.models.postprocessing import nodal_forces
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared, Solution
 from softmark.interpreter.models.shared.quasistatic_times import SAME, AmplitudeSchedule, case_at_full_size
 from softmark.interpreter.models.shared.support_constraints import SAME as ALIKE
-from softmark.interpreter.models.shared.support_selection import grip
+from softmark.interpreter.models.shared.support_selection import select_support
 from softmark.interpreter.problem.body_case import Case, fault
 from softmark.interpreter.problem.symmetry_planes import must_not_act_on_axis, must_not_act_on_plane
 from softmark.records import dataclass
@@ -175,7 +175,7 @@ def _held(case: Case, mesh: Mesh, energy: PoroelasticSolid) -> tuple[dict[int, D
 
 def facets_of(drain: Declared, case: Case, mesh: Mesh) -> Ints:
     """Return the surface facets through which a support drains fluid (f,). Raises Fault if there are none."""
-    chosen = grip(drain.thing.where, mesh).nodes
+    chosen = select_support(drain.thing.where, mesh).nodes
     facets: Ints = np.flatnonzero(chosen[mesh.facets].all(axis=1))
     if not len(facets):
         raise fault("E376", drain.at("where"), f"`{drain.name}` has no facet of the surface of `{case.body.name}` as a"

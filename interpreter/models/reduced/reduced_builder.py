@@ -28,7 +28,7 @@ from softmark.interpreter.models.reduced.training_states import (
 from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.deformed_mesh import MeshData, displacement_of
 from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
-from softmark.interpreter.models.shared.solid_dynamics import PreparedMotion, kept_of
+from softmark.interpreter.models.shared.solid_dynamics import PreparedMotion, stored_indices
 from softmark.interpreter.problem.body_case import Case, case_for, fault
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
@@ -278,13 +278,13 @@ class PreparedReduced:
             return Solution("not_converged", self.failure, {"reduced": self.facts})
         problem = replace(self.problem, watch=watch)
         remedy = "try a smaller load, more modes, or `cells = all`"
-        found = static_result.solution(lambda: equilibrium(problem), remedy, self._finish)
+        found = static_result.solve_static(lambda: equilibrium(problem), remedy, self._finish)
         return replace(found, facts=found.facts | {"reduced": self.facts})
 
     def _finish(self, found: Equilibrium) -> Solution:
         fields = self.problem_fields
         mesh = Recovered(self.rest.static.mesh, fields, found.x)
-        solution = static_result.found(found, mesh.at)
+        solution = static_result.solution_of(found, mesh.at)
         error = partial(static_error, self.rest.static.problem, fields @ found.x)
         return replace(solution, notes=static_result.doubts(self.declared, found), mesh=mesh, reduction_error=error)
 
@@ -324,7 +324,7 @@ class MovingReduced(PreparedMotion):
         return super()._mode(self.fields @ shape)
 
     def _finish(self, track: Trajectory, every: int) -> Solution:
-        kept = kept_of(track, every)
+        kept = stored_indices(track, every)
         q, v, a = (np.array([track.observed[i].x[k] for i in kept]) for k in range(3))
         for row in track.observed:
             if row.x is not None:

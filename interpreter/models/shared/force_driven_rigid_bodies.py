@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.models.shared.rigid_body_load_setup import force_on
-from softmark.interpreter.models.shared.rigid_contact_setup import Moving
+from softmark.interpreter.models.shared.rigid_contact_setup import PrescribedPosition
 from softmark.interpreter.problem.body_case import Case, Touch
 from softmark.solvers.contact.rigid_friction import RigidFriction
 from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion
@@ -35,7 +35,7 @@ def force_driven_problem(case: Case, contacts: Mapping[str, Any]) -> ForceContro
 
 def _at_travel(contact: Any, d: float) -> Any:
     """Return a contact whose rigid body has moved by d, m, along its free direction."""
-    moving: Moving = contact.posed
+    moving: PrescribedPosition = contact.posed
     posed = replace(moving, touch=replace(moving.touch, gone=d))
     known: dict[str, Any] = {"posed": posed}
     if isinstance(contact, RigidFriction):

@@ -17,7 +17,7 @@ from softmark.interpreter.models.shared.solid_dynamics import (
     PreparedMotion,
     course_of,
     course_of_rigid,
-    kept_of,
+    stored_indices,
 )
 from softmark.interpreter.problem.body_case import Case, Touch
 from softmark.interpreter.results.even_thinning import pick_evenly
@@ -71,7 +71,7 @@ class MotionWithRigidBodies(PreparedMotion):
 
     def _finish(self, track: Trajectory, every: int) -> Solution:
         """Return the solution, including the motion of the rigid bodies."""
-        found, kept = super()._finish(track, every), kept_of(track, every)
+        found, kept = super()._finish(track, every), stored_indices(track, every)
         kept = [kept[i] for i in pick_evenly(len(kept), MOMENTS)]
         states = np.array([track.observed[i].x[self.dofs :] for i in kept]).reshape(len(kept), -1, 18)
         each = {name: _report_motion(track.times[kept], states[:, i]) for i, name in enumerate(self.names)}
@@ -84,10 +84,10 @@ class MotionWithRigidBodies(PreparedMotion):
         touches = {touch.rigid.name: (touch, course_of_rigid(touch)) for touch in met}
         if len(touches) < 2:
             return ()
-        from softmark.interpreter.models.shared.rigid_interpenetration import passing
+        from softmark.interpreter.models.shared.rigid_interpenetration import interpenetration_warnings
 
         some = pick_evenly(len(times), LOOKED)
-        return passing(touches, self.names, times[some], states[some])
+        return interpenetration_warnings(touches, self.names, times[some], states[some])
 
 
 def _report_motion(times: Floats, states: Floats) -> dict[str, Any]:

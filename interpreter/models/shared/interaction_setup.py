@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.postprocessing.nodal_forces import NodalForces
     from softmark.interpreter.models.shared.friction_history import Past
     from softmark.interpreter.models.shared.prepared_model import DeformedMesh
-    from softmark.interpreter.models.shared.unsupported_bodies import Loose
+    from softmark.interpreter.models.shared.unsupported_bodies import UnsupportedBody
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.contact.rigid_contact import RigidContact
@@ -52,13 +52,13 @@ def create_rigid_contacts(case: Case, mesh: Mesh) -> dict[str, RigidContact]:
 
 def find_unsupported_body(
     case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int, beds: Mapping[str, Any]
-) -> Loose | None:
+) -> UnsupportedBody | None:
     """Return the stabilization of a body that only contact holds; None if not needed. Raises Fault."""
     if not (case.contacts or case.pairs) or isinstance(case.analysis, Dynamic):
         return None
     from softmark.interpreter.models.shared import unsupported_bodies
 
-    return unsupported_bodies.loose(case, mesh, parts, measured, dofs, beds)
+    return unsupported_bodies.find_unsupported_body(case, mesh, parts, measured, dofs, beds)
 
 
 def find_equilibrium(solid: Any, problem: Statics) -> Equilibrium:

@@ -28,7 +28,7 @@ PLAIN = {"integration": "full", "rotation": "point", "precision": "double", "sta
 
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors of a model of a viscoelastic body, and a warning if time steps are too long."""
-    bad = [_unsound(material) for material in case.materials if isinstance(material, Viscous)]
+    bad = [_invalid_series(material) for material in case.materials if isinstance(material, Viscous)]
     if problem := next(filter(None, bad), None):
         yield diagnostic("E360", case.body.at("material"), f"the series of `{case.body.name}` is none: {problem[0]}",
                          problem[1], problem[2])  # fmt: skip
@@ -41,12 +41,12 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
                          " follows none", "needs a time course",
                          f"declare {TIMED}, or use the elastic law by itself")  # fmt: skip
     else:
-        yield from _whatever(model, declared, case)
+        yield from _incompatible_options(model, declared, case)
         yield from (_of_solid if model.mesh_key() is not None else _of_beam)(model, declared, case)
         yield from _steps(case)
 
 
-def _unsound(material: Viscous) -> tuple[str, str, str] | None:
+def _invalid_series(material: Viscous) -> tuple[str, str, str] | None:
     """Return the problem, label and help of an error about a Prony series; None if it is valid."""
     g, tau = material.g.values, material.tau.values
     if isinstance(material.law, Viscous):
@@ -60,7 +60,7 @@ def _unsound(material: Viscous) -> tuple[str, str, str] | None:
     return None
 
 
-def _whatever(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def _incompatible_options(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors for options and supports that exclude viscoelastic materials."""
     for lever, plain in PLAIN.items():
         if getattr(model, lever, plain) != plain:
@@ -135,7 +135,7 @@ def _steps(case: Case) -> Iterator[Diagnostic]:
                          " step")  # fmt: skip
 
 
-def came_back(declared: Declared, lost: Floats, work: float, unknown: bool) -> Iterator[Diagnostic]:
+def dissipation_warnings(declared: Declared, lost: Floats, work: float, unknown: bool) -> Iterator[Diagnostic]:
     """Yield a warning if dissipated energy `lost` (t,), J, is unknown, or decreases in time.
 
     `work` is the scale of energy in the motion, J.

@@ -17,13 +17,13 @@ def force_on(touch: Touch) -> float:
     for load in touch.loads:
         match load.thing.action:
             case BodyForce(acceleration):
-                total += weighs(touch.rigid.thing) * acceleration[touch.along]
+                total += mass_of_rigid_body(touch.rigid.thing) * acceleration[touch.along]
             case PointLoad(_, force):
                 total += force[touch.along]
     return total
 
 
-def weighs(thing: Any) -> float:
+def mass_of_rigid_body(thing: Any) -> float:
     """Return the mass of a rigid body, kg; 0 if none is declared."""
     if thing.mass is not None or thing.density is None:
         return float(thing.mass or 0.0)

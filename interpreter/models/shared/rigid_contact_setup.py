@@ -67,7 +67,7 @@ def _must_be_once(case: Case, mesh: Mesh) -> None:
 
 
 @dataclass(frozen=True)
-class Moving:
+class PrescribedPosition:
     """Prescribed position of a rigid body at a load fraction: first rotated, then shifted."""
 
     gap: Gap
@@ -159,9 +159,9 @@ def _touching(case: Case, touch: Touch, mesh: Mesh) -> RigidContact:
     facets = _surface(case, touch, mesh)
     split = mesh.element.facet.triangles
     nodes, areas = node_areas(mesh.points, facets, split, case.depth)
-    still = _still(case, mesh)
+    still = _fully_held_nodes(case, mesh)
     nodes, areas = nodes[~still[nodes]], areas[~still[nodes]]
-    barrier, posed = barrier_of(case, touch, mesh), Moving(gap, touch)
+    barrier, posed = barrier_of(case, touch, mesh), PrescribedPosition(gap, touch)
     made = RigidContact(nodes, mesh.points[nodes], areas, barrier, posed, bool(case.planar), facets=facets)
     made = replace(made, skin=_skin(case, mesh))
     if steps := inner_steps(case, touch, mesh.points, facets):
@@ -269,7 +269,7 @@ def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
     facets = np.unique(facets, axis=0)
     if case.planar:
         facets = facets[is_on_border(mesh.points, facets, case.depth > 0.0)]
-    free = ~_held(case, mesh)
+    free = ~_supported_nodes(case, mesh)
     facets = facets[free[facets].any(axis=1)]
     if not len(facets):
         raise fault(
@@ -282,7 +282,7 @@ def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
     return facets
 
 
-def _still(case: Case, mesh: Mesh) -> Bools:
+def _fully_held_nodes(case: Case, mesh: Mesh) -> Bools:
     """Return which nodes (n,) supports hold in all components; a rigid body may lie on them, because neither moves."""
     from softmark.interpreter.models.shared.support_constraints import selected
 
@@ -292,7 +292,7 @@ def _still(case: Case, mesh: Mesh) -> Bools:
     return np.asarray(held.all(axis=1), dtype=np.bool_)
 
 
-def _held(case: Case, mesh: Mesh) -> Bools:
+def _supported_nodes(case: Case, mesh: Mesh) -> Bools:
     """Return which nodes (n,) named supports hold; a facet with only such nodes is not in contact."""
     from softmark.interpreter.models.shared.support_constraints import selected
 

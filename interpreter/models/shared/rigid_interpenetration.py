@@ -53,7 +53,7 @@ class Thing:
         return -self.gap.gap(was[:3] + own @ was[3:12].reshape(3, 3).T)
 
 
-def passing(
+def interpenetration_warnings(
     touches: Mapping[str, tuple[Touch, Amplitude]], names: tuple[str, ...], times: Floats, states: Floats
 ) -> tuple[Diagnostic, ...]:
     """Return a warning for every pair of rigid bodies that overlap at one of some times (t,), s.

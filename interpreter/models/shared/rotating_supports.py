@@ -36,7 +36,7 @@ class OnCircles:
 
 
 @dataclass(frozen=True)
-class Turns:
+class RotationPath:
     """Path of imposed displacements with the load: in proportion to `target` (c,), and on circles."""
 
     target: Floats
@@ -62,8 +62,8 @@ class Turns:
         return next((why for chain in self.chains if (why := chain.lost(u, share))), None)
 
 
-def turns_of(owners: Mapping[int, Declared], held: Ints, points: Floats, per_node: int,
-             target: Floats) -> Turns | None:  # fmt: skip
+def rotation_path(owners: Mapping[int, Declared], held: Ints, points: Floats, per_node: int,
+             target: Floats) -> RotationPath | None:  # fmt: skip
     """Return the path of imposed values on `held` degrees of freedom (c,); None if no support rotates.
 
     There are `per_node` degrees of freedom at each node (n, 3), m, and `owners` has the support of each. Rotational
@@ -78,7 +78,7 @@ def turns_of(owners: Mapping[int, Declared], held: Ints, points: Floats, per_nod
         dofs = held[numbers]
         thing, places = owners[int(dofs[0])].thing, np.array(numbers, dtype=np.int64)
         circles.append(OnCircles(thing, places, points[dofs // per_node], dofs % per_node))
-    return Turns(target, circles) if circles else None
+    return RotationPath(target, circles) if circles else None
 
 
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:

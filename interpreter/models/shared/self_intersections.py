@@ -22,11 +22,11 @@ def crossings(beds: Mapping[str, Any], x: Floats) -> dict[str, dict[str, int]]:
         from softmark.solvers.independent_forces.self_intersection import find_intersections as passing
 
         skin = beds[name].skin
-        found[name] = len(passing(skin.places(x)[: skin.corners], skin.faces))
+        found[name] = len(intersection_warnings(skin.places(x)[: skin.corners], skin.faces))
     return {"crossings": found} if found else {}
 
 
-def passing(declared: Declared, facts: Mapping[str, Any]) -> Iterator[Diagnostic]:
+def intersection_warnings(declared: Declared, facts: Mapping[str, Any]) -> Iterator[Diagnostic]:
     """Yield a warning for every contact whose surfaces pass through each other."""
     for name, count in facts.get("crossings", {}).items():
         if count:

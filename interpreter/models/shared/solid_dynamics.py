@@ -117,7 +117,7 @@ class PreparedMotion:
         """Integrate in time from the start to the end."""
         steps = int(np.ceil(self.analysis.duration / self.analysis.step - 1e-9))
         every = -(-steps // KEPT)
-        keep = _Keeper(every, self._state)
+        keep = _StateRecorder(every, self._state)
         try:
             track = march(self.problem, self.analysis.duration, self.analysis.step, keep)
         except StepTooLong as refused:
@@ -165,15 +165,15 @@ class PreparedMotion:
 
     def _finish(self, track: Trajectory, every: int) -> Solution:
         """Return the solution of a trajectory, with its report and warnings."""
-        step, kept = self.analysis.step, kept_of(track, every)
+        step, kept = self.analysis.step, stored_indices(track, every)
         shown = self._shown(track.times[kept], np.array([track.observed[i].x for i in kept]))
         history = History(
             track.times[kept],
             shown.pop("course"),
-            tuple(_whole(track, track.wall, step).tolist()),
-            tuple(_whole(track, track.cpu, step).tolist()),
+            tuple(_sums_per_step(track, track.wall, step).tolist()),
+            tuple(_sums_per_step(track, track.cpu, step).tolist()),
             step,
-            tuple((_whole(track, ~track.solved, step) == 0).tolist()),
+            tuple((_sums_per_step(track, ~track.solved, step) == 0).tolist()),
             events=tuple((e.time, e.text) for e in track.events),
             energies={name: values[kept] for name, values in track.energies.items()},
         )
@@ -182,15 +182,15 @@ class PreparedMotion:
         found = self._resolution()
         facts = (
             _facts(track, self.problem.tolerance)
-            | _rubbed(track, self.rubbing)
+            | _friction_report(track, self.rubbing)
             | self._mesh_facts()
             | self._crossings(shown.get("mesh"))
         )
         notes = (
             *_events(self.declared, track),
-            *self_intersections.passing(self.declared, facts),
+            *self_intersections.intersection_warnings(self.declared, facts),
             *_unbalanced(self.declared, self.analysis, track),
-            *_came_back(self.declared, track, self.problem),
+            *_dissipation_warning(self.declared, track, self.problem),
             *_unresolved(self.declared, self.analysis, found),
         )
         facts |= {} if found is None else {"resolution": found.facts}
@@ -236,20 +236,20 @@ class PreparedMotion:
         return {} if self.mesh is None else mesh_facts(self.mesh)
 
 
-def kept_of(track: Trajectory, every: int) -> list[int]:
+def stored_indices(track: Trajectory, every: int) -> list[int]:
     """Return the indices of stored states of a trajectory: every `every`-th, and the last."""
     last = len(track.observed) - 1
     return [i for i in range(last + 1) if i % every == 0 or i == last]
 
 
-def _whole(track: Trajectory, values: NDArray[Any], step: float) -> Floats:
+def _sums_per_step(track: Trajectory, values: NDArray[Any], step: float) -> Floats:
     """Return sums over each requested time step; the parts of a halved step count together."""
     number = np.floor((track.times[:-1] + 1e-6 * step) / step).astype(int)
     return np.asarray(np.bincount(number, weights=values), dtype=np.float64)
 
 
 @dataclass
-class _Keeper:
+class _StateRecorder:
     """Observer that stores every `every`-th state, and temporarily the last; states that are not stored are freed."""
 
     every: int
@@ -316,7 +316,7 @@ def _momentum(touched: ContactHistory) -> dict[str, Any]:
     return told | {"off": missing / most if most else 0.0}
 
 
-def _rubbed(track: Trajectory, names: Sequence[str]) -> dict[str, Any]:
+def _friction_report(track: Trajectory, names: Sequence[str]) -> dict[str, Any]:
     """Return the report of friction for every contact at the times of the energies; empty without friction."""
     if not track.rubbed:
         return {}
@@ -354,14 +354,14 @@ def _unbalanced(declared: Declared, analysis: Dynamic, track: Trajectory) -> tup
     )
 
 
-def _came_back(declared: Declared, track: Trajectory, problem: Dynamics) -> Iterator[Diagnostic]:
+def _dissipation_warning(declared: Declared, track: Trajectory, problem: Dynamics) -> Iterator[Diagnostic]:
     """Yield a warning if viscoelastic dissipation decreases."""
     if problem.remembering is None:
         return
-    from softmark.interpreter.models.shared.relaxation_capabilities import came_back
+    from softmark.interpreter.models.shared.relaxation_capabilities import dissipation_warnings
 
     moved = float((track.energies["kinetic"] + track.energies["strain"]).max())
-    yield from came_back(declared, np.array(problem.remembering.losses), moved, problem.remembering.unknown)
+    yield from dissipation_warnings(declared, np.array(problem.remembering.losses), moved, problem.remembering.unknown)
 
 
 def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None) -> tuple[Diagnostic, ...]:
@@ -382,12 +382,12 @@ def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None)
             declared.at(),
             f"the {moves} of `{declared.name}` is not resolved: {problem}",
             f"a step of {units.format_value(analysis.step, units.TIME)}",
-            f"what has come to rest is right, and what moves is not: try a step of {_better(found, analysis)} or less",
+            f"what has come to rest is right, and what moves is not: try a step of {_suggested_step(found, analysis)} or less",
         ),
     )
 
 
-def _better(found: Resolution, analysis: Dynamic) -> str:
+def _suggested_step(found: Resolution, analysis: Dynamic) -> str:
     """Return a time step that resolves the motion, rounded; errors are proportional to the step, or to its square."""
     order = 1.0 if analysis.integrator == "implicit_euler" else 0.5
     step = min(found.period / (2.0 * found.few), analysis.step * (0.5 * WRONG / max(found.error, 1e-9)) ** order)
@@ -434,7 +434,7 @@ def in_motion(
     analysis = case.analysis
     if not isinstance(analysis, Dynamic):
         raise TypeError("the analysis is static")
-    must_be_followed(case, analysis)
+    check_amplitudes(case, analysis)
     integrator = integrator_of(analysis)
     dofs = mesh.points.size
     driven: list[Any] = [load for load in rest.assembly.loads if load.driven]
@@ -473,7 +473,7 @@ def velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
     return v.ravel()
 
 
-def must_be_followed(case: Case, analysis: Dynamic) -> None:
+def check_amplitudes(case: Case, analysis: Dynamic) -> None:
     """Raise Fault if the table of an amplitude cannot be read or does not cover the analysis."""
     pulling = (load for touch in case.contacts for load in touch.loads)  # on rigid bodies
     for moved in (*case.loads, *case.muscles, *case.supports, *pulling):

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class InTurn(Meshless):
+class StateSequence(Meshless):
     """Models prepared for each state (k > 1), each starting from the state before."""
 
     each: tuple[Prepared, ...]

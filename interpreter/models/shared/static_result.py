@@ -70,7 +70,7 @@ def doubts(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
     return ()
 
 
-def solution(
+def solve_static(
     find: Callable[[], Equilibrium],
     remedy: str,
     finish: Callable[[Equilibrium], Solution],
@@ -116,7 +116,7 @@ def _number(value: float) -> float | None:
     return value if abs(value) < float("inf") else None
 
 
-def found(state: Equilibrium, displacement: Callable[[Floats], Floats]) -> Solution:
+def solution_of(state: Equilibrium, displacement: Callable[[Floats], Floats]) -> Solution:
     """Return the solution of an equilibrium that met its tolerance, or that a cap stopped."""
     known = facts(state.history, state.residual, state.load_steps)
     known["criterion"] = CRITERIA[state.criterion]

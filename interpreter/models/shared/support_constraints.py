@@ -18,7 +18,7 @@ from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.solvers.energies.energy import Floats, Ints
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.shared.rotating_supports import Turns
+    from softmark.interpreter.models.shared.rotating_supports import RotationPath
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.winding import CellChain
 
@@ -28,9 +28,9 @@ SAME = 1e-12  # relative difference of imposed values that rounding may make
 
 def selected(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
     """Return which nodes of a mesh (n,) a support holds; with `case.wide`, all of cut cells. Raises Fault if none."""
-    from softmark.interpreter.models.shared.support_selection import grip  # beams, which know no meshes, come here too
+    from softmark.interpreter.models.shared.support_selection import select_support  # beams, which know no meshes, come here too
 
-    own = grip(owner.thing.where, mesh)
+    own = select_support(owner.thing.where, mesh)
     if not own.nodes.any():
         spans = describe_extent(mesh.points.min(axis=0).tolist(), mesh.points.max(axis=0).tolist())
         raise fault(
@@ -44,7 +44,7 @@ def selected(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
 
 
 @dataclass
-class Held:
+class Constraints:
     """Values that supports impose on degrees of freedom, and their constraint rows for rigid motions about a centre."""
 
     case: Case
@@ -74,17 +74,17 @@ class Held:
         if abs(known - value) > SAME * max(abs(known), abs(value)):
             raise conflict((owner, known), (support, value), place, along, units.ANGLE if angle else units.LENGTH)
 
-    def turns(self, fixed: Ints, target: Floats, points: Floats, per_node: int) -> Turns | None:
+    def turns(self, fixed: Ints, target: Floats, points: Floats, per_node: int) -> RotationPath | None:
         """Return the path of imposed values if supports rotate, else None.
 
         `per_node` degrees of freedom belong to each node (n, 3), m.
         """
         if not any(support.thing.turns for support in self.case.supports):
             return None
-        from softmark.interpreter.models.shared.rotating_supports import turns_of
+        from softmark.interpreter.models.shared.rotating_supports import rotation_path
 
         owners = {dof: owner for dof, (_, owner) in self.values.items()}
-        return turns_of(owners, fixed, points, per_node, target)
+        return rotation_path(owners, fixed, points, per_node, target)
 
     def finished(self) -> tuple[Ints, Floats]:
         """Return the held degrees of freedom in order, and their values. Raises Fault if a static body is free."""
@@ -107,7 +107,7 @@ class Held:
         )
 
 
-def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple[Ints, Floats, Turns | None]:
+def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple[Ints, Floats, RotationPath | None]:
     """Return held dofs (c,), their displacements (c,), m, and the path of rotating supports. Raises Fault.
 
     `measured` has the tracked points that supports may follow, by the name of their reference.
@@ -134,12 +134,12 @@ def _chains(case: Case, mesh: Mesh) -> tuple[CellChain, ...]:
     return find_cell_chains(mesh.points, mesh.cells, grips)
 
 
-def held_of(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> Held:
+def held_of(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> Constraints:
     """Return the constraints of a body on a mesh. Raises Fault."""
     return _solid_held(case, mesh, measured, 1.0)
 
 
-def left_free(held: Held, piece: NDArray[np.bool_], more: list[Floats]) -> list[str]:
+def left_free(held: Constraints, piece: NDArray[np.bool_], more: list[Floats]) -> list[str]:
     """Describe the rigid motions of a piece of the body, with these nodes (n,), that are left free.
 
     Supports and `more` constraint rows (r, 6) about the same centre restrict them.
@@ -152,9 +152,9 @@ def held_values(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> dict[int
     return _solid_held(case, mesh, measured, 1.0).values
 
 
-def _solid_held(case: Case, mesh: Mesh, measured: Mapping[str, Any], share: float) -> Held:
+def _solid_held(case: Case, mesh: Mesh, measured: Mapping[str, Any], share: float) -> Constraints:
     """Return the constraints at a fraction of the support motions. Raises Fault."""
-    held = Held(case, mesh.extent, mesh.points.mean(axis=0), mesh.points.size)
+    held = Constraints(case, mesh.extent, mesh.points.mean(axis=0), mesh.points.size)
     if case.depth:  # of a body of revolution only the way along its axis is free: all else stretches rings
         held.see(np.full(5, -1), np.delete(np.eye(6), 1, axis=0))
     if case.beds:
@@ -175,7 +175,7 @@ def _solid_held(case: Case, mesh: Mesh, measured: Mapping[str, Any], share: floa
     return held
 
 
-def listed(words: list[str]) -> str:
+def join_motions(words: list[str]) -> str:
     """Return descriptions of motions joined to one phrase."""
     return " and to ".join((", to ".join(words[:-1]), words[-1])) if len(words) > 1 else words[0]
 
@@ -262,16 +262,16 @@ def must_be_held(case: Case, rows: Floats, centre: Floats, extent: float) -> Non
     motions = free_motions(_scaled(rows, extent), centre, extent)
     if not motions:
         return
-    raise loosely(case, "it", motions)
+    raise unsupported_fault(case, "it", motions)
 
 
-def loosely(case: Case, what: str, motions: list[str]) -> Fault:
+def unsupported_fault(case: Case, what: str, motions: list[str]) -> Fault:
     """Return the Fault for supports that leave a body, or a part `what` of it, free to move."""
     at = case.named_supports[0].at() if case.named_supports else case.body.at()
     return fault(
         "E306",
         at,
-        f"the supports of `{case.body.name}` leave {what} free to {listed(motions)}",
+        f"the supports of `{case.body.name}` leave {what} free to {join_motions(motions)}",
         "not held enough",
         "hold more components, or more of the body",
     )

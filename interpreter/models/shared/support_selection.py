@@ -48,7 +48,7 @@ MISSED = 0.02  # of a selection: a polygon with as many sides as a mesh has arou
 
 
 @dataclass(frozen=True)
-class Grip:
+class SupportSelection:
     """Nodes of a mesh that a support holds, compared with its selection.
 
     `held` is the fraction of the selection that these nodes span. `beyond` is what they span outside, relative to the
@@ -67,26 +67,26 @@ class Grip:
         return 1.0 - self.held > MISSED or self.beyond > MISSED
 
 
-def grip(condition: Condition, mesh: Mesh) -> Grip:
+def select_support(condition: Condition, mesh: Mesh) -> SupportSelection:
     """Return the nodes that a condition holds on a mesh; cached in the mesh."""
-    key = Grip, condition
+    key = SupportSelection, condition
     if key not in mesh.selections:
         mesh.selections[key] = _found(condition, mesh)
-    found: Grip = mesh.selections[key]
+    found: SupportSelection = mesh.selections[key]
     return found
 
 
-def grips(case: Case, mesh: Mesh) -> dict[str, Grip]:
+def select_supports(case: Case, mesh: Mesh) -> dict[str, SupportSelection]:
     """Return the held nodes of all supports of a case, by name."""
-    return {support.name: grip(support.thing.where, mesh) for support in case.supports}
+    return {support.name: select_support(support.thing.where, mesh) for support in case.supports}
 
 
 def held_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
     """Return warnings where a mesh holds another part of the body than its supports select."""
-    return tuple(_note(declared, name, own) for name, own in grips(case, mesh).items() if own.missed)
+    return tuple(_note(declared, name, own) for name, own in select_supports(case, mesh).items() if own.missed)
 
 
-def _note(declared: Declared, name: str, own: Grip) -> Diagnostic:
+def _note(declared: Declared, name: str, own: SupportSelection) -> Diagnostic:
     at = declared.at("size" if declared.thing.own_mesh is None else "mesh")
     if own.layer is not None and own.beyond > MISSED:
         asked, held = (100 * part for part in own.layer)
@@ -131,7 +131,7 @@ class _Kind:
         return sizes
 
 
-def _found(condition: Condition, mesh: Mesh) -> Grip:
+def _found(condition: Condition, mesh: Mesh) -> SupportSelection:
     nodes = np.zeros(len(mesh.points), dtype=np.bool_)
     for own, which in split_by_groups(condition, node_membership(mesh)):
         nodes[which] = selected_points(own, mesh.points[which], mesh.extent)
@@ -147,7 +147,7 @@ def _found(condition: Condition, mesh: Mesh) -> Grip:
         wide[np.unique(kind.nodes[f > SMALL])] = True
     shares = [_share(kind, f, nodes) for kind, f in looked if float(f @ kind.sizes) > SMALL * kind.sizes.sum()]
     held = min((held for held, _ in shares), default=1.0)
-    return Grip(
+    return SupportSelection(
         nodes, wide | nodes, held, max((beyond for _, beyond in shares), default=0.0), _layer(*looked[0], nodes)
     )
 

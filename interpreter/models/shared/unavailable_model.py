@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Unbuilt(Meshless):
+class UnavailableModel(Meshless):
     """Model that could not be built, with the reason."""
 
     reason: str

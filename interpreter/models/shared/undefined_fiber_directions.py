@@ -33,7 +33,7 @@ BULGE = 0.1  # of the extents of a part: how far one with curved sides may reach
 
 
 @dataclass(frozen=True)
-class Hollow:
+class UndefinedDirections:
     """Volume fractions of a mesh without a direction, and of cells with a singularity; and one such place, m."""
 
     without: float
@@ -48,22 +48,22 @@ def rules(material: Any) -> tuple[DirectionProfile, ...]:
     return tuple({id(rule): rule for rule in each if isinstance(rule, DirectionProfile)}.values())
 
 
-def hollow(rule: DirectionProfile, mesh: Mesh, axial: bool) -> Hollow | None:
+def undefined_directions(rule: DirectionProfile, mesh: Mesh, axial: bool) -> UndefinedDirections | None:
     """Return the volume of a mesh without a direction, cached in the mesh; None if the direction exists everywhere.
 
     Fields from files are checked at the points of a finer rule: they are unknown between these. For a body of
     revolution
     (`axial`), volumes are those of rings.
     """
-    key: Any = (hollow, rule)
+    key: Any = (undefined_directions, rule)
     if key not in mesh.selections:
         sampled = any(part.fields for part in rule.components)
-        mesh.selections[key] = _sampled(rule, mesh) if sampled else _looked(rule, mesh, axial)
-    found: Hollow | None = mesh.selections[key]
+        mesh.selections[key] = _sampled(rule, mesh) if sampled else _by_intervals(rule, mesh, axial)
+    found: UndefinedDirections | None = mesh.selections[key]
     return found
 
 
-def _looked(rule: DirectionProfile, mesh: Mesh, axial: bool) -> Hollow | None:
+def _by_intervals(rule: DirectionProfile, mesh: Mesh, axial: bool) -> UndefinedDirections | None:
     """Return the volume without a direction by interval arithmetic on subdivided cells."""
     element = mesh.element
     volumes = np.abs(mesh.volumes)
@@ -96,10 +96,10 @@ def _looked(rule: DirectionProfile, mesh: Mesh, axial: bool) -> Hollow | None:
     touched = float(volumes[np.unique(which)].sum())
     place = (places if without else X.mean(axis=1))[0]
     total = float(volumes.sum())
-    return Hollow(min(1.0, without / total), touched / total, tuple(map(float, place)))
+    return UndefinedDirections(min(1.0, without / total), touched / total, tuple(map(float, place)))
 
 
-def _sampled(rule: DirectionProfile, mesh: Mesh) -> Hollow | None:
+def _sampled(rule: DirectionProfile, mesh: Mesh) -> UndefinedDirections | None:
     """Return the volume without a direction for rules with fields from files, by sampling at points of a finer rule."""
     finer = mesh.element.mass_quadrature()
     X = np.einsum("qa,mai->mqi", mesh.element.shape(finer[0]), mesh.points[mesh.cells]).reshape(-1, 3)
@@ -109,7 +109,7 @@ def _sampled(rule: DirectionProfile, mesh: Mesh) -> Hollow | None:
     odd = ~(np.isfinite(size) & (size > 0.0))
     if not odd.any():
         return None
-    return Hollow(float(w[odd].sum() / w.sum()), 0.0, tuple(map(float, X[odd][0])))
+    return UndefinedDirections(float(w[odd].sum() / w.sum()), 0.0, tuple(map(float, X[odd][0])))
 
 
 def _positions(mesh: Mesh, which: Ints, corners: Floats) -> Floats:
@@ -176,13 +176,13 @@ def notes(case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
             )  # fmt: skip
 
 
-def _hollows(case: Case, mesh: Mesh) -> Iterator[tuple[DirectionProfile, Hollow]]:
+def _hollows(case: Case, mesh: Mesh) -> Iterator[tuple[DirectionProfile, UndefinedDirections]]:
     """Yield each rule of the material that leaves places without a direction, with their volume."""
     for rule in rules(case.material):
-        found = hollow(rule, mesh, case.depth > 0.0)
+        found = undefined_directions(rule, mesh, case.depth > 0.0)
         if found is not None:
             yield rule, found
 
 
-def _shown(found: Hollow) -> str:
+def _shown(found: UndefinedDirections) -> str:
     return units.format_vector(tuple(float(f"{c:.3g}") for c in found.place), units.LENGTH)

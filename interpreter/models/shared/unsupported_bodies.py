@@ -15,7 +15,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.beam.rigid_motions import point_rows
-from softmark.interpreter.models.shared.support_constraints import Held, held_of, left_free, listed, loosely
+from softmark.interpreter.models.shared.support_constraints import Constraints, held_of, left_free, join_motions, unsupported_fault
 from softmark.interpreter.problem.body_case import Case
 from softmark.records import dataclass
 from softmark.solvers.contact.tie_constraint import TieConstraint
@@ -33,13 +33,13 @@ WEAKEST = 1e-6  # of Young's modulus times the size: a spring that a body hardly
 
 
 @dataclass(frozen=True)
-class Loose:
+class UnsupportedBody:
     """Body that supports leave free: its constraints, and the spring that stabilizes it until it touches.
 
     `pieces` (k, n) are the nodes of each free piece; `whole` is true if the body has only one piece.
     """
 
-    held: Held
+    held: Constraints
     spring: StabilizationSpring
     pieces: Bools
     whole: bool
@@ -58,11 +58,11 @@ class Loose:
         """Return the warning and the free motions of one piece with these nodes (n,)."""
         pressing = {name: rows for name, contact in contacts.items() if len(rows := self._rows(contact, u, piece))}
         left = left_free(self.held, piece, [*pressing.values()])
-        adrift = listed(left) if left else ""
+        adrift = join_motions(left) if left else ""
         by = " and ".join(f"`{name}`" for name in pressing)
         body = f"`{self.held.case.body.name}`"
         what = body if self.whole else f"a piece of {body}"
-        problem = f"supports leave {what} free to {listed(left_free(self.held, piece, []))}: "
+        problem = f"supports leave {what} free to {join_motions(left_free(self.held, piece, []))}: "
         problem += f"{by} {'hold' if len(pressing) > 1 else 'holds'} it" if by else "nothing touches it"
         stays = f"; free to {adrift} still, it stays where it was" if adrift else ""
         remedy = "a spring keeps it where it is; what is to hold it must come nearer"
@@ -103,9 +103,9 @@ def _met(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Floats, Bools]:
     return X, n, ~slides
 
 
-def loose(
+def find_unsupported_body(
     case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int, beds: Mapping[str, Any]
-) -> Loose | None:
+) -> UnsupportedBody | None:
     """Return the stabilization of a body on a mesh that supports leave free; None if no piece is free.
 
     `dofs` is the number of unknowns. Raises Fault if a free piece has no contact that could hold it.
@@ -116,11 +116,11 @@ def loose(
     if not len(free):
         return None
     if not (case.contacts or any(isinstance(bed, DynamicPatternEnergy) for bed in beds.values())):
-        raise loosely(case, "a piece of it", left_free(held, free[0], []))
+        raise unsupported_fault(case, "a piece of it", left_free(held, free[0], []))
     each = np.repeat(parts.w.sum(axis=1) / mesh.cells.shape[1], mesh.cells.shape[1])
     volumes = np.bincount(mesh.cells.ravel(), each, len(mesh.points)).astype(np.float64) * free.any(axis=0)
     spring = WEAKEST * case.largest_young * mesh.extent
-    return Loose(held, StabilizationSpring(volumes / volumes.sum(), spring, np.zeros(dofs)), free, len(every) == 1)
+    return UnsupportedBody(held, StabilizationSpring(volumes / volumes.sum(), spring, np.zeros(dofs)), free, len(every) == 1)
 
 
 def _pieces(mesh: Mesh, beds: Mapping[str, Any]) -> Bools:

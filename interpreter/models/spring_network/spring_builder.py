@@ -88,7 +88,7 @@ class PreparedSprings(MeshBasedModel):
             return Solution("not_converged", f"it could not be fitted: {self.fit.reason}", self.facts)
         problem = replace(self.problem, watch=watch, start=self.before)
         remedy = "the network may have collapsed: try a smaller load, stiffer springs or another mesh"
-        solution = static_result.solution(lambda: self._found(problem), remedy, self._finish, self._loose)
+        solution = static_result.solve_static(lambda: self._found(problem), remedy, self._finish, self._loose)
         return replace(solution, facts=solution.facts | self.facts | mesh_facts(self.mesh))
 
     def _found(self, problem: Statics) -> Equilibrium:
@@ -102,7 +102,7 @@ class PreparedSprings(MeshBasedModel):
         return static_result.unresisted(self.mesh.points, d.reshape(-1, 3))
 
     def _finish(self, found: Equilibrium) -> Solution:
-        solution = static_result.found(found, displacement_of(self.mesh, found.x.reshape(-1, 3)))
+        solution = static_result.solution_of(found, displacement_of(self.mesh, found.x.reshape(-1, 3)))
         doubts = (*self._folded(found.x), *static_result.doubts(self.declared, found))
         modes = frequencies_about(self.problem.assembly, found.x, self.mass, self.problem.linear)
         moved = Deformed(self.mesh, found.x.reshape(-1, 3))

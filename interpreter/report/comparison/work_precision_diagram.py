@@ -30,7 +30,7 @@ NAMED = 9  # with more lines than this, only the legend names them
 RATES = ((25.0, "25 Hz"), (300.0, "300 Hz"), (1000.0, "1 kHz"))
 BELOW = 20.0  # the axis ends at so small a part of the uncertainty: below it differences have no meaning
 TOLD = 0.1  # an uncertainty below so small a part of the least error is not drawn
-END = 0.97  # of the axis: a long label beyond would stick out
+END = 0.97  # fraction of the axis beyond which a long label would stick out
 RING = 7.0
 
 

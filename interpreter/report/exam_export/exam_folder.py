@@ -39,7 +39,7 @@ from softmark.interpreter.report.exam_export import exam_readme, exam_sheet
 from softmark.interpreter.results import atomic_files
 from softmark.records import dataclass
 
-SAME = 1e-12  # of the last: how much of a state's loads and motions may be no part of those
+SAME = 1e-12  # tolerance of proportional loads and motions, relative to the last state
 NAMELESS = "parts with a material of their own go out by their names; what it holds or loads goes out without its"
 
 Told = list[tuple[Problem, Named]]
@@ -129,7 +129,7 @@ def _dynamic_problem(declared: Declared, case: Case, workshop: BuildContext) -> 
     model = _as_own_model(declared).thing
     if found := reasons(model, case, moves=True):
         raise Untold(found)
-    if model.mass != "lumped" and not isinstance(declared.thing, Outside):  # which has no such field
+    if model.mass != "lumped" and not isinstance(declared.thing, Outside):  # an external model has no field `mass`
         raise Untold([(f"mass = {model.mass}", "its masses are those of nodes: give `mass = lumped`")])
     theirs = declared.thing
     if not isinstance(theirs, Outside) or not theirs.told.moves:

@@ -18,7 +18,7 @@ from softmark.interpreter.study.leaderboard.performance_profiles import (
     time_profiles,
 )
 
-STEPS = 120  # of the axis: a step of a profile is drawn no steeper
+STEPS = 120  # samples along the axis, which limit the steepness of a step
 WIDTH, HEIGHT = 620.0, 330.0
 LEAST = 0.01  # tolerances: errors far below are drawn at the edge
 FARTHEST = 1e3  # the axis goes no further

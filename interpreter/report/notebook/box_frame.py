@@ -8,7 +8,7 @@ from softmark.interpreter.report.page.html_document import excerpt, part
 from softmark.interpreter.report.page.html_markup import prose, tag, text
 
 LARGEST = 1_000_000  # characters of one output: more is left out, and said
-ROWS = 40  # of a table
+ROWS = 40  # largest number of rows of a table
 SIGNS = {"good": "✓", "bad": "✗", "warn": "…", "quiet": "–"}
 
 

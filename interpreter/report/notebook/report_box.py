@@ -19,7 +19,7 @@ from softmark.interpreter.report.view3d import shapes_section
 from softmark.interpreter.report.view3d.compact_surfaces import POINTS
 from softmark.interpreter.results.run_report import ExpectationResult, Report
 
-SHAPES = 24  # that are drawn
+SHAPES = 24  # largest number of shapes drawn
 ROOM = 400_000  # bytes of all of them
 EACH = 30  # bytes of a point with its triangles and its error
 WHERE = "`report.write(FOLDER)`"

@@ -15,8 +15,8 @@ from softmark.interpreter.report.run.tables.scene_listing import coloured, value
 from softmark.interpreter.results.prompt_representation import shorten
 from softmark.interpreter.results.run_report import ReportWarning
 
-KINDS = ("body", "material", "model", "reference", "probe", "metric", "study")  # that are told of, in this order
-LINES = 200  # of its text
+KINDS = ("body", "material", "model", "reference", "probe", "metric", "study")  # kinds shown, in this order
+LINES = 200  # largest number of lines of the text
 
 
 def inline(scene: Scene, warnings: Sequence[Diagnostic]) -> str:

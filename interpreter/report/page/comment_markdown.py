@@ -53,7 +53,7 @@ def plain(text: str) -> str:
 def code(text: str) -> str:
     """Return a text verbatim as code, inside or outside a table."""
     told = _short(text)
-    if not told or "|" in told:  # which ends a cell, in code too
+    if not told or "|" in told:  # `|` ends a cell, in code too
         return told and f"<code>{plain(told)}</code>"
     fence = "`" * (max(map(len, re.findall("`+", told)), default=0) + 1)
     pad = " " if told[0] == "`" or told[-1] == "`" else ""

@@ -20,8 +20,8 @@ from softmark.interpreter.report.robustness.robustness_view import (
 from softmark.interpreter.study.robustness.robustness_record import PairMap, RobustnessPoint, RobustnessStudyRecord
 
 WIDTH, LEFT, RIGHT, ROW, TOP = 900.0, 190.0, 24.0, 26.0, 10.0
-TICKS = 9  # at most, so that labels do not meet
-CELL, EDGE = 46.0, 74.0  # of a heat map
+TICKS = 9  # largest number, so that labels do not overlap
+CELL, EDGE = 46.0, 74.0  # cell and margin of a heat map, pixels
 
 
 def key(study: RobustnessStudyRecord) -> str:

@@ -144,7 +144,7 @@ def _range(own: list[ValidityEdge], unit: str) -> str:
 
 def _beyond(edge: ValidityEdge, unit: str) -> str:
     met = beyond(edge, unit)
-    if isinstance(edge, ChoiceEdge):  # which has no sides
+    if isinstance(edge, ChoiceEdge):  # a choice has no sides
         return text(met or "right with all")
     side = "above" if edge.direction == "up" else "below"
     return text(f"{side}: {met or 'right as far as it was walked, to ' + format_value(edge.reached, unit)}")

@@ -69,7 +69,7 @@ class Ruler:
 
 
 DIGITS = 4  # edges are bisected to no more than two
-GAP_LIMIT, LEAST_GAP = 0.5, 1e-10  # of Poisson's ratio, the one quantity that is walked by its gap
+GAP_LIMIT, LEAST_GAP = 0.5, 1e-10  # for Poisson's ratio, the only quantity varied by its distance to a limit
 
 
 def place(kind: str, value: Any, marks: Sequence[Any]) -> float:

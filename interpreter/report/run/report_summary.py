@@ -28,7 +28,7 @@ class MetricColumn:
     against: str | None = None
     summary: str = ""
     line: int | None = None
-    model: str | None = None  # that it is a difference from, where that is no reference
+    model: str | None = None  # the model that it is a difference from, if that is no reference
     part: str = ""  # `the quarter of layer that is modelled`, where it is that of a part
     clock: bool = False  # a share of the time that there is: the verdict matters, not the number
 

@@ -32,7 +32,7 @@ from softmark.interpreter.results.run_report import (
 )
 from softmark.records import dataclass
 
-MENTIONED = 0.02  # of a limit: what a reference leaves open is said from there on
+MENTIONED = 0.02  # fraction of a limit from which the uncertainty of a reference is mentioned
 LEAST_ERROR = 1e-9  # m, of a reference that says its own
 SEVERAL = 5  # names that a line lists
 
@@ -153,7 +153,7 @@ class _Rows:
         self, head: Sequence[str], rows: Sequence[Sequence[str]], widths: Sequence[int], chosen: Sequence[int]
     ) -> str:
         own = [widths[i] for i in chosen]
-        last = chosen[-1] == len(widths) - 1  # how it ended has no heading, and is not set to the right
+        last = chosen[-1] == len(widths) - 1  # the status has no heading and is left-aligned
         lines = [_line([head[i] for i in chosen], own, last), "  ".join("-" * w for w in own).rstrip()]
         for row in rows:
             line = _line([row[i] for i in chosen], own, last)
@@ -187,9 +187,9 @@ def _uncertainty_suffix(reference: ReferenceResult) -> str:
     """Return `, ± 23 µm`: the uncertainty of a reference, unless it is negligible."""
     error, facts = reference.estimated_error, reference.facts
     if error is not None:
-        displaced = reference.probes or reference.shape is not None  # of one of forces alone it tells nothing
+        displaced = reference.probes or reference.shape is not None  # irrelevant for a reference with forces only
         return f", ± {_format_uncertainty(error, 'm')}" if displaced and error >= LEAST_ERROR else ""
-    known = facts.get("uncertainty") if "unit" in facts else None  # of a curve: of the value that is known the least
+    known = facts.get("uncertainty") if "unit" in facts else None  # for a curve, the largest uncertainty of its values
     return f", ± {_format_uncertainty(known, facts['unit'])} at most" if known else ""
 
 

@@ -18,7 +18,7 @@ from softmark.records import dataclass
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-POINTS = 4000  # of one surface, at most
+POINTS = 4000  # largest number for one surface
 FRAMES = 40
 ROOM = 1_900_000  # bytes of base64 for all surfaces of a page
 FINEST = 65535

@@ -16,7 +16,7 @@ from softmark.interpreter.report.view3d.compact_surfaces import Floats, bounds, 
 from softmark.interpreter.results.run_report import DrawnRigidBody, DrawnSurface
 from softmark.records import dataclass
 
-AROUND = 0.35  # of the diagonal of all bodies: the room for rigid ones on each side
+AROUND = 0.35  # margin for rigid bodies on each side, as a fraction of the diagonal of all bodies
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     from softmark.interpreter.report.view3d.surface_fields import FieldColours
 
-PANELS = 24  # of more shapes than this only some models are shown at first
+PANELS = 24  # with more shapes than this only some models are shown initially
 CLIP = 95.0  # percentile of the points of one shape
 FAR = 3.0  # a shape with errors so many times the usual ones does not set the colours
 STAGE = "Shapes of all models. Arrow keys turn them, plus and minus zoom, 0 starts again, space plays."

@@ -11,7 +11,7 @@ from softmark.interpreter.report.charts.viridis import gradient
 from softmark.interpreter.report.page.html_markup import tag, text
 from softmark.records import dataclass
 
-DECADES = 3  # of the logarithmic scale
+DECADES = 3  # decades of the logarithmic scale
 MORE = " (the lightest colour stands for all that is more)"
 LESS = " (the darkest colour stands for all that is less)"
 VIEWS = (

@@ -14,10 +14,10 @@ from softmark.interpreter.report.view3d.rigid_bodies_view import room_of
 from softmark.interpreter.results.run_report import DrawnSurface
 from softmark.records import dataclass
 
-POLYGONS = 400  # of one shape
+POLYGONS = 400  # largest number for one shape
 CELL, GAP, NAME = 230.0, 14.0, 24.0  # pixels
 COLUMNS = 4
-SEEN_THROUGH = 0.5  # of rigid bodies
+SEEN_THROUGH = 0.5  # opacity of rigid bodies
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def seen_box(shapes: Mapping[str, DrawnSurface], view: CameraView) -> tuple[Floa
     axes, flat, room = axes_of(view)[:2].T, [], room_of(shapes.values())
     for shape in shapes.values():
         flat += [X @ axes for X in (shape.position, *(() if shape.frames is None else shape.frames))]
-        flat += [X @ axes for X in room.positions(shape) if len(X)]  # what the plane misses has no outline there
+        flat += [X @ axes for X in room.positions(shape) if len(X)]  # bodies that the plane misses have no outline
     return np.min([X.min(axis=0) for X in flat], axis=0), np.max([X.max(axis=0) for X in flat], axis=0)
 
 

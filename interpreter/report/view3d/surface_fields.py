@@ -22,7 +22,7 @@ from softmark.records import dataclass
 
 USUAL = 95.0  # per cent of the points of each shape that the scale holds at first
 FAR = 3.0  # a shape with numbers so many times the usual ones does not set the colours
-FLAT = 1e-6  # of what tensors of the body come to: less than that is rounding, and gets one colour
+FLAT = 1e-6  # smaller ranges, relative to the size of the tensors, are rounding and get one colour
 ENDS = " (the colours of the ends stand for all that is more or less)"
 STATISTICS = ("least", "mean", "largest")
 

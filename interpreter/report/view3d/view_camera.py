@@ -14,7 +14,7 @@ from softmark.interpreter.vocabulary import BODIES
 
 TURN, TILT = 26.0, 16.0  # degrees
 LETTERS = "xyz"
-PLANE = frozenset(word for word, body in BODIES.items() if body.planar)  # of bodies that lie in the plane of x and y
+PLANE = frozenset(word for word, body in BODIES.items() if body.planar)  # bodies in the x-y plane
 
 
 def view_of(findings: Findings, shapes: Iterable[DrawnSurface]) -> CameraView:

@@ -204,12 +204,12 @@ def _built(scene: Scene, declared: Declared, case: Case) -> tuple[Prepared, Reco
     meshes: dict[tuple[Any, ...], Any] = {}
     if not (states := states_of(scene)):
         return _built_once(scene, declared, case, meshes)
-    from softmark.interpreter.models.shared.state_sequence import InTurn
+    from softmark.interpreter.models.shared.state_sequence import StateSequence
 
     scenes = [in_state(scene, number) for number in range(len(states))]
     built = [_built_once(own, d := own.declared[declared.name], case_for(own, d), meshes) for own in scenes]
     spent = {name: [sum(s[name][i] for _, s in built) for i in (0, 1)] for name in built[0][1]}
-    return InTurn(tuple(prepared for prepared, _ in built)), spent
+    return StateSequence(tuple(prepared for prepared, _ in built)), spent
 
 
 def _built_once(

@@ -15,7 +15,7 @@ from softmark.interpreter.models.external.external_dynamics import motion_of
 from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, Problem, Section, Stuff
 from softmark.interpreter.models.external.rods.external_rod_declaration import OutsideRod
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared
-from softmark.interpreter.models.shared.unavailable_model import Unbuilt
+from softmark.interpreter.models.shared.unavailable_model import UnavailableModel
 from softmark.interpreter.problem.body_case import Case
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
@@ -86,7 +86,7 @@ def load(model: OutsideRod) -> None:
 def prepare(model: OutsideRod, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build our static rod for transfer, or none if the program does not support it. Raises Fault."""
     if reasons := model.reasons(case):
-        return Unbuilt(model.words_of(reasons), "unsupported")
+        return UnavailableModel(model.words_of(reasons), "unsupported")
     rod = beam.build_static(model.ours, replace(declared, thing=model.ours), case)
     masses = np.asarray(rod.mass()[::6])
     motion = motion_of(model, cast(Any, case.analysis), masses)

@@ -29,10 +29,10 @@ from softmark.interpreter.report.run.tables.point_table import point_table
 from softmark.interpreter.report.view3d.view_camera import upward
 from softmark.records import dataclass
 
-WIDEST, NARROWEST = 640.0, 520.0  # of the plot, pixels
+WIDEST, NARROWEST = 640.0, 520.0  # width of the plot, pixels
 TALLEST, LOWEST = 470.0, 150.0
 NAMES = 90.0  # pixels kept free to the right of the lines, for their names
-FAR = 4.0  # how many times further than the references a model may reach and still be drawn whole
+FAR = 4.0  # a model is left out if it reaches more than this many times farther than the references
 REST_NAME = "undeformed"
 EMPTY = "No probe has a result, so there is nothing to draw."
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 WIDTH, HEIGHT = 640.0, 300.0
-WHOLE = 0.999  # of the measured range: less is said
+WHOLE = 0.999  # fraction of the measured range; a smaller covered range is mentioned
 
 
 def section_of(findings: Findings) -> str:
@@ -38,7 +38,7 @@ def section_of(findings: Findings) -> str:
         if reference is None or reference.drawn is None:
             continue
         seen = {n: m.curve for n, r in findings.everyone.items() if (m := r.metrics.get(metric.name)) and m.curve}
-        same = (reference.name, *((n, tuple(c.y.tolist())) for n, c in seen.items()))  # of other statistics
+        same = (reference.name, *((n, tuple(c.y.tolist())) for n, c in seen.items()))  # other statistics
         plates.setdefault(same, "")
         if seen and not plates[same]:
             plates[same] = _MeasuredCurve(findings, len(plates), metric, reference.name, reference.drawn, seen).plate()

@@ -24,7 +24,7 @@ from softmark.interpreter.results.state_results import ANSWERED, Curve, Moment, 
 from softmark.records import dataclass
 
 WIDTH, HEIGHT = 560.0, 260.0
-ROUNDING = 1e-6  # of the largest: values that differ by less are drawn as one
+ROUNDING = 1e-6  # relative to the largest value; smaller differences are not drawn
 SEVERAL = 6  # states that a line of the terminal has
 
 
@@ -84,7 +84,7 @@ class _Metric:
         largest = max(abs(low), abs(high))
         low = min(0.0, low) if low <= 0.25 * high or low < 0.0 else low
         margin = 0.06 * (high - low if high - low > ROUNDING * largest else largest) or 1e-9
-        if is_negligible(largest, 0.0, self.metric.unit, self.findings.moved):  # whose digits are not worth an axis
+        if is_negligible(largest, 0.0, self.metric.unit, self.findings.moved):  # only rounding errors
             low, high, margin = 0.0, 0.0, 1.0
         first, last = min(self.states), max(self.states)
         wide = last - first or 1.0

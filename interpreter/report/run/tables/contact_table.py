@@ -27,9 +27,9 @@ LEAD = (
 ENDED = " at the end of the motion"
 HEAD = ("Contact", "Model", "Force", "Area", "Largest pressure", "Gap", "Note")
 NOTHING = "\N{EN DASH}"
-ROUNDING = 1e-8  # of the largest component
-DIGITS = 4  # of an area, and of what a line of the terminal says
-MISSED = 0.005  # of what a contact selects: less is not worth a word
+ROUNDING = 1e-8  # relative to the largest component
+DIGITS = 4  # digits of areas and of numbers in the terminal
+MISSED = 0.005  # fraction of the selected area; smaller differences are not mentioned
 
 
 def section_of(findings: Findings) -> str:

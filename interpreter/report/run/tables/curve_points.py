@@ -9,7 +9,7 @@ from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
 from softmark.interpreter.report.page.figure_frame import PlateColumn
 from softmark.interpreter.results.run_report import PlottedCurve
 
-ROWS = 60  # of the table of numbers
+ROWS = 60  # largest number of rows of the table
 
 
 def columns(curves: Mapping[str, PlottedCurve], units: tuple[str, str]) -> list[PlateColumn]:

@@ -38,7 +38,7 @@ def has_no_estimate(model: ModelResult) -> bool:
     return all(s.value is None and NOT_ASKED in (s.reason or "") for s in each)
 
 
-NOT_ASKED = "`--stated` does"  # in the reason of what would cost something
+NOT_ASKED = "`--stated` does"  # part of the reason if an estimate was skipped because of its cost
 
 
 def stated_error(value: float, found: MetricResult) -> str:
@@ -51,8 +51,8 @@ def stated_error(value: float, found: MetricResult) -> str:
     return f"± {_two(shown)}" if LEAST <= shown < MOST else f"± {amount(value, found.unit, found.value)}"
 
 
-DIGITS = 1e-9  # of a number: the least error that is shown, far below the six digits of the number itself
-LEAST, MOST = 1e-3, 1e3  # of a number that stands without a unit of its own behind a value
+DIGITS = 1e-9  # smallest relative error shown, far below the six digits of a number
+LEAST, MOST = 1e-3, 1e3  # range of numbers shown without powers of ten
 
 
 def _two(value: float) -> str:

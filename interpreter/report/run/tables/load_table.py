@@ -14,7 +14,7 @@ LEAD = (
     "The resultant of every load at full size{} on the undeformed body, its moment about the origin, and the part of "
     "it that the meshes take."
 )
-ROUNDING = 1e-9  # of the largest component
+ROUNDING = 1e-9  # relative to the largest component
 
 
 def section_of(findings: Findings) -> str:

@@ -27,8 +27,8 @@ LEAD = (
 HEAD = ("Support", "Model", "Force", "Moment", "Note")
 NOTHING = "\N{EN DASH}"
 SEVERAL = 3  # names that a line lists
-ROUNDING = 1e-8  # of the largest component: equations are solved to a tolerance
-LITTLE = 1e-3  # of a force: less is not seen beside it on three digits
+ROUNDING = 1e-8  # relative to the largest component: equations are solved to a tolerance
+LITTLE = 1e-3  # fraction of a force that is not visible with three digits
 
 
 def section_of(findings: Findings) -> str:

@@ -21,7 +21,7 @@ SAME = 1e-12  # relative: what rounding leaves
 VARYING = "Every constant of a material that varies in space: its least, largest and mean values on a mesh."
 HEADS = ("Constant", "Range", "Mean", "Within cells")
 DIMENSIONS: dict[str, units.Dimension] = {"young": units.PRESSURE, "density": (-3, 1, 0, 0, 0)}
-SHOWN = 1e-4  # of a part: what may be of the wrong material without a number
+SHOWN = 1e-4  # fraction of a part; smaller volumes of the wrong material get no number
 
 
 def section_of(findings: Findings) -> str:

@@ -51,6 +51,6 @@ def format_force(force: Sequence[float], digits: int, rounding: float) -> str:
     size = math.hypot(*force)
     if round_significant(size, digits) == round_significant(
         max(map(abs, force)), digits
-    ):  # what a metric along it comes to
+    ):  # as for the value of a metric along the axis
         return units.format_value(round_significant(size, digits), units.FORCE)
     return _components(force, digits, rounding * size)

@@ -35,7 +35,7 @@ class _ComparedValue:
     given: float
     uncertainty: float
     within: bool
-    kind: str  # of what is given: `consensus of 3 codes`
+    kind: str  # kind of the given value: `consensus of 3 codes`
     band: tuple[float, float] | None
 
     @property
