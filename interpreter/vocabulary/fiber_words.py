@@ -69,7 +69,7 @@ class Helix:
         return t
 
     def at(self, X: Floats, read: Any = None) -> tuple[Floats, Floats]:
-        """Return fibres and sheets at points X (n, 3), m. Raises InvalidDirection on the axis and far outside the wall."""
+        """Return fibres and sheets at points X (n, 3), m. Raises InvalidDirection on the axis and outside the wall."""
         import numpy as np
 
         from softmark.solvers.materials.material_axes import InvalidDirection

@@ -15,8 +15,8 @@ import pytest
 import softmark
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.models.external.adapters import calculix
-from softmark.interpreter.models.external.external_problem import NoAnswer, NotSettled, Problem, Stuff
-from softmark.interpreter.models.external.problem_transfer import told
+from softmark.interpreter.models.external.external_problem import NoAnswer, ExternalNotConverged, Problem, ExternalMaterial
+from softmark.interpreter.models.external.problem_transfer import problem_of
 from softmark.interpreter.models.model_preparation import Measurements, prepared_model
 from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.problem.body_case import case_for
@@ -27,7 +27,7 @@ TET = Problem(
     cells=np.array([[0, 1, 2, 3]]),
     element="tet4",
     strain="small",
-    stuff=(Stuff("linear_elastic", {"young": 1e4, "poisson": 0.25}, 1000.0, np.array([0])),),
+    stuff=(ExternalMaterial("linear_elastic", {"young": 1e4, "poisson": 0.25}, 1000.0, np.array([0])),),
     held=np.array([[0, 0], [0, 1], [0, 2], [1, 1], [1, 2], [2, 2]]),
     values=np.array([0.0, 0, 0, 0, 0, 1e-5]),
     forces=np.array([[0.0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 1e-6]]),
@@ -121,14 +121,14 @@ def test_states_are_steps() -> None:
     ],
 )  # fmt: skip
 def test_laws_have_their_constants(law: str, constants: dict[str, float], cards: list[str]) -> None:
-    word, row = calculix.law(Stuff(law, constants, None, np.array([0])))
+    word, row = calculix.law(ExternalMaterial(law, constants, None, np.array([0])))
     assert word == cards[0]
     assert [float(v) for v in row.split(",")] == pytest.approx([float(v) for v in cards[1].split(",")], rel=1e-12)
 
 
 def test_what_it_does_not_have_is_refused() -> None:
     def refused(law: str = "yeoh", poisson: float = 0.3, element: str = "tet4", volumetric: str = "squared") -> str:
-        stuff = Stuff(law, {"young": 1e4, "poisson": poisson}, None, np.array([0]), {"volumetric": volumetric})
+        stuff = ExternalMaterial(law, {"young": 1e4, "poisson": poisson}, None, np.array([0]), {"volumetric": volumetric})
         found = calculix.refuses(replace(TET, strain="finite", element=element, stuff=(stuff,)))
         return "; ".join(f"{what}: {why}" for what, why in found)
 
@@ -166,7 +166,7 @@ def test_doubles_are_taken_where_they_agree_with_what_is_printed(tmp_path: Path)
     ("files", "error", "why"),
     [
         ({"sta": STA + "     1          1     1U   16  0.200000E+00  0.200000E+00  0.200000E+00\n",
-          "dat": ""}, NotSettled, "came to 0 of its way"),
+          "dat": ""}, ExternalNotConverged, "came to 0 of its way"),
         ({"dat": DAT.replace("3.000000E-01", "NaN")}, NoAnswer, "no finite numbers"),
         ({"dat": DAT[:-52]}, NoAnswer, "of 3 nodes, of 4"),
         ({"dat": ""}, NoAnswer, "0 of 1 states"),
@@ -214,7 +214,7 @@ def apart(scene: Any, name: str, folder: Path) -> tuple[float, float]:
     declared = scene.declared[name]
     case = case_for(scene, declared)
     prepared: Any = prepared_model(declared, case, BuildContext(scene=scene, measured=Measurements(scene)))[0]
-    problem = told(prepared, case)
+    problem = problem_of(prepared, case)
     calculix.write(problem, folder)
     with (folder / calculix.LOG).open("w") as log:
         subprocess.run(calculix.command(folder), cwd=folder, stdout=log, timeout=300, check=True)
@@ -273,7 +273,7 @@ def test_a_state_on_the_way_is_that_of_its_part_of_the_load(tmp_path: Path) -> N
     scene = softmark.loads(text).scene
     case = case_for(scene, scene.declared["bar_of"])
     prepared: Any = prepared_model(scene.declared["bar_of"], case, BuildContext(scene=scene))[0]
-    problem = told(prepared, case)
+    problem = problem_of(prepared, case)
     half = replace(problem, forces=0.4 * problem.forces, values=0.4 * problem.values)
     found = []
     for number, own in enumerate((replace(problem, shares=(0.4, 1.0)), half)):

@@ -18,7 +18,7 @@ from softmark.interpreter.models.external.exporters import (
     sofa_exporter,
 )
 from softmark.interpreter.models.external.exporters.named_parts import Named
-from softmark.interpreter.models.external.external_problem import Motion, Problem, Stuff
+from softmark.interpreter.models.external.external_problem import Motion, Problem, ExternalMaterial
 
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 TET = Problem(
@@ -26,7 +26,7 @@ TET = Problem(
     cells=np.array([[0, 1, 2, 3]]),
     element="tet4",
     strain="finite",
-    stuff=(Stuff("neo_hookean", {"young": 1e4, "poisson": 0.25}, 1000.0, np.array([0])),),
+    stuff=(ExternalMaterial("neo_hookean", {"young": 1e4, "poisson": 0.25}, 1000.0, np.array([0])),),
     held=np.array([[0, 0], [0, 1], [0, 2], [1, 1], [1, 2], [2, 2]]),
     values=np.array([0.0, 0, 0, 0, 0, 1e-5]),
     forces=np.array([[0.0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 1e-6]]),

@@ -11,7 +11,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.models.external.adapters import newton_vbd, newton_xpbd, ngsolve
-from softmark.interpreter.models.external.external_problem import Motion, Problem, Stuff
+from softmark.interpreter.models.external.external_problem import Motion, Problem, ExternalMaterial
 from softmark.interpreter.pipeline import run_pipeline
 
 # a bar that falls by a fifth of its length in a tenth of a second: cells of 15 mm, which rotate by up to 20 degrees
@@ -118,7 +118,7 @@ def test_newton_lets_a_free_body_fall(program: Any, tmp_path: Path) -> None:
     a, h, n = 9.81, 1e-3, 20
     motion = Motion(h, n, np.array([0, n]), np.full(4, 1e-3), iterations=5)
     points, cells = 0.01 * np.eye(4, 3), np.array([[0, 2, 1, 3]])
-    gel = Stuff("neo_hookean", {"young": 6e4, "poisson": 0.3}, 1000.0, np.array([0]))
+    gel = ExternalMaterial("neo_hookean", {"young": 6e4, "poisson": 0.3}, 1000.0, np.array([0]))
     forces = np.tile([0.0, 0.0, -a * 1e-3], (4, 1))
     none = np.zeros((0, 2), dtype=np.int64)
     falls = Problem(points, cells, "tet4", "finite", (gel,), none, np.zeros(0), forces, motion=motion)

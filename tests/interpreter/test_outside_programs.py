@@ -19,7 +19,7 @@ from softmark.interpreter.models.external import external_builder
 from softmark.interpreter.models.external.adapters import PROGRAMS, adapter, calculix
 from softmark.interpreter.models.external.adapters.package_process import Package, problem_in
 from softmark.interpreter.models.external.external_declaration import Outside
-from softmark.interpreter.models.external.external_problem import Answer, NotSettled, Problem
+from softmark.interpreter.models.external.external_problem import Answer, ExternalNotConverged, Problem
 from softmark.interpreter.pipeline import run_pipeline
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.run.report_terminal import table
@@ -238,7 +238,7 @@ def test_what_says_itself_that_it_has_no_state_has_not_converged(
 ) -> None:
     class Stuck(Fake):
         def read(self, folder: Path) -> Answer:
-            raise NotSettled("it came to 0.4 of the load")
+            raise ExternalNotConverged("it came to 0.4 of the load")
 
     fake = Stuck("", tmp_path)
     fake.command = lambda folder: ["/bin/true"]  # type: ignore[method-assign]

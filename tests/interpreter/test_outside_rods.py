@@ -10,7 +10,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.models.external.adapters import package_process, pyelastica
-from softmark.interpreter.models.external.external_problem import Motion, Problem, Section, Stuff
+from softmark.interpreter.models.external.external_problem import Motion, Problem, Section, ExternalMaterial
 from softmark.interpreter.pipeline import run_pipeline
 
 # a rod that swings through a third of a period of its first mode
@@ -114,7 +114,7 @@ def test_damping_that_hides_steps_that_are_too_long_is_not_asked_for() -> None:
 def test_a_rod_goes_to_another_process_and_back(tmp_path: Path) -> None:
     """With its section; axes of nodes between two segments are halfway: rotations about e3 by 0 and 0.2, at .1."""
     section = Section(1.0, np.arange(1.0, 7.0), np.arange(1.0, 4.0), np.eye(3))
-    stuff = Stuff("linear_elastic", {"young": 1.0, "poisson": 0.3}, 1.0, np.arange(2))
+    stuff = ExternalMaterial("linear_elastic", {"young": 1.0, "poisson": 0.3}, 1.0, np.arange(2))
     motion = Motion(1e-3, 1, np.arange(2), np.ones(3))
     told = Problem(np.eye(3), np.array([[0, 1], [1, 2]]), "rod", "finite", (stuff,), np.array([[0, 5]]), np.zeros(1),
                    np.zeros((3, 3)), motion=motion, section=section)  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.models.external.problem_transfer import Untold, reasons, told
+from softmark.interpreter.models.external.problem_transfer import NotTransferable, reasons, problem_of
 from softmark.interpreter.models.model_preparation import prepared_model
 from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.problem.body_case import case_for
@@ -67,7 +67,7 @@ def test_what_is_told_is_all_that_the_answer_follows_from() -> None:
     1e-9: both are direct solutions of one linear system, ours to the analysis' tolerance of 1e-8 of the forces.
     """
     solid, case = prepared(BAR, "small")
-    problem = told(solid, case)
+    problem = problem_of(solid, case)
     assert [s.law for s in problem.stuff] == ["linear_elastic"] * 2
     assert sorted(np.concatenate([s.cells for s in problem.stuff])) == list(range(len(problem.cells)))
     ours = solid.solve(lambda *_: None).mesh.displacement
@@ -75,7 +75,7 @@ def test_what_is_told_is_all_that_the_answer_follows_from() -> None:
 
 
 def test_finite_strain_tells_the_law_by_its_word() -> None:
-    problem = told(*prepared(BAR, "large"))
+    problem = problem_of(*prepared(BAR, "large"))
     assert [(s.law, s.constants, s.density) for s in problem.stuff] == [
         ("neo_hookean", {"young": 1e4, "poisson": 0.3}, 1000.0),
         ("neo_hookean", {"young": 3e4, "poisson": 0.2}, 1200.0),
@@ -85,8 +85,8 @@ def test_finite_strain_tells_the_law_by_its_word() -> None:
 
 
 def test_what_has_no_words_is_not_told() -> None:
-    with pytest.raises(Untold, match="corotational"):
-        told(*prepared(BAR, "turning"))
+    with pytest.raises(NotTransferable, match="corotational"):
+        problem_of(*prepared(BAR, "turning"))
 
 
 @pytest.mark.parametrize(

@@ -16,11 +16,11 @@ from softmark.interpreter.models.external import external_process
 from softmark.interpreter.models.external.adapters import adapter
 from softmark.interpreter.models.external.exporters.named_parts import named_of
 from softmark.interpreter.models.external.external_declaration import Outside
-from softmark.interpreter.models.external.external_dynamics import motion_of, shown, times_of
-from softmark.interpreter.models.external.external_problem import Answer, Motion, NoAnswer, NotSettled, Problem
+from softmark.interpreter.models.external.external_dynamics import motion_of, dynamic_solution, times_of
+from softmark.interpreter.models.external.external_problem import Answer, Motion, NoAnswer, ExternalNotConverged, Problem
 from softmark.interpreter.models.external.external_process import End
-from softmark.interpreter.models.external.external_program import GB, Asked
-from softmark.interpreter.models.external.problem_transfer import Untold, told
+from softmark.interpreter.models.external.external_program import GB, ExternalModel
+from softmark.interpreter.models.external.problem_transfer import NotTransferable, problem_of
 from softmark.interpreter.models.fem import fem_builder as fem
 from softmark.interpreter.models.fem.fem_builder import PreparedSolid
 from softmark.interpreter.models.postprocessing import vibrations
@@ -58,7 +58,7 @@ NOT_KNOWN = "another program solved it, and of the stiffness in its state nothin
 class PreparedOutside:
     """Model that an external program solves; our model on the same mesh defines its problem and checks its answer."""
 
-    model: Asked
+    model: ExternalModel
     declared: Declared
     case: Case
     solid: PreparedSolid
@@ -108,7 +108,7 @@ class PreparedOutside:
 
     def asked(self) -> Problem:
         """Return the problem for the program. Raises NotTransferable, Fault."""
-        problem = told(self.solid, self.case)
+        problem = problem_of(self.solid, self.case)
         return replace(problem, named=named_of(self.solid, self.case)) if self.model.told.by_name else problem
 
     def looked_at(self, answer: Answer, problem: Problem) -> Floats:
@@ -124,7 +124,7 @@ class PreparedOutside:
             return Solution("skipped", f"{self.model.told.title} is not installed: {program.install}", known)
         try:
             problem = self.asked()
-        except Untold as untold:
+        except NotTransferable as untold:
             return Solution("unsupported", self.model.words_of(untold.reasons), known)
         if reasons := program.refuses(problem):
             return Solution("unsupported", self.model.words_of(reasons), known)
@@ -140,11 +140,11 @@ class PreparedOutside:
         known = known | {"process": {"wall_s": end.wall_s, "cpu_s": end.cpu_s}}
         try:
             answer, u = self._read(program, problem, folder, end)
-        except NotSettled as why:
+        except ExternalNotConverged as why:
             return Solution(self.lost, self.unsettled.format(title=model.told.title, why=why), known)
         except NoAnswer as none:
             return Solution("failed", f"{model.told.title}: {none}", known)
-        spent = spent_by(answer, end, model.threads)
+        spent = elapsed_time(answer, end, model.threads)
         known = known | {"clock": dict(answer.clocks), "says": answer.said or None}
         known |= {} if answer.iterations is None else {"iterations": answer.iterations}
         return replace(self._judged(answer, u, problem, known), spent=spent)
@@ -156,7 +156,7 @@ class PreparedOutside:
         try:
             answer = program.read(folder)
             u = self.looked_at(answer, problem)
-        except NotSettled:
+        except ExternalNotConverged:
             raise
         except NoAnswer as none:
             words = f"; {end.words}" if end.last else ""
@@ -237,7 +237,7 @@ class PreparedMoving(PreparedOutside):
 
     def asked(self) -> Problem:
         """Return the problem for the program. Raises NotTransferable."""
-        return told(self.solid, self.case, motion=self.motion)
+        return problem_of(self.solid, self.case, motion=self.motion)
 
     def looked_at(self, answer: Answer, problem: Problem) -> Floats:
         """Return displacements (t, n, 3) after the requested steps, m. Raises NoAnswer if they are invalid."""
@@ -251,7 +251,7 @@ class PreparedMoving(PreparedOutside):
         title, known = self.model.told.title, known | {"means": self.model.told.moves, "steps": self.motion.count}
         if slipped > HELD * float(np.abs(u).max(initial=0.0)):
             return Solution("failed", f"{title}: what is held is {slipped:.2g} m from where it is held", known)
-        return shown(self.motion, answer, self.seen(answer, u), known)
+        return dynamic_solution(self.motion, answer, self.seen(answer, u), known)
 
     def seen(self, answer: Answer, u: Floats) -> dict[str, Any]:
         """Return displacements over time (`course`), at the end, and the mesh, from nodal displacements u (t, n, 3), m.
@@ -271,7 +271,7 @@ def states(answer: Answer, problem: Problem, count: int) -> Floats:
     return found
 
 
-def spent_by(answer: Answer, end: End, threads: int) -> ElapsedTime:
+def elapsed_time(answer: Answer, end: End, threads: int) -> ElapsedTime:
     """Return its solution time by its own clock, or else the total or process time as an upper bound."""
     cpu = end.wall_s if end.cpu_s is None else end.cpu_s  # of all
     solve, whole = answer.clocks.get("solve_s"), answer.clocks.get("whole_s")

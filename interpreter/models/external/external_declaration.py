@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from softmark.interpreter.models.external import problem_transfer
 from softmark.interpreter.models.external.adapters import PROGRAMS
-from softmark.interpreter.models.external.external_program import Asked
+from softmark.interpreter.models.external.external_program import ExternalModel
 from softmark.interpreter.models.external.problem_transfer import Reason
 from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.models.shared.model_declaration import Model
@@ -28,7 +28,7 @@ else:
 
 
 @dataclass(frozen=True)
-class Outside(Asked):
+class Outside(ExternalModel):
     """Finite elements that another program solves, assessed as ours are, on the same mesh and under the same loads.
 
     The mesh, supports and nodal forces are those of `fem(...)` with the same element, size and strain. Everything else

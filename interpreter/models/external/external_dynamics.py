@@ -15,10 +15,10 @@ from softmark.solvers.energies.energy import Floats
 if TYPE_CHECKING:
     from typing import Any
 
-    from softmark.interpreter.models.external.external_program import Asked
+    from softmark.interpreter.models.external.external_program import ExternalModel
 
 
-def motion_of(model: Asked, analysis: Dynamic, masses: Floats) -> Motion:
+def motion_of(model: ExternalModel, analysis: Dynamic, masses: Floats) -> Motion:
     """Return time steps, damping and nodal masses (n,), kg, for a program."""
     step = model.step or analysis.step
     count = round(analysis.duration / step)
@@ -33,7 +33,7 @@ def times_of(motion: Motion) -> Floats:
     return times
 
 
-def shown(motion: Motion, answer: Answer, found: dict[str, Any], known: dict[str, Any]) -> Solution:
+def dynamic_solution(motion: Motion, answer: Answer, found: dict[str, Any], known: dict[str, Any]) -> Solution:
     """Return the solution of a motion; `found` has its displacements over time. Unsolved steps make it `capped`."""
     steps = () if answer.steps_s is None else tuple(np.asarray(answer.steps_s, dtype=np.float64).tolist())
     solved = tuple(n >= answer.unsolved for n in range(motion.count))  # how many, in no order

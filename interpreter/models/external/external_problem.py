@@ -22,12 +22,12 @@ class NoAnswer(Exception):
     """Program without a readable answer, with a message for users."""
 
 
-class NotSettled(NoAnswer):
+class ExternalNotConverged(NoAnswer):
     """Program that reports that it has not converged, or whose motion is invalid, with a message for users."""
 
 
 @dataclass(frozen=True)
-class Stuff:
+class ExternalMaterial:
     """Material: its word in the language, its constants in SI by name, and its cells (k,)."""
 
     law: str  # linear_elastic, neo_hookean, st_venant_kirchhoff, ...
@@ -87,7 +87,7 @@ class Problem:
     cells: Ints  # (m, a)
     element: str  # tet4, tet10, hex8, hex20, ...
     strain: str  # small or finite
-    stuff: tuple[Stuff, ...]
+    stuff: tuple[ExternalMaterial, ...]
     held: Ints
     values: Floats
     forces: Floats

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 GB = 1e9  # bytes
 
 
-class Asked(Model):
+class ExternalModel(Model):
     """Model that an external program solves; its fields are `program`, the limits of its process, and its time steps.
     """
 

@@ -17,7 +17,7 @@ from softmark.interpreter.vocabulary.load_words import MomentLoad, PressureLoad,
 from softmark.solvers.materials import WORDS
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.external.external_problem import Motion, Problem, Stuff
+    from softmark.interpreter.models.external.external_problem import Motion, Problem, ExternalMaterial
     from softmark.interpreter.models.fem.fem_builder import PreparedSolid
     from softmark.interpreter.models.shared.material_regions import MaterialRegion
     from softmark.interpreter.problem.body_case import Case
@@ -32,7 +32,7 @@ _NODAL = "what holds a body is told as displacements of its nodes"
 _DEAD = "forces are told as those on nodes of the undeformed body, and these would have to follow it"
 
 
-class Untold(Exception):
+class NotTransferable(Exception):
     """Model that cannot be transferred to other programs; `reasons` has the features, with reasons."""
 
     def __init__(self, reasons: list[Reason]) -> None:
@@ -136,7 +136,7 @@ def reasons_of_loads(model: Fem, case: Case) -> Iterator[Reason]:
             yield f"load `{load.name}`", _DEAD
 
 
-def told(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: Motion | None = None) -> Problem:
+def problem_of(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: Motion | None = None) -> Problem:
     """Return the neutral problem of a prepared `fem(...)` model in a case, or in one state of it.
 
     Small strain uses the initial moduli of any material, so that its law is `linear_elastic`. With a motion, the
@@ -149,7 +149,7 @@ def told(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: Motion
     from softmark.interpreter.models.external.external_problem import Problem
 
     if found := (reasons_of_mesh if mesh else reasons)(prepared.model, case, motion is not None):
-        raise Untold(found)
+        raise NotTransferable(found)
     stuff = _stuff if motion is None else _moduli
     made, fixed = prepared.mesh, np.asarray(prepared.problem.fixed, dtype=np.int64)
     forces = sum((f for _, f in prepared.forces()), np.zeros_like(made.points))
@@ -167,22 +167,22 @@ def told(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: Motion
     )
 
 
-def _moduli(own: MaterialRegion, strain: str, count: int) -> Stuff:
+def _moduli(own: MaterialRegion, strain: str, count: int) -> ExternalMaterial:
     """Return a material with its initial moduli and the word of its law."""
     return replace(_stuff(own, "small", count), law=_law(own.case.material))
 
 
-def _stuff(own: MaterialRegion, strain: str, count: int) -> Stuff:
+def _stuff(own: MaterialRegion, strain: str, count: int) -> ExternalMaterial:
     """Return a material, and its cells."""
     import numpy as np
 
-    from softmark.interpreter.models.external.external_problem import Stuff
+    from softmark.interpreter.models.external.external_problem import ExternalMaterial
 
     cells = np.arange(count, dtype=np.int64)[own.which]
     material = own.case.material
     if strain != "finite":
         young = 2.0 * material.shear_modulus * (1.0 + material.poisson)
-        return Stuff("linear_elastic", {"young": young, "poisson": material.poisson}, material.density, cells)
+        return ExternalMaterial("linear_elastic", {"young": young, "poisson": material.poisson}, material.density, cells)
     constants, choices = dict[str, float](), dict[str, str]()
     for name in (f.name for f in fields(material)):
         value = getattr(material, name)
@@ -192,7 +192,7 @@ def _stuff(own: MaterialRegion, strain: str, count: int) -> Stuff:
             constants |= {f"{name}_{i}": float(v) for i, v in enumerate(value, start=1)}
         elif value is not None and name != "density":
             constants[name] = float(value)
-    return Stuff(_law(material), constants, material.density, cells, choices)
+    return ExternalMaterial(_law(material), constants, material.density, cells, choices)
 
 
 def _law(material: Any) -> str:

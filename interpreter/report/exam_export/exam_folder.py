@@ -22,14 +22,14 @@ from softmark.interpreter.language.scene_states import in_state, states_of
 from softmark.interpreter.models.external.exporters import FORMATS, form
 from softmark.interpreter.models.external.exporters.named_parts import Named, named_of
 from softmark.interpreter.models.external.external_declaration import Outside
-from softmark.interpreter.models.external.external_problem import Problem, Stuff
+from softmark.interpreter.models.external.external_problem import Problem, ExternalMaterial
 from softmark.interpreter.models.external.problem_transfer import (
     Reason,
-    Untold,
+    NotTransferable,
     reasons,
     reasons_of_loads,
     reasons_of_mesh,
-    told,
+    problem_of,
 )
 from softmark.interpreter.models.model_preparation import Measurements, prepared_model
 from softmark.interpreter.models.shared.prepared_model import BuildContext
@@ -89,7 +89,7 @@ def _exportable_models(
         options.say("export", name)
         try:
             ready[name] = _problems_of_model(scene, name, to, workshop)
-        except Untold as untold:
+        except NotTransferable as untold:
             refused[name] = untold.reasons
         except Fault as fault:
             faults.append(fault.diagnostic)
@@ -108,14 +108,14 @@ def _problems_of_model(scene: Scene, name: str, to: str, workshop: BuildContext)
             each.append(_dynamic_problem(own.declared[name], case, workshop))
             continue
         if found := (reasons_of_mesh if alone else reasons)(declared.thing, case):  # before anything is built
-            raise Untold(found)
+            raise NotTransferable(found)
         prepared: Any = prepared_model(declared, case, workshop)[0]
-        each.append((told(prepared, case, alone), named_of(prepared, case)))
+        each.append((problem_of(prepared, case, alone), named_of(prepared, case)))
     found = form(to).refuses(each[-1][0])
     if not found and FORMATS[to].by_name:
         found = form(to).lost(*each[-1])
     if found:
-        raise Untold(found)
+        raise NotTransferable(found)
     shares = _shares([problem for problem, _ in each])
     if shares is None:
         return each
@@ -128,14 +128,14 @@ def _dynamic_problem(declared: Declared, case: Case, workshop: BuildContext) -> 
 
     model = _as_own_model(declared).thing
     if found := reasons(model, case, moves=True):
-        raise Untold(found)
+        raise NotTransferable(found)
     if model.mass != "lumped" and not isinstance(declared.thing, Outside):  # an external model has no field `mass`
-        raise Untold([(f"mass = {model.mass}", "its masses are those of nodes: give `mass = lumped`")])
+        raise NotTransferable([(f"mass = {model.mass}", "its masses are those of nodes: give `mass = lumped`")])
     theirs = declared.thing
     if not isinstance(theirs, Outside) or not theirs.told.moves:
         theirs = Outside("mujoco", model.element, model.strain, model.size, model.body, model.mesh)
     if found := list(theirs.of_steps(case)):
-        raise Untold(found)
+        raise NotTransferable(found)
     prepared: Any = external_builder.moving(theirs, declared, case, workshop)
     return prepared.asked(), named_of(prepared.solid, case)
 
@@ -196,7 +196,7 @@ def _write_model(name: str, each: Told, to: str, folder: Path, written: list[str
     }
 
 
-def _made_of(stuff: Stuff) -> Mapping[str, Any]:
+def _made_of(stuff: ExternalMaterial) -> Mapping[str, Any]:
     return {"law": stuff.law, **stuff.constants, **stuff.choices, "density": stuff.density}
 
 

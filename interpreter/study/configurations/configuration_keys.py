@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared, Scene
-from softmark.interpreter.models.external.external_program import Asked
+from softmark.interpreter.models.external.external_program import ExternalModel
 from softmark.interpreter.planning.declaration_dependencies import models_of, with_dependencies
 from softmark.interpreter.study.configurations import source_digests
 
@@ -74,7 +74,7 @@ def words_of(declared: Declared) -> str:
     for file in sorted(set(source_digests.files_of(declared.thing)), key=len, reverse=True):
         text = text.replace(repr(file), source_digests.digest_file(file))
     whose = source_digests.digest_plugins(declared.thing)
-    if isinstance(declared.thing, Asked):
+    if isinstance(declared.thing, ExternalModel):
         whose += source_digests.digest_program(declared.thing.program)
     return f"{declared.kind} {declared.name} {declared.constructor.name} {text}{whose}\0"
 

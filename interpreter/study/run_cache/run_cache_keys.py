@@ -14,7 +14,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from softmark.interpreter.models.external.external_program import Asked
+from softmark.interpreter.models.external.external_program import ExternalModel
 from softmark.interpreter.pipeline.run_environment import describe_environment
 from softmark.interpreter.planning.declaration_dependencies import with_dependencies
 from softmark.interpreter.study.configurations import configuration_keys, source_digests
@@ -65,7 +65,7 @@ def _key(scene: Scene, name: str, base: str) -> str | None:
     whole = [scene.declared[n] for n in with_dependencies(scene, configuration_keys.needed_models(scene, name))]
     if not all(map(_has_known_dependencies, whole)):
         return None
-    programs = (d.thing.program for d in whole if isinstance(d.thing, Asked))
+    programs = (d.thing.program for d in whole if isinstance(d.thing, ExternalModel))
     return _digest(
         base,
         configuration_keys.key_of(scene, name),

@@ -18,11 +18,11 @@ import numpy as np
 
 from softmark.grammar.diagnostic import visible
 from softmark.interpreter.models.external.adapters import PROGRAMS, executables
-from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, NotSettled
+from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, ExternalNotConverged
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.external.exporters.named_parts import Named
-    from softmark.interpreter.models.external.external_problem import Floats, Ints, Problem, Stuff
+    from softmark.interpreter.models.external.external_problem import Floats, Ints, Problem, ExternalMaterial
 
 title = PROGRAMS["calculix"].title
 program = "ccx"
@@ -74,7 +74,7 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
     return found
 
 
-def _of_law(stuff: Stuff, strain: str) -> Iterator[tuple[str, str]]:
+def _of_law(stuff: ExternalMaterial, strain: str) -> Iterator[tuple[str, str]]:
     known = laws.get(strain, ())
     if stuff.law not in known:
         why = others.get(stuff.law) or f"it has no such law; in {strain} strain it has {', '.join(known)}"
@@ -138,7 +138,7 @@ def chosen(kind: str, name: str, numbers: Ints | Sequence[int]) -> list[str]:
     return [f"*{kind}, {kind}={name}", *map(str, np.asarray(numbers).tolist())]
 
 
-def law(stuff: Stuff) -> list[str]:
+def law(stuff: ExternalMaterial) -> list[str]:
     """Return the cards of a law; *ELASTIC is the St Venant-Kirchhoff law if a step has NLGEOM."""
     own = stuff.constants
     if stuff.law in ("linear_elastic", "st_venant_kirchhoff"):
@@ -150,7 +150,7 @@ def law(stuff: Stuff) -> list[str]:
     return [f"*HYPERELASTIC, {word}", ",".join(map(number, [*terms, *rest]))]
 
 
-def _density(stuff: Stuff) -> list[str]:
+def _density(stuff: ExternalMaterial) -> list[str]:
     """Return the card of the density, which statics does not use: weight is included in the forces."""
     return [] if stuff.density is None else ["*DENSITY", number(DENSE * stuff.density)]
 
@@ -229,7 +229,7 @@ def read(folder: Path) -> Answer:
         raise NoAnswer(f"it has not begun to solve{': ' if said else ''}{said}")
     if reached < sum(periods) * (1.0 - CLOCK):
         why = f"it came to {reached / sum(periods):.3g} of its way through the states"
-        raise NotSettled(f"{why}, in {iterations} iterations{': ' if said else ''}{said}")
+        raise ExternalNotConverged(f"{why}, in {iterations} iterations{': ' if said else ''}{said}")
     if len(printed) != asked:
         raise NoAnswer(f"it printed {len(printed)} of {asked} states{': ' if said else ''}{said}")
     if short := [len(own) for own in printed if len(own) != count]:

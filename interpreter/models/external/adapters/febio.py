@@ -17,7 +17,7 @@ import numpy as np
 from softmark.grammar.diagnostic import visible
 from softmark.interpreter.models.external.adapters import executables
 from softmark.interpreter.models.external.exporters import febio_exporter as deck
-from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, NotSettled
+from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, ExternalNotConverged
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.external.external_problem import Floats, Problem
@@ -68,7 +68,7 @@ def read(folder: Path) -> Answer:
     reached = [*map(float, _REACHED.findall(log))]
     if BAD in log:
         why = f"an error termination, after time {max(reached, default=0.0):g} of {told.count('<pt>') - 1}"
-        raise NotSettled(f"{why}{': ' if said else ''}{said}")
+        raise ExternalNotConverged(f"{why}{': ' if said else ''}{said}")
     if GOOD not in log:
         raise NoAnswer(f"its log has no normal termination{': ' if said else ''}{said}")
     blocks = dict(_blocks(executables.text(folder / TABLE)))

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.models.external.adapters import package_process
-from softmark.interpreter.models.external.external_problem import Answer, Motion, NoAnswer, NotSettled, Problem
+from softmark.interpreter.models.external.external_problem import Answer, Motion, NoAnswer, ExternalNotConverged, Problem
 
 PACKAGE = package_process.Package(
     "softmark.interpreter.models.external.adapters.newton_vbd", "newton", "newton", "newton"
@@ -71,7 +71,7 @@ def moved(problem: Problem, iterations: int, solver_of: Any, colours: bool) -> A
         if n + 1 in wanted:
             u[wanted[n + 1]] = now.particle_q.numpy() - rest
             if not np.all(np.isfinite(u[wanted[n + 1]])):
-                raise NotSettled(f"it is unstable before {(n + 1) * motion.step:.4g} s")
+                raise ExternalNotConverged(f"it is unstable before {(n + 1) * motion.step:.4g} s")
     done = time.perf_counter()
     u[:, problem.held[:, 0], problem.held[:, 1]] = 0.0  # to the last digit of single precision
     said = f"{iterations} iterations a step, and it does not say what they leave"

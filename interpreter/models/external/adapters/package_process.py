@@ -23,10 +23,10 @@ from softmark.interpreter.models.external.external_problem import (
     Answer,
     Motion,
     NoAnswer,
-    NotSettled,
+    ExternalNotConverged,
     Problem,
     Section,
-    Stuff,
+    ExternalMaterial,
 )
 from softmark.records import dataclass
 
@@ -95,7 +95,7 @@ class Package:
         try:
             said = json.loads((folder / f"{TOLD}.json").read_text())
             if (why := said.get("why")) is not None:
-                raise (NotSettled if said.get("unsettled") else NoAnswer)(str(why))
+                raise (ExternalNotConverged if said.get("unsettled") else NoAnswer)(str(why))
             with np.load(folder / f"{TOLD}.npz", allow_pickle=False) as found:
                 u = np.asarray(found["u"], dtype=np.float64)
                 arrays = [n for n in ("steps_s", "turned") if n in found]
@@ -113,7 +113,7 @@ def problem_in(folder: Path) -> Problem:
     """Return the problem that `Package.write` has written."""
     words = json.loads((folder / f"{ASKED}.json").read_text())
     with np.load(folder / f"{ASKED}.npz", allow_pickle=False) as arrays:
-        stuff = tuple(Stuff(cells=arrays[f"stuff{i}"], **own) for i, own in enumerate(words["stuff"]))
+        stuff = tuple(ExternalMaterial(cells=arrays[f"stuff{i}"], **own) for i, own in enumerate(words["stuff"]))
         known = {name: arrays[name] for name in ARRAYS}
         moving = {name: arrays[name] for name in MOVING if name in arrays}
         section = Section(**{name: arrays[name] for name in SECTION}) if "area" in arrays else None
@@ -139,7 +139,7 @@ def main(solved: Callable[[Problem], Answer]) -> int:
     try:
         answer = solved(problem)
     except NoAnswer as why:
-        (folder / f"{TOLD}.json").write_text(json.dumps({"why": str(why), "unsettled": isinstance(why, NotSettled)}))
+        (folder / f"{TOLD}.json").write_text(json.dumps({"why": str(why), "unsettled": isinstance(why, ExternalNotConverged)}))
         return 0
     begin = time.perf_counter()
     more: dict[str, Any] = {"steps_s": answer.steps_s, "turned": answer.turned}

@@ -19,7 +19,7 @@ import numpy as np
 from softmark.grammar.diagnostic import visible
 from softmark.interpreter.models.external.adapters import executables
 from softmark.interpreter.models.external.exporters import polyfem_exporter as deck
-from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, NotSettled
+from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, ExternalNotConverged
 from softmark.interpreter.models.external.external_process import LOG
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def read(folder: Path) -> Answer:
     settled = "[error]" not in solved[-1] if solved else None
     if not (folder / deck.ANSWER).exists():
         if settled is False or any(word in said for word in ("iteration limit", "find minimizer")):
-            raise NotSettled(said)
+            raise ExternalNotConverged(said)
         raise NoAnswer(f"it left no {deck.ANSWER}{': ' if said else ''}{said}")
     told, found = executables.results(folder / deck.ANSWER, FIELD)
     u = _matched(told.points, found, executables.kept(folder))

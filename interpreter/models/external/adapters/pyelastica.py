@@ -17,7 +17,7 @@ import numpy as np
 
 from softmark.interpreter.models.external.adapters import package_process
 from softmark.interpreter.models.external.adapters.rod_adapters import halfway, must_be_worked_for
-from softmark.interpreter.models.external.external_problem import Answer, Floats, NoAnswer, NotSettled, Problem
+from softmark.interpreter.models.external.external_problem import Answer, Floats, NoAnswer, ExternalNotConverged, Problem
 
 PACKAGE = package_process.Package(
     "softmark.interpreter.models.external.adapters.pyelastica", "elastica", "pyelastica", "pyelastica"
@@ -48,7 +48,7 @@ def solved(problem: Problem) -> Answer:
             now = stepper.step(simulator, now, dt)
         steps[n] = time.perf_counter() - before
         if not (np.all(np.isfinite(rod.position_collection)) and np.all(np.isfinite(rod.director_collection))):
-            raise NotSettled(f"it is unstable after {(n + 1) * motion.step:.4g} s, with steps of {motion.step:g} s")
+            raise ExternalNotConverged(f"it is unstable after {(n + 1) * motion.step:.4g} s, with steps of {motion.step:g} s")
         if n + 1 in wanted:
             u[wanted[n + 1]] = rod.position_collection.T - problem.points
             turned[wanted[n + 1]] = sections(rod.director_collection)

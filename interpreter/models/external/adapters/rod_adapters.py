@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softmark.interpreter.models.external.external_problem import Floats, NotSettled
+from softmark.interpreter.models.external.external_problem import Floats, ExternalNotConverged
 
 MADE = 0.05  # of the largest work of the loads: energy beyond that work
 
@@ -20,9 +20,9 @@ def must_be_worked_for(energies: Floats, work: Floats, step: float) -> None:
     made = float((energies - work).max())
     if not made <= MADE * most:
         if most == 0.0:
-            raise NotSettled(f"it is unstable with steps of {step:g} s: nothing works, and the rod moves")
+            raise ExternalNotConverged(f"it is unstable with steps of {step:g} s: nothing works, and the rod moves")
         found = f"{made / most:.3g} times the work of its loads"
-        raise NotSettled(f"it is unstable: with steps of {step:g} s energy comes from nowhere, {found}")
+        raise ExternalNotConverged(f"it is unstable: with steps of {step:g} s energy comes from nowhere, {found}")
 
 
 def halfway(own: Floats) -> Floats:

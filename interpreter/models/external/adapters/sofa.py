@@ -18,7 +18,7 @@ import numpy as np
 from softmark.grammar.diagnostic import visible
 from softmark.interpreter.models.external.adapters import executables
 from softmark.interpreter.models.external.exporters import sofa_exporter as deck
-from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, NotSettled
+from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, ExternalNotConverged
 from softmark.interpreter.models.external.external_process import LOG
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def read(folder: Path) -> Answer:
     log, files = executables.text(folder / LOG), sorted(folder.glob(f"{deck.ANSWER}*.vtu"))
     if LOST in log:
         why = log.partition(LOST)[2].partition("\n")[0].strip()[: executables.WIDE]
-        raise NotSettled(visible(why) or "it diverged")
+        raise ExternalNotConverged(visible(why) or "it diverged")
     if not files:
         raise NoAnswer(f"it left no {deck.ANSWER}*.vtu")
     told, u = executables.results(files[-1], deck.FIELD)

@@ -19,7 +19,7 @@ from softmark.grammar.diagnostic import visible
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.external.exporters.named_parts import Named
-    from softmark.interpreter.models.external.external_problem import Floats, Ints, Problem, Stuff
+    from softmark.interpreter.models.external.external_problem import Floats, Ints, Problem, ExternalMaterial
 
 FILE = "model.feb"
 MM, UN = 1e3, 1e6  # its units in a metre and in a newton
@@ -83,7 +83,7 @@ def _control(problem: Problem) -> Iterator[str]:
     yield from ("</solver>", "</Control>")
 
 
-def _material(number: int, stuff: Stuff) -> str:
+def _material(number: int, stuff: ExternalMaterial) -> str:
     constants = f"<E>{stuff.constants['young']!r}</E><v>{stuff.constants['poisson']!r}</v>"
     density = f"<density>{1e-6 * (stuff.density or 0.0)!r}</density>"  # g/mm^3
     return f'<material id="{number}" name="M{number}" type="{LAWS[stuff.law]}">{density}{constants}</material>'

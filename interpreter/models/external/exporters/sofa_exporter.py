@@ -18,7 +18,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.external.exporters.named_parts import Named
-    from softmark.interpreter.models.external.external_problem import Problem, Stuff
+    from softmark.interpreter.models.external.external_problem import Problem, ExternalMaterial
 
 FILE = "model.scn"
 ANSWER, FIELD = "answer", "u"  # its files, answer*.vtu, and the displacements there
@@ -85,7 +85,7 @@ def deck(problem: Problem) -> Iterator[str]:
     yield from ("</Node>", "</Node>")
 
 
-def _law(stuff: Stuff, strain: str) -> str:
+def _law(stuff: ExternalMaterial, strain: str) -> str:
     E, nu = stuff.constants["young"], stuff.constants["poisson"]
     if strain == "small":
         return _tag("TetrahedronFEMForceField", name="law", method="small", youngModulus=E, poissonRatio=nu)

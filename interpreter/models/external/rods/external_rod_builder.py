@@ -12,7 +12,7 @@ from softmark.interpreter.models.beam import beam_builder as beam
 from softmark.interpreter.models.beam.tapered_sections import inertia
 from softmark.interpreter.models.external.external_builder import PreparedMoving
 from softmark.interpreter.models.external.external_dynamics import motion_of
-from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, Problem, Section, Stuff
+from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, Problem, Section, ExternalMaterial
 from softmark.interpreter.models.external.rods.external_rod_declaration import OutsideRod
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared
 from softmark.interpreter.models.shared.unavailable_model import UnavailableModel
@@ -41,7 +41,7 @@ class PreparedRod(PreparedMoving):
         fixed = np.asarray(rod.problem.fixed, dtype=np.int64)
         material = case.material
         young = 2.0 * material.shear_modulus * (1.0 + material.poisson)
-        law = Stuff("linear_elastic", {"young": young, "poisson": material.poisson}, material.density,
+        law = ExternalMaterial("linear_elastic", {"young": young, "poisson": material.poisson}, material.density,
                     np.arange(len(rod.points) - 1, dtype=np.int64))  # fmt: skip
         section, first = case.prism.section, rod.rest.reshape(-1, 7)[:1, 3:]
         stiffness, turned = cast(Any, rod.elastic.stiffness).diagonal, np.array(inertia(section))

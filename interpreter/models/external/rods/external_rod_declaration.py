@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.interpreter.models.beam.beam_declaration import Beam6Dof
 from softmark.interpreter.models.external.adapters import RODS, Program
-from softmark.interpreter.models.external.external_program import Asked
+from softmark.interpreter.models.external.external_program import ExternalModel
 from softmark.interpreter.models.external.problem_transfer import Reason, of_body, of_motion
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.axial_selection import selects_whole_sections
@@ -32,7 +32,7 @@ MOST_DAMPED = 0.1
 
 
 @dataclass(frozen=True)
-class OutsideRod(Asked):
+class OutsideRod(ExternalModel):
     """Rod that another program integrates in time; its nodes, sections, masses and forces are ours.
 
     They are those of `beam6dof(...)` with as many segments: stretch, shear, twist and bending stiffness, mass and
