@@ -223,7 +223,7 @@ class PreparedOutside:
 
 
 @dataclass(frozen=True)
-class PreparedMoving(PreparedOutside):
+class PreparedExternalDynamics(PreparedOutside):
     """Dynamic analysis by a program; `solid` is our static model with its mesh and loads."""
 
     motion: Motion
@@ -297,8 +297,8 @@ def prepare(model: Outside, declared: Declared, case: Case, workshop: BuildConte
     return cast(Prepared, PreparedOutside(model, declared, case, solid))
 
 
-def moving(model: Outside, declared: Declared, case: Case, workshop: BuildContext) -> PreparedMoving:
+def moving(model: Outside, declared: Declared, case: Case, workshop: BuildContext) -> PreparedExternalDynamics:
     """Build the dynamic analysis by a program. Raises Fault."""
     solid, parts = fem.build_static(model.solid, replace(declared, thing=model.solid), case, workshop)
     masses = fem.mass_of(model.solid, case, solid.mesh, parts)[::3]
-    return PreparedMoving(model, declared, case, solid, motion_of(model, cast(Dynamic, case.analysis), masses))
+    return PreparedExternalDynamics(model, declared, case, solid, motion_of(model, cast(Dynamic, case.analysis), masses))

@@ -10,7 +10,7 @@ import numpy as np
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.beam import beam_builder as beam
 from softmark.interpreter.models.beam.tapered_sections import inertia
-from softmark.interpreter.models.external.external_builder import PreparedMoving
+from softmark.interpreter.models.external.external_builder import PreparedExternalDynamics
 from softmark.interpreter.models.external.external_dynamics import motion_of
 from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, Problem, Section, ExternalMaterial
 from softmark.interpreter.models.external.rods.external_rod_declaration import OutsideRod
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class PreparedRod(PreparedMoving):
+class PreparedRod(PreparedExternalDynamics):
     """Dynamic analysis of a rod by a program; `solid` is our static rod with its nodes, sections and loads."""
 
     @property
