@@ -117,9 +117,7 @@ def solve_finer_space(
         above = build_finer_space(solved.mesh, None if model.mesh is not None else case.shape)
         thing = _without_locking(model, representative_materials(case, solved.mesh), above.mesh.kind)
         budget.check()
-        static, _ = build_static(
-            thing, replace(declared, thing=thing), case, BuildContext(scene=scene), above.mesh
-        )
+        static, _ = build_static(thing, replace(declared, thing=thing), case, BuildContext(scene=scene), above.mesh)
         problem = static.problem
         x = static.unknowns.begun(above.displaced(solved.displacement).ravel())
         assert x is not None

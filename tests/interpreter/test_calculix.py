@@ -15,7 +15,12 @@ import pytest
 import softmark
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.models.external.adapters import calculix
-from softmark.interpreter.models.external.external_problem import NoAnswer, ExternalNotConverged, Problem, ExternalMaterial
+from softmark.interpreter.models.external.external_problem import (
+    ExternalMaterial,
+    ExternalNotConverged,
+    NoAnswer,
+    Problem,
+)
 from softmark.interpreter.models.external.problem_transfer import problem_of
 from softmark.interpreter.models.model_preparation import Measurements, prepared_model
 from softmark.interpreter.models.shared.prepared_model import BuildContext
@@ -128,7 +133,9 @@ def test_laws_have_their_constants(law: str, constants: dict[str, float], cards:
 
 def test_what_it_does_not_have_is_refused() -> None:
     def refused(law: str = "yeoh", poisson: float = 0.3, element: str = "tet4", volumetric: str = "squared") -> str:
-        stuff = ExternalMaterial(law, {"young": 1e4, "poisson": poisson}, None, np.array([0]), {"volumetric": volumetric})
+        stuff = ExternalMaterial(
+            law, {"young": 1e4, "poisson": poisson}, None, np.array([0]), {"volumetric": volumetric}
+        )
         found = calculix.refuses(replace(TET, strain="finite", element=element, stuff=(stuff,)))
         return "; ".join(f"{what}: {why}" for what, why in found)
 

@@ -18,7 +18,7 @@ from softmark.interpreter.models.external.exporters import (
     sofa_exporter,
 )
 from softmark.interpreter.models.external.exporters.named_parts import Named
-from softmark.interpreter.models.external.external_problem import Motion, Problem, ExternalMaterial
+from softmark.interpreter.models.external.external_problem import ExternalMaterial, Motion, Problem
 
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 TET = Problem(

@@ -185,7 +185,7 @@ def test_what_a_program_writes_over_is_no_answer(solved: Solved, tmp_path: Path)
     adapter("sofa").write(prepared(solved[0], "sofa").asked(), tmp_path)
     (tmp_path / executables.NODES).write_bytes(b"none")
     with pytest.raises(NoAnswer, match="written over"):
-        executables.kept(tmp_path)
+        executables.read_nodes(tmp_path)
 
 
 @pytest.mark.parametrize("program", ANSWERING)

@@ -11,7 +11,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.models.external.adapters import newton_vbd, newton_xpbd, ngsolve
-from softmark.interpreter.models.external.external_problem import Motion, Problem, ExternalMaterial
+from softmark.interpreter.models.external.external_problem import ExternalMaterial, Motion, Problem
 from softmark.interpreter.pipeline import run_pipeline
 
 # a bar that falls by a fifth of its length in a tenth of a second: cells of 15 mm, which rotate by up to 20 degrees

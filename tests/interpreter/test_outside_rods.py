@@ -10,7 +10,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.models.external.adapters import package_process, pyelastica
-from softmark.interpreter.models.external.external_problem import Motion, Problem, Section, ExternalMaterial
+from softmark.interpreter.models.external.external_problem import ExternalMaterial, Motion, Problem, Section
 from softmark.interpreter.pipeline import run_pipeline
 
 # a rod that swings through a third of a period of its first mode

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.models.external.problem_transfer import NotTransferable, reasons, problem_of
+from softmark.interpreter.models.external.problem_transfer import NotTransferable, problem_of, reasons
 from softmark.interpreter.models.model_preparation import prepared_model
 from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.problem.body_case import case_for

@@ -12,7 +12,7 @@ import numpy as np
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.beam import beam_supports
-from softmark.interpreter.models.beam.beam_declaration import Beam6Dof, section_station, axis_station
+from softmark.interpreter.models.beam.beam_declaration import Beam6Dof, axis_station, section_station
 from softmark.interpreter.models.beam.beam_nodal_forces import forces_in_space, nodal_forces_of_beam
 from softmark.interpreter.models.beam.load_lumping import of_force, of_line
 from softmark.interpreter.models.beam.tapered_sections import at_nodes, inertia, of_section, stiffnesses

@@ -305,7 +305,11 @@ def _turns_free(case: Case, support: Declared) -> bool:
 def _place(action: Any, case: Case) -> str:
     """Return the field that gives the place of a load; for a tendon, the end that lies beyond the beam."""
     if isinstance(action, TendonLoad):
-        return "to" if section_station(case, action.end) is None and section_station(case, action.begin) is not None else "from"
+        return (
+            "to"
+            if section_station(case, action.end) is None and section_station(case, action.begin) is not None
+            else "from"
+        )
     return {PointLoad: "at", LineForce: "from"}.get(type(action), "where")
 
 
@@ -320,7 +324,9 @@ def _unfit(load: Declared, case: Case) -> str:
         case BodyForce():
             return ""
         case PointLoad(at=at):
-            return "" if axis_station(case, at) is not None or section_station(case, at) is not None else "not in the beam"
+            return (
+                "" if axis_station(case, at) is not None or section_station(case, at) is not None else "not in the beam"
+            )
         case LineForce(begin=begin, end=end):
             if begin == end:
                 return "a line without a length"

@@ -10,9 +10,9 @@ import numpy as np
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.shared.solid_dynamics import (
     PreparedMotion,
+    check_amplitudes,
     course_of,
     integrator_of,
-    check_amplitudes,
     support_course,
     velocity,
 )

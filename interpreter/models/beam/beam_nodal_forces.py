@@ -37,7 +37,9 @@ def nodal_forces_of_rods(
     return NodalForces(X, now - X, now, left, own, energy, work, frames, written=written)
 
 
-def forces_in_space(loads: Sequence[tuple[Declared, Energy]], x: Floats, frames: Floats) -> list[tuple[Declared, Floats]]:
+def forces_in_space(
+    loads: Sequence[tuple[Declared, Energy]], x: Floats, frames: Floats
+) -> list[tuple[Declared, Floats]]:
     """Return forces and moments in space (n, 6), N and N m, of every load separately, at nodes with these `frames`."""
     found = ((load, _acting(energy, x, len(frames))) for load, energy in loads)
     return [(load, np.hstack([f[:, :3], np.einsum("nij,nj->ni", frames, f[:, 3:])])) for load, f in found]

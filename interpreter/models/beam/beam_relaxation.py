@@ -106,7 +106,9 @@ class ViscoelasticBeam(Meshless):
             """Return the displacement field of a state."""
             return lambda X: displacement_at(x, rest, X, along)
 
-        solution = static_result.solution_of(found, BeamHistory(moved(state.x), state.times, tuple(map(moved, state.states))))
+        solution = static_result.solution_of(
+            found, BeamHistory(moved(state.x), state.times, tuple(map(moved, state.states)))
+        )
         energies = {"work_J": state.work, "stored_J": state.stored, "dissipated_J": state.dissipated,
                     "time_s": state.time, "steps_in_time": len(state.times)}  # fmt: skip
         facts = solution.facts | {"energies_in_time": energies}

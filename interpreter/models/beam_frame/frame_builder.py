@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.models.beam.beam_nodal_forces import nodal_forces_of_rods, forces_in_space
+from softmark.interpreter.models.beam.beam_nodal_forces import forces_in_space, nodal_forces_of_rods
 from softmark.interpreter.models.beam.load_lumping import of_force, of_line
 from softmark.interpreter.models.beam.tapered_sections import at_nodes, stiffnesses
 from softmark.interpreter.models.beam_frame import frame_selection
@@ -65,7 +65,9 @@ class PreparedNetwork(Meshless):
     def solve(self, watch: Watch) -> Solution:
         """Find the static equilibrium from rest."""
         problem = replace(self.problem, watch=watch)
-        return static_result.solve_static(lambda: equilibrium(problem), "try more segments or a smaller load", self._finish)
+        return static_result.solve_static(
+            lambda: equilibrium(problem), "try more segments or a smaller load", self._finish
+        )
 
     def _finish(self, found: Equilibrium) -> Solution:
         """Return the solution of an equilibrium."""

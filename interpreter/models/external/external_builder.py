@@ -16,8 +16,14 @@ from softmark.interpreter.models.external import external_process
 from softmark.interpreter.models.external.adapters import adapter
 from softmark.interpreter.models.external.exporters.named_parts import named_of
 from softmark.interpreter.models.external.external_declaration import Outside
-from softmark.interpreter.models.external.external_dynamics import motion_of, dynamic_solution, times_of
-from softmark.interpreter.models.external.external_problem import Answer, Motion, NoAnswer, ExternalNotConverged, Problem
+from softmark.interpreter.models.external.external_dynamics import dynamic_solution, motion_of, times_of
+from softmark.interpreter.models.external.external_problem import (
+    Answer,
+    ExternalNotConverged,
+    Motion,
+    NoAnswer,
+    Problem,
+)
 from softmark.interpreter.models.external.external_process import End
 from softmark.interpreter.models.external.external_program import GB, ExternalModel
 from softmark.interpreter.models.external.problem_transfer import NotTransferable, problem_of
@@ -254,8 +260,7 @@ class PreparedExternalDynamics(PreparedOutside):
         return dynamic_solution(self.motion, answer, self.seen(answer, u), known)
 
     def seen(self, answer: Answer, u: Floats) -> dict[str, Any]:
-        """Return displacements over time (`course`), at the end, and the mesh, from nodal displacements u (t, n, 3), m.
-        """
+        """Return displacements over time (`course`), at the end, and the mesh, from nodal displacements u (t, n, 3), m."""
         return fields_of_motion(self.mesh, times_of(self.motion), u)
 
 
@@ -301,4 +306,6 @@ def moving(model: Outside, declared: Declared, case: Case, workshop: BuildContex
     """Build the dynamic analysis by a program. Raises Fault."""
     solid, parts = fem.build_static(model.solid, replace(declared, thing=model.solid), case, workshop)
     masses = fem.mass_of(model.solid, case, solid.mesh, parts)[::3]
-    return PreparedExternalDynamics(model, declared, case, solid, motion_of(model, cast(Dynamic, case.analysis), masses))
+    return PreparedExternalDynamics(
+        model, declared, case, solid, motion_of(model, cast(Dynamic, case.analysis), masses)
+    )

@@ -17,7 +17,7 @@ from softmark.interpreter.vocabulary.load_words import MomentLoad, PressureLoad,
 from softmark.solvers.materials import WORDS
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.external.external_problem import Motion, Problem, ExternalMaterial
+    from softmark.interpreter.models.external.external_problem import ExternalMaterial, Motion, Problem
     from softmark.interpreter.models.fem.fem_builder import PreparedSolid
     from softmark.interpreter.models.shared.material_regions import MaterialRegion
     from softmark.interpreter.problem.body_case import Case
@@ -182,7 +182,9 @@ def _stuff(own: MaterialRegion, strain: str, count: int) -> ExternalMaterial:
     material = own.case.material
     if strain != "finite":
         young = 2.0 * material.shear_modulus * (1.0 + material.poisson)
-        return ExternalMaterial("linear_elastic", {"young": young, "poisson": material.poisson}, material.density, cells)
+        return ExternalMaterial(
+            "linear_elastic", {"young": young, "poisson": material.poisson}, material.density, cells
+        )
     constants, choices = dict[str, float](), dict[str, str]()
     for name in (f.name for f in fields(material)):
         value = getattr(material, name)

@@ -130,7 +130,9 @@ class EnergyFactory(Protocol):
     def __call__(self, model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]: ...
 
 
-def energies_of_regions(model: Fem, pieces: Sequence[MaterialRegion], make: EnergyFactory) -> tuple[list[Energy], list[Energy] | None]:
+def energies_of_regions(
+    model: Fem, pieces: Sequence[MaterialRegion], make: EnergyFactory
+) -> tuple[list[Energy], list[Energy] | None]:
     """Return one energy for the cells of each material, and their corotational twins, if any.
 
     Mixed energies have separate pressures, numbered one after another, so that pressure is discontinuous between
@@ -294,7 +296,9 @@ class Unknowns:
         return u if u is None or not self.pressures else np.concatenate([u, np.zeros(self.pressures)])
 
 
-def must_determine_pressure(declared: Declared, case: Case, pieces: Sequence[MaterialRegion], assembly: Assembly) -> None:
+def must_determine_pressure(
+    declared: Declared, case: Case, pieces: Sequence[MaterialRegion], assembly: Assembly
+) -> None:
     """Raise Fault if supports leave a uniform pressure in an incompressible body undetermined.
 
     This happens if supports hold the whole surface: a prescribed volume change is impossible, and without one the

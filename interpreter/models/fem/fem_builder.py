@@ -183,7 +183,11 @@ class PreparedSolid(MeshBasedModel):
         beside = interaction_setup.contacts_at_equilibrium(self, found)
         kept, adrift = interaction_setup.describe_free_motions(self, beside, x)
         pressures = self.unknowns.pressed(self.solid, self.pieces, found.x)
-        doubts = (*static_result.doubts(self.declared, found), *self_intersections.intersection_warnings(self.declared, facts), *kept)
+        doubts = (
+            *static_result.doubts(self.declared, found),
+            *self_intersections.intersection_warnings(self.declared, facts),
+            *kept,
+        )
         soft = softness_note(self.declared, self.pieces, u, pressures)
         notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *soft, *doubts)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
@@ -200,7 +204,9 @@ class PreparedSolid(MeshBasedModel):
         elif "rigid" in facts:
             modes = vibrations.without_frequencies("a rigid body that loads press would move with it")
         elif self.model.strain == "small" and (self.applied or np.any(self.problem.target)):
-            modes = vibrations.without_frequencies("loads do not change the tangent of small strain: leave them out, or use another")
+            modes = vibrations.without_frequencies(
+                "loads do not change the tangent of small strain: leave them out, or use another"
+            )
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
         return replace(seen, carried=cache(lambda: self._carried(found.x, x, beside, met["rubbed"])))
 
@@ -376,7 +382,9 @@ def muscles(each: Sequence[MaterialRegion]) -> tuple[Sequence[MaterialRegion], l
     return passive, tensions
 
 
-def apply_options(static: PreparedSolid, workshop: BuildContext, disturbance: Disturbance | None = None) -> PreparedSolid:
+def apply_options(
+    static: PreparedSolid, workshop: BuildContext, disturbance: Disturbance | None = None
+) -> PreparedSolid:
     """Apply the options that trade accuracy for speed: precision, caps, linear solver, start. Raises Fault."""
     model, problem = static.model, static.problem
     reuse, modes = model.factorisation == "reused", problem.assembly.modes

@@ -106,11 +106,15 @@ class Fem(HasMaterial, Model):
     size: Annotated[float | None, "m in (0, inf)", "edge length that the mesh aims at"] = None
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
     mesh: Annotated[Any | None, "shape", "a mesh from a file in place of one made of the body's shape"] = None
-    integration: Annotated[Literal["full", "selective"], "quadrature of hexahedra: full, or selective for the volumetric part"] = "full"
+    integration: Annotated[
+        Literal["full", "selective"], "quadrature of hexahedra: full, or selective for the volumetric part"
+    ] = "full"
     formulation: Annotated[
         Literal["displacement", "mixed", "mean_dilatation"], "treatment of near-incompressibility: see above"
     ] = "displacement"
-    rotation: Annotated[Literal["point", "element"], "one rotation per integration point or per element, in corotational strain"] = "point"
+    rotation: Annotated[
+        Literal["point", "element"], "one rotation per integration point or per element, in corotational strain"
+    ] = "point"
     mass: Annotated[Literal["consistent", "lumped", "uniform"], "how nodes share the mass"] = "consistent"
     cap: Annotated[
         int | None,
@@ -128,7 +132,9 @@ class Fem(HasMaterial, Model):
         "1 in [1, 100000]",
         "iterations of conjugate gradients in a Newton step; none: until it is solved",
     ] = None
-    factorisation: Annotated[Literal["fresh", "reused"], "whether a factor is used for one Newton step or several"] = "fresh"
+    factorisation: Annotated[Literal["fresh", "reused"], "whether a factor is used for one Newton step or several"] = (
+        "fresh"
+    )
     start: Annotated[str | None, "model", "model whose solution is the initial guess; default: rest"] = None
     quality: Annotated[
         float | None,

@@ -230,7 +230,9 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     assembly = Assembly(old.dofs, problem.fixed, memories.energies, static.unknowns.loads(loads), old.points)
     static = replace(static, problem=replace(problem, assembly=assembly, twin=None))
     owners = owners_of(whole, static.mesh, workshop, problem.fixed)
-    return PreparedViscoelastic(static, case, memories, AmplitudeSchedule.of(whole, static.driven, owners, problem.target))
+    return PreparedViscoelastic(
+        static, case, memories, AmplitudeSchedule.of(whole, static.driven, owners, problem.target)
+    )
 
 
 def owners_of(case: Case, mesh: Mesh, workshop: BuildContext, fixed: Ints) -> list[Declared]:

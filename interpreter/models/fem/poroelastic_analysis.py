@@ -111,7 +111,9 @@ class PreparedPoroelastic(PreparedViscoelastic):
         """Return the nodal forces in a state, with the fluid."""
         found = PreparedViscoelastic._carried(self, state, u, stored, lost)
         pores = find_pore_fluid(state.memories)
-        return replace(found, fluid=Fluid(self.mesh, nodal_pressures(self.mesh, pores.energy, state.x), self._outflows(pores)))
+        return replace(
+            found, fluid=Fluid(self.mesh, nodal_pressures(self.mesh, pores.energy, state.x), self._outflows(pores))
+        )
 
 
 def nodal_pressures(mesh: Mesh, energy: PoroelasticSolid, x: Floats) -> Floats:

@@ -312,7 +312,9 @@ def _misfit(found: Matched, body: Floats) -> tuple[float, float]:
     return far, max(0.0, beyond)
 
 
-def _outside_error(model: Results, declared: Declared, case: Case, found: Matched, body: Floats, most: float) -> Diagnostic:
+def _outside_error(
+    model: Results, declared: Declared, case: Case, found: Matched, body: Floats, most: float
+) -> Diagnostic:
     """Return the error for a body outside the file's points, with a unit that would fit if there is one."""
     spans = (" x ".join(units.format_value(float(s), units.LENGTH) for s in np.ptp(X, axis=0)) for X in (found.X, body))
     ratio = _diagonal(body) / found.extent if found.extent else 0.0

@@ -48,7 +48,7 @@ class ImposedState:
     stretches: tuple[float | None, float | None, float | None]
     stresses: Vector3
     shear: tuple[int, int, float] | None
-    imposed_state: tuple[int, ...]
+    driven: tuple[int, ...]
     anchors: Vector3
     shifts: Vector3
     let_go: tuple[tuple[str, int], ...] = ()

@@ -108,7 +108,9 @@ def touch_of(case: Case, contact: RigidContact, X: Floats, x: Floats, u: Floats)
     return touch_from(X, contact, own, float(gaps.min()), left)
 
 
-def pressure_distribution(case: Case, contact: RigidContact, X: Floats, x: Floats, f: Floats, g: Floats) -> ContactPressure:
+def pressure_distribution(
+    case: Case, contact: RigidContact, X: Floats, x: Floats, f: Floats, g: Floats
+) -> ContactPressure:
     """Return the pressure distribution of forces f (n,), N, with gaps g (n,), m, on undeformed nodes X (n, 3), m.
 
     Moments are taken with nodes at x (n, 3).

@@ -82,7 +82,7 @@ class NodalForces:
     frames: Floats | None = None
     turns_freely: bool = True
     axial: bool = False
-    supported_nodes: tuple[SupportedNodes, ...] = ()  # of a model that has its own: what supports hold
+    holders: tuple[SupportedNodes, ...] = ()  # of a model that has its own: what supports hold
     dissipated: float = 0.0  # J, by what remembers
     written: Floats | None = None
     beds: Mapping[str, Floats] = field(default_factory=dict)  # what each bed, or contact, does to the body (n, 6)
@@ -148,7 +148,9 @@ def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Seq
     pulling = (
         sum((_plain(force_at_nodes(e, moved.ravel())) for e in muscles), np.zeros((len(x), 6))) if muscles else None
     )
-    return NodalForces(mesh.points, moved, x, _plain(left), own, energy, work, None, turns_freely, axial, pulling=pulling)
+    return NodalForces(
+        mesh.points, moved, x, _plain(left), own, energy, work, None, turns_freely, axial, pulling=pulling
+    )
 
 
 def add_foundation_forces(carried: NodalForces, beds: Mapping[str, Energy]) -> NodalForces:
@@ -203,7 +205,10 @@ def supported_nodes(case: Case, mesh: Mesh | None, thing: Any) -> list[Supported
 
     stations = np.array(thing.stations(case))
     found = held_by(case, stations.tolist())
-    return [SupportedNodes(name, mask, _along(stations, np.asarray(mask[:, :3].any(axis=1)))) for name, mask in found.items()]
+    return [
+        SupportedNodes(name, mask, _along(stations, np.asarray(mask[:, :3].any(axis=1))))
+        for name, mask in found.items()
+    ]
 
 
 def _along(stations: Floats, nodes: Bools) -> Floats:

@@ -25,7 +25,9 @@ def without_frequencies(reason: str) -> Callable[[int], Floats]:
     return refused
 
 
-def frequencies_about(assembly: Assembly, x: Floats, mass: Callable[[], Any], linear: Linear) -> Callable[[int], Floats]:
+def frequencies_about(
+    assembly: Assembly, x: Floats, mass: Callable[[], Any], linear: Linear
+) -> Callable[[int], Floats]:
     """Return a function of `count` that returns the lowest frequencies (count,), Hz, in the state x at full load.
 
     `mass` returns the mass matrix or its diagonal for the first degrees of freedom; the others have none. It raises

@@ -114,12 +114,12 @@ class Pod(Reduced):
     """
 
     of: Annotated[str, "model", "the finite element model that is reduced"]
-    training: Annotated[Any | None, "values", "fractions of all loads that are solved, such as `[0.25, 0.5, 0.75, 1]`"] = (
+    training: Annotated[
+        Any | None, "values", "fractions of all loads that are solved, such as `[0.25, 0.5, 0.75, 1]`"
+    ] = None
+    over: Annotated[str | None, "study", "sweep whose values are all used in training; default: the scene itself"] = (
         None
     )
-    over: Annotated[
-        str | None, "study", "sweep whose values are all used in training; default: the scene itself"
-    ] = None
     modes: Annotated[int | None, "1 in [1, 2000]", "number of fields; default: as many as `tolerance` needs"] = None
     tolerance: Annotated[float, "1 in (0, 1)", "relative part of the training states that may be left out"] = 1e-4
     norm: Annotated[Literal["mass", "energy"], "what lengths of fields are measured by"] = "mass"

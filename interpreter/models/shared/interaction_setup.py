@@ -228,7 +228,9 @@ def friction_histories(contacts: Mapping[str, Energy], u: Floats, before: Past) 
     return histories_after(contacts, u, before)
 
 
-def add_contact_forces(found: NodalForces, contacts: Mapping[str, RigidContact], solid: Any, rubbed: Past) -> NodalForces:
+def add_contact_forces(
+    found: NodalForces, contacts: Mapping[str, RigidContact], solid: Any, rubbed: Past
+) -> NodalForces:
     """Add contact forces of rigid bodies, self-contact and friction to the nodal forces of a solid."""
     case, u = solid.pieces[0].case, found.u.ravel()
     if contacts:

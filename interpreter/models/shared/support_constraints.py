@@ -28,7 +28,9 @@ SAME = 1e-12  # relative difference of imposed values that rounding may make
 
 def selected(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
     """Return which nodes of a mesh (n,) a support holds; with `case.wide`, all of cut cells. Raises Fault if none."""
-    from softmark.interpreter.models.shared.support_selection import select_support  # beams, which know no meshes, come here too
+    from softmark.interpreter.models.shared.support_selection import (
+        select_support,
+    )  # beams, which know no meshes, come here too
 
     own = select_support(owner.thing.where, mesh)
     if not own.nodes.any():

@@ -15,7 +15,13 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.beam.rigid_motions import point_rows
-from softmark.interpreter.models.shared.support_constraints import Constraints, held_of, left_free, join_motions, unsupported_fault
+from softmark.interpreter.models.shared.support_constraints import (
+    Constraints,
+    held_of,
+    join_motions,
+    left_free,
+    unsupported_fault,
+)
 from softmark.interpreter.problem.body_case import Case
 from softmark.records import dataclass
 from softmark.solvers.contact.tie_constraint import TieConstraint
@@ -120,7 +126,9 @@ def find_unsupported_body(
     each = np.repeat(parts.w.sum(axis=1) / mesh.cells.shape[1], mesh.cells.shape[1])
     volumes = np.bincount(mesh.cells.ravel(), each, len(mesh.points)).astype(np.float64) * free.any(axis=0)
     spring = WEAKEST * case.largest_young * mesh.extent
-    return UnsupportedBody(held, StabilizationSpring(volumes / volumes.sum(), spring, np.zeros(dofs)), free, len(every) == 1)
+    return UnsupportedBody(
+        held, StabilizationSpring(volumes / volumes.sum(), spring, np.zeros(dofs)), free, len(every) == 1
+    )
 
 
 def _pieces(mesh: Mesh, beds: Mapping[str, Any]) -> Bools:

@@ -22,14 +22,14 @@ from softmark.interpreter.language.scene_states import in_state, states_of
 from softmark.interpreter.models.external.exporters import FORMATS, form
 from softmark.interpreter.models.external.exporters.named_parts import Named, named_of
 from softmark.interpreter.models.external.external_declaration import Outside
-from softmark.interpreter.models.external.external_problem import Problem, ExternalMaterial
+from softmark.interpreter.models.external.external_problem import ExternalMaterial, Problem
 from softmark.interpreter.models.external.problem_transfer import (
-    Reason,
     NotTransferable,
+    Reason,
+    problem_of,
     reasons,
     reasons_of_loads,
     reasons_of_mesh,
-    problem_of,
 )
 from softmark.interpreter.models.model_preparation import Measurements, prepared_model
 from softmark.interpreter.models.shared.prepared_model import BuildContext

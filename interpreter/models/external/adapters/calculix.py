@@ -18,11 +18,11 @@ import numpy as np
 
 from softmark.grammar.diagnostic import visible
 from softmark.interpreter.models.external.adapters import PROGRAMS, executables
-from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, ExternalNotConverged
+from softmark.interpreter.models.external.external_problem import Answer, ExternalNotConverged, NoAnswer
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.external.exporters.named_parts import Named
-    from softmark.interpreter.models.external.external_problem import Floats, Ints, Problem, ExternalMaterial
+    from softmark.interpreter.models.external.external_problem import ExternalMaterial, Floats, Ints, Problem
 
 title = PROGRAMS["calculix"].title
 program = "ccx"
@@ -55,7 +55,7 @@ _TIME = re.compile(r"Total CalculiX Time:\s*([0-9.eE+-]+)")
 
 def version() -> str | None:
     """Return the version that it prints; None if it is not installed, or prints none."""
-    said = executables.said(program, "-v").split()
+    said = executables.program_output(program, "-v").split()
     return said[-1] if said else None
 
 

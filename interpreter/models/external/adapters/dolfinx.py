@@ -110,8 +110,7 @@ def _first(pythons: tuple[str, ...]) -> Found | None:
 
 
 def probed(python: str) -> Found | None:
-    """Return the DOLFINx of a Python; None if it has none, or is not a Python. Our own is not started.
-    """
+    """Return the DOLFINx of a Python; None if it has none, or is not a Python. Our own is not started."""
     if python == sys.executable:
         number = PACKAGE.version()
         return None if number is None else Found(python, number, tuple(map(str, PACKAGE.places())))

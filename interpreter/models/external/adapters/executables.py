@@ -28,7 +28,7 @@ def places(program: str) -> tuple[Path, ...]:
     return () if found is None else (Path(found).resolve(),)
 
 
-def said(program: str, *options: str) -> str:
+def program_output(program: str, *options: str) -> str:
     """Return the output of a program; empty if it cannot be started, or hangs."""
     try:
         return subprocess.run(
@@ -47,12 +47,12 @@ def text(path: Path) -> str:
         raise NoAnswer(f"it left no {path.name} ({error.strerror})") from error
 
 
-def keep(problem: Problem, folder: Path) -> None:
+def write_nodes(problem: Problem, folder: Path) -> None:
     """Write our nodes next to a deck."""
     np.save(folder / NODES, problem.points)
 
 
-def kept(folder: Path) -> Floats:
+def read_nodes(folder: Path) -> Floats:
     """Return our nodes (n, 3), m. Raises NoAnswer if the program has overwritten them."""
     try:
         found: Floats = np.load(folder / NODES, allow_pickle=False)

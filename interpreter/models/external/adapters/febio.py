@@ -17,7 +17,7 @@ import numpy as np
 from softmark.grammar.diagnostic import visible
 from softmark.interpreter.models.external.adapters import executables
 from softmark.interpreter.models.external.exporters import febio_exporter as deck
-from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, ExternalNotConverged
+from softmark.interpreter.models.external.external_problem import Answer, ExternalNotConverged, NoAnswer
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.external.external_problem import Floats, Problem
@@ -42,7 +42,7 @@ def version() -> str | None:
     """Return the version that it prints; None if it is not installed."""
     if not places():
         return None
-    found = re.search(r"FEBio version\s*=\s*(\S+)", executables.said(program, "-info", "-norun"))
+    found = re.search(r"FEBio version\s*=\s*(\S+)", executables.program_output(program, "-info", "-norun"))
     return visible(found[1]) if found else executables.UNKNOWN
 
 

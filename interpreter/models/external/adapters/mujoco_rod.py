@@ -18,7 +18,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from softmark.interpreter.models.external.adapters.mujoco_steps import stepped
-from softmark.interpreter.models.external.adapters.rod_adapters import halfway, must_be_worked_for
+from softmark.interpreter.models.external.adapters.rod_adapters import must_be_worked_for, nodal_axes
 from softmark.interpreter.models.external.exporters.mujoco_exporter import SMALL, forces, nodes, pushed, row, weighed
 from softmark.interpreter.models.external.external_problem import Answer, Floats, Motion, NoAnswer, Problem, Section
 
@@ -48,7 +48,7 @@ def solved(problem: Problem) -> Answer:
         x = data.flexvert_xpos[first : first + count]
         u[i] = x @ section.axes.T + problem.points[0] - problem.points
         frames = np.array(data.plastic[: 6 * (count - 1 + sum(ends))]).reshape(-1, 2, 3)[first : first + count - 1]
-        turned[i] = section.axes @ halfway(_axes(x, frames, data.qpos[twists]))
+        turned[i] = section.axes @ nodal_axes(_axes(x, frames, data.qpos[twists]))
         turned[i][[0, -1]] = np.where(np.array(ends)[:, None, None], section.axes, turned[i][[0, -1]])
         energies[i] = data.energy[1]  # of motion alone: what is stored besides is no less than nothing
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.models.external.external_problem import Floats, Motion, ExternalNotConverged
+from softmark.interpreter.models.external.external_problem import ExternalNotConverged, Floats, Motion
 
 
 def stepped(model: Any, data: Any, motion: Motion, look: Callable[[int], None]) -> tuple[Floats, int]:
@@ -28,7 +28,9 @@ def stepped(model: Any, data: Any, motion: Motion, look: Callable[[int], None]) 
         steps[n] = time.perf_counter() - before
         unsolved, short.number = unsolved + bool(short.number), 0
         if any(data.warning[w].number for w in bad) or not np.all(np.isfinite(data.qpos)):
-            raise ExternalNotConverged(f"it is unstable after {(n + 1) * motion.step:.4g} s, with steps of {motion.step:g} s")
+            raise ExternalNotConverged(
+                f"it is unstable after {(n + 1) * motion.step:.4g} s, with steps of {motion.step:g} s"
+            )
         if n + 1 in wanted:
             look(wanted[n + 1])
     return steps, unsolved

@@ -16,7 +16,13 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.models.external.adapters import package_process
-from softmark.interpreter.models.external.external_problem import Answer, Motion, NoAnswer, ExternalNotConverged, Problem
+from softmark.interpreter.models.external.external_problem import (
+    Answer,
+    ExternalNotConverged,
+    Motion,
+    NoAnswer,
+    Problem,
+)
 
 PACKAGE = package_process.Package(
     "softmark.interpreter.models.external.adapters.newton_vbd", "newton", "newton", "newton"

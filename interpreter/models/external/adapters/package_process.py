@@ -21,12 +21,12 @@ import numpy as np
 
 from softmark.interpreter.models.external.external_problem import (
     Answer,
+    ExternalMaterial,
+    ExternalNotConverged,
     Motion,
     NoAnswer,
-    ExternalNotConverged,
     Problem,
     Section,
-    ExternalMaterial,
 )
 from softmark.records import dataclass
 
@@ -139,7 +139,9 @@ def main(solved: Callable[[Problem], Answer]) -> int:
     try:
         answer = solved(problem)
     except NoAnswer as why:
-        (folder / f"{TOLD}.json").write_text(json.dumps({"why": str(why), "unsettled": isinstance(why, ExternalNotConverged)}))
+        (folder / f"{TOLD}.json").write_text(
+            json.dumps({"why": str(why), "unsettled": isinstance(why, ExternalNotConverged)})
+        )
         return 0
     begin = time.perf_counter()
     more: dict[str, Any] = {"steps_s": answer.steps_s, "turned": answer.turned}

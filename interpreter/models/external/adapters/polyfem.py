@@ -19,7 +19,7 @@ import numpy as np
 from softmark.grammar.diagnostic import visible
 from softmark.interpreter.models.external.adapters import executables
 from softmark.interpreter.models.external.exporters import polyfem_exporter as deck
-from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, ExternalNotConverged
+from softmark.interpreter.models.external.external_problem import Answer, ExternalNotConverged, NoAnswer
 from softmark.interpreter.models.external.external_process import LOG
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
 def write(problem: Problem, folder: Path) -> None:
     """Write its deck and its mesh."""
     deck.export(problem, _named(problem), folder)
-    executables.keep(problem, folder)
+    executables.write_nodes(problem, folder)
 
 
 def _named(problem: Problem) -> Named:
@@ -86,7 +86,7 @@ def read(folder: Path) -> Answer:
             raise ExternalNotConverged(said)
         raise NoAnswer(f"it left no {deck.ANSWER}{': ' if said else ''}{said}")
     told, found = executables.results(folder / deck.ANSWER, FIELD)
-    u = _matched(told.points, found, executables.kept(folder))
+    u = _matched(told.points, found, executables.read_nodes(folder))
     return Answer(u[None], settled, None, _clocks(folder / deck.STATISTICS), said)
 
 

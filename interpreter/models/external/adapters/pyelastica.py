@@ -16,8 +16,14 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.models.external.adapters import package_process
-from softmark.interpreter.models.external.adapters.rod_adapters import halfway, must_be_worked_for
-from softmark.interpreter.models.external.external_problem import Answer, Floats, NoAnswer, ExternalNotConverged, Problem
+from softmark.interpreter.models.external.adapters.rod_adapters import must_be_worked_for, nodal_axes
+from softmark.interpreter.models.external.external_problem import (
+    Answer,
+    ExternalNotConverged,
+    Floats,
+    NoAnswer,
+    Problem,
+)
 
 PACKAGE = package_process.Package(
     "softmark.interpreter.models.external.adapters.pyelastica", "elastica", "pyelastica", "pyelastica"
@@ -34,9 +40,9 @@ def solved(problem: Problem) -> Answer:
     if motion is None or problem.section is None:
         raise NoAnswer("it knows rods in motion alone")
     stepper, dt = elastica.PositionVerlet(), np.float64(motion.step)
-    simulator, _ = made(problem)
+    simulator, _ = build_simulator(problem)
     stepper.step(simulator, np.float64(0.0), dt)  # which compiles
-    simulator, rod = made(problem)
+    simulator, rod = build_simulator(problem)
     wanted = {int(n): i for i, n in enumerate(motion.after)}
     u = np.zeros((len(wanted), *problem.points.shape))
     turned = np.tile(problem.section.axes, (len(wanted), len(problem.points), 1, 1))
@@ -48,7 +54,9 @@ def solved(problem: Problem) -> Answer:
             now = stepper.step(simulator, now, dt)
         steps[n] = time.perf_counter() - before
         if not (np.all(np.isfinite(rod.position_collection)) and np.all(np.isfinite(rod.director_collection))):
-            raise ExternalNotConverged(f"it is unstable after {(n + 1) * motion.step:.4g} s, with steps of {motion.step:g} s")
+            raise ExternalNotConverged(
+                f"it is unstable after {(n + 1) * motion.step:.4g} s, with steps of {motion.step:g} s"
+            )
         if n + 1 in wanted:
             u[wanted[n + 1]] = rod.position_collection.T - problem.points
             turned[wanted[n + 1]] = sections(rod.director_collection)
@@ -80,7 +88,7 @@ def imported() -> Any:
     return elastica
 
 
-def made(problem: Problem) -> tuple[Any, Any]:
+def build_simulator(problem: Problem) -> tuple[Any, Any]:
     """Return the simulator, and the rod in it."""
     elastica = imported()
 
@@ -93,7 +101,7 @@ def made(problem: Problem) -> tuple[Any, Any]:
             simulator.constrain(rod).using(
                 elastica.FixedConstraint, constrained_position_idx=(node,), constrained_director_idx=(segment,)
             )
-    simulator.add_forcing_to(rod).using(dead(elastica), forces=np.ascontiguousarray(problem.forces.T))
+    simulator.add_forcing_to(rod).using(dead_force_class(elastica), forces=np.ascontiguousarray(problem.forces.T))
     if motion.damping_mass:
         simulator.dampen(rod).using(
             elastica.AnalyticalLinearDamper, uniform_damping_constant=motion.damping_mass, time_step=motion.step
@@ -102,7 +110,7 @@ def made(problem: Problem) -> tuple[Any, Any]:
     return simulator, rod
 
 
-def dead(elastica: Any) -> Any:
+def dead_force_class(elastica: Any) -> Any:
     """Return the class of constant nodal forces (3, n), N."""
 
     def init(self: Any, forces: Floats) -> None:
@@ -141,7 +149,7 @@ def sections(directors: Floats) -> Floats:
     """Return section axes e1, e2, e3 at nodes (n, 3, 3) from `directors` (3, 3, n - 1), whose rows d1, d2, d3 are e2,
     e3, e1.
     """
-    return halfway(np.transpose(directors, (2, 1, 0))[:, :, [2, 0, 1]])
+    return nodal_axes(np.transpose(directors, (2, 1, 0))[:, :, [2, 0, 1]])
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softmark.interpreter.models.external.external_problem import Floats, ExternalNotConverged
+from softmark.interpreter.models.external.external_problem import ExternalNotConverged, Floats
 
 MADE = 0.05  # of the largest work of the loads: energy beyond that work
 
@@ -25,7 +25,7 @@ def must_be_worked_for(energies: Floats, work: Floats, step: float) -> None:
         raise ExternalNotConverged(f"it is unstable: with steps of {step:g} s energy comes from nowhere, {found}")
 
 
-def halfway(own: Floats) -> Floats:
+def nodal_axes(own: Floats) -> Floats:
     """Return axes e1, e2, e3 as columns (n, 3, 3) at nodes from those of segments (n - 1, 3, 3).
 
     They are halfway between two segments, and at an end those of its segment.

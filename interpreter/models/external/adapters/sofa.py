@@ -18,7 +18,7 @@ import numpy as np
 from softmark.grammar.diagnostic import visible
 from softmark.interpreter.models.external.adapters import executables
 from softmark.interpreter.models.external.exporters import sofa_exporter as deck
-from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, ExternalNotConverged
+from softmark.interpreter.models.external.external_problem import Answer, ExternalNotConverged, NoAnswer
 from softmark.interpreter.models.external.external_process import LOG
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def places() -> tuple[Path, ...]:
 def write(problem: Problem, folder: Path) -> None:
     """Write its scene."""
     deck.export(problem, executables.NAMELESS, folder)
-    executables.keep(problem, folder)
+    executables.write_nodes(problem, folder)
 
 
 def command(folder: Path) -> list[str]:
@@ -62,7 +62,7 @@ def read(folder: Path) -> Answer:
     if not files:
         raise NoAnswer(f"it left no {deck.ANSWER}*.vtu")
     told, u = executables.results(files[-1], deck.FIELD)
-    nodes = executables.kept(folder)
+    nodes = executables.read_nodes(folder)
     if told.points.shape != nodes.shape or np.abs(told.points - nodes).max() > 2.0 * ROUNDING * np.abs(nodes).max():
         raise NoAnswer(f"the points of {files[-1].name} are not the nodes of its scene")
     return Answer(u[None], True if SETTLED in log else None, log.count(ITERATION) or None, {}, "", ROUNDING)

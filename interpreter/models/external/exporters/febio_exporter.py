@@ -19,7 +19,7 @@ from softmark.grammar.diagnostic import visible
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.external.exporters.named_parts import Named
-    from softmark.interpreter.models.external.external_problem import Floats, Ints, Problem, ExternalMaterial
+    from softmark.interpreter.models.external.external_problem import ExternalMaterial, Floats, Ints, Problem
 
 FILE = "model.feb"
 MM, UN = 1e3, 1e6  # its units in a metre and in a newton

@@ -64,14 +64,14 @@ def export(problem: Problem, named: Named, folder: Path) -> list[str]:
 
     entities = [Entity(3, problem.cells[cells], (group(3, name),)) for name, cells in named.parts.items()]
     faces = {name: facets for name, facets in named.facets.items() if len(facets)}
-    entities += _apart(2, {group(2, name): facets for name, facets in faces.items()})
+    entities += _split_by_groups(2, {group(2, name): facets for name, facets in faces.items()})
     points = {group(0, name): nodes[:, None] for name, nodes in named.supports.items() if name not in faces}
-    entities += _apart(0, points)
+    entities += _split_by_groups(0, points)
     (folder / FILE).write_text("\n".join([*_file(problem.points, entities, groups), ""]), encoding="utf-8")
     return [FILE]
 
 
-def _apart(dimension: int, groups: dict[int, Ints]) -> list[Entity]:
+def _split_by_groups(dimension: int, groups: dict[int, Ints]) -> list[Entity]:
     """Return cells grouped by the set of groups they belong to, each cell once."""
     owners: dict[tuple[int, ...], tuple[Ints, list[int]]] = {}
     for number, cells in groups.items():

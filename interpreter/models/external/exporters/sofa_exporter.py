@@ -18,7 +18,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.external.exporters.named_parts import Named
-    from softmark.interpreter.models.external.external_problem import Problem, ExternalMaterial
+    from softmark.interpreter.models.external.external_problem import ExternalMaterial, Problem
 
 FILE = "model.scn"
 ANSWER, FIELD = "answer", "u"  # its files, answer*.vtu, and the displacements there

@@ -12,7 +12,7 @@ from softmark.interpreter.models.beam import beam_builder as beam
 from softmark.interpreter.models.beam.tapered_sections import inertia
 from softmark.interpreter.models.external.external_builder import PreparedExternalDynamics
 from softmark.interpreter.models.external.external_dynamics import motion_of
-from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, Problem, Section, ExternalMaterial
+from softmark.interpreter.models.external.external_problem import Answer, ExternalMaterial, NoAnswer, Problem, Section
 from softmark.interpreter.models.external.rods.external_rod_declaration import OutsideRod
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared
 from softmark.interpreter.models.shared.unavailable_model import UnavailableModel
