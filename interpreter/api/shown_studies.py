@@ -11,7 +11,7 @@ from typing import Self
 from softmark.interpreter.api.shown_report import own_fields
 from softmark.interpreter.results.prompt_representation import shorten
 from softmark.interpreter.study.comparison_study import Comparison
-from softmark.interpreter.study.robustness.robustness_record import RobustnessRecord
+from softmark.interpreter.study.robustness.robustness_record import Stress
 
 
 class ShownComparison(Comparison):
@@ -43,11 +43,11 @@ class ShownComparison(Comparison):
         return _write_files(folder, {"compare.json": self.dumps(), "compare.html": page(self.found)})
 
 
-class ShownStress(RobustnessRecord):
+class ShownStress(Stress):
     """Result of `stress`, with its files."""
 
     @classmethod
-    def showing(cls, found: RobustnessRecord) -> Self:
+    def showing(cls, found: Stress) -> Self:
         """Return the study as a ShownStress."""
         return cls(**own_fields(found))
 

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.run_report import ReferenceResult as ReferenceResult
     from softmark.interpreter.results.run_report import Report as Report
     from softmark.interpreter.study.comparison_study import Comparison as Comparison
-    from softmark.interpreter.study.robustness.robustness_record import RobustnessRecord as RobustnessRecord
+    from softmark.interpreter.study.robustness.robustness_record import Stress as Stress
 
 __version__ = "0.1.0"
 

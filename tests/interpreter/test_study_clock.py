@@ -390,7 +390,7 @@ def test_comparisons_take_turns(monkeypatch: pytest.MonkeyPatch) -> None:
         }
 
     monkeypatch.setattr(timing_rounds, "one_run", run)
-    monkeypatch.setattr(timing_rounds.quality, "disturbances", lambda record, pace: [])
+    monkeypatch.setattr(timing_rounds.timing_quality, "disturbances", lambda record, pace: [])
     first = threading.Thread(
         target=lambda: time_jobs([job("a"), job("b"), job("c"), job("d")], repeats=1, phases=False)
     )
