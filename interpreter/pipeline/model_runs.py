@@ -248,14 +248,14 @@ def _solve_timed(work: StateRun, name: str, prepared: Prepared) -> tuple[Solutio
 
 def _warm(work: StateRun, name: str, prepared: Prepared) -> None:
     kernels: Any = sys.modules.get("softmark.solvers.runtime.kernel_cache")
-    cold = not work.compiling and kernels is not None and not kernels.compiled()
+    cold = not work.compiling and kernels is not None and not kernels.is_compiled()
     work.compiling |= cold
-    say, begin, before = work.options.say, time.perf_counter(), kernels.made() if kernels else 0
+    say, begin, before = work.options.say, time.perf_counter(), kernels.count_compiled() if kernels else 0
     say("compile", "compiling kernels, once for this version") if cold else say("solve", name)
     with parallel_compilation.allow_helper(work.options.beside and cold):
         prepared.warm()
-    if work.compiling and kernels and kernels.made() > before:
-        say("compiled", f"compiling kernels: {kernels.made() - before}, {time.perf_counter() - begin:.0f} s")
+    if work.compiling and kernels and kernels.count_compiled() > before:
+        say("compiled", f"compiling kernels: {kernels.count_compiled() - before}, {time.perf_counter() - begin:.0f} s")
 
 
 def state_errors(work: StateRun, names: Iterable[str]) -> None:

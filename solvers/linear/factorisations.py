@@ -402,10 +402,7 @@ def _multigrid_solver(
 
 
 def _requested_pardiso(K: sparse.csr_matrix, symmetric: bool, precision: Precision, modes: Modes) -> Factor:
-    """Return a Pardiso factor; our own if its library is missing. Raises NotInstalled, Singular.
-
-    The name of the factor says which it is.
-    """
+    """Return a Pardiso factor; our own, with its own name, if the library is missing. Raises NotInstalled, Singular."""
     from softmark.solvers.sparse import pardiso
 
     if not pardiso.is_packaged():

@@ -33,7 +33,7 @@ from softmark.solvers.statics.material_point_state import (
     PointState,
 )
 
-__all__ = ["FLAT", "ImposedDeformation", "Floats", "MaterialPoint", "NoState", "PointState"]
+__all__ = ["FLAT", "Floats", "ImposedDeformation", "MaterialPoint", "NoState", "PointState"]
 
 AXES = (0, 4, 8)  # the entries aa of nine
 MOST = 20  # iterations for a part of the way
