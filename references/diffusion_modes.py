@@ -24,7 +24,7 @@ AT_ONCE = 1e-12  # relative to the time: closer jumps count as now
 
 
 def decayed_amplitude(driven: Amplitude, rates: Array, t: float) -> Array:
-    """Return int exp(-rate (t - s)) dc(s) of an amplitude up to time t for rates (n,), 1/s: (n,); jumps at t included."""
+    """Return int exp(-rate (t - s)) dc(s) up to time t for rates (n,), 1/s: (n,); jumps at t included."""
     found = np.zeros(len(rates))
     for at, size in driven.jumps:
         if at <= t:

@@ -276,7 +276,7 @@ class ForceTheory:
 
 
 def potential(n: int, a: float, r: Array, z: Array) -> tuple[Array, Array, Array, Array]:
-    """Return dphi/dr, dphi/dz, d2phi/drdz and d2phi/dz2 (k,) for g = t^n up to a, n <= 2, at r > 0 and z >= 0 (k,), m."""
+    """Return dphi/dr, dphi/dz, d2phi/drdz and d2phi/dz2 (k,) for g = t^n up to a, n <= 2, at r > 0, z >= 0 (k,), m."""
     first, last = z + 0j, z + 1j * a
     sums = _integrals(n + 1, a, r, z)
 

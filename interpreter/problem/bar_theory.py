@@ -29,7 +29,7 @@ REMEDY = "hold one end face and pull the other: `fixed(...)` and `traction(...)`
 
 
 def bar_of(case: Case) -> PulledBar:
-    """Return the bar of a case. Raises Refused if an assumption of the theory is violated."""
+    """Return the bar of a case. Raises NotApplicable if an assumption of the theory is violated."""
     shape = case.shape
     if not isinstance(shape, Prism):
         raise NotApplicable(
@@ -52,7 +52,7 @@ def bar_of(case: Case) -> PulledBar:
 
 
 def _held_end(case: Case) -> int:
-    """Return the end that is held along the axis, 0 the root. Raises Refused."""
+    """Return the end that is held along the axis, 0 the root. Raises NotApplicable."""
     shape, found = case.prism, set()
     for support in case.supports:
         thing = support.thing
@@ -70,7 +70,7 @@ def _held_end(case: Case) -> int:
 
 
 def _end_loads(case: Case, free: int, axis: Any) -> tuple[float, float]:
-    """Return the traction on the free end, Pa, and the acceleration, m/s^2, both along the axis. Raises Refused."""
+    """Return the traction on the free end, Pa, and the acceleration, m/s^2, both along the axis. Raises NotApplicable."""
     force, pull = 0.0, 0.0
     for load in case.loads:
         match load.thing.action:
@@ -88,14 +88,14 @@ def _end_loads(case: Case, free: int, axis: Any) -> tuple[float, float]:
 
 
 def _component(load: Declared, vector: Any, axis: Any) -> float:
-    """Return the axial component of a vector. Raises Refused if it has another one."""
+    """Return the axial component of a vector. Raises NotApplicable if it has another one."""
     if math.hypot(*cross(vector, axis)) > ALIGNED * math.hypot(*vector):
         raise NotApplicable(f"the load `{load.name}` does not act along the axis", REMEDY)
     return float(dot(vector, axis))
 
 
 def _constant_along_axis(case: Case, constant: Any, root: Any, axis: Any) -> Callable[[Floats], Floats]:
-    """Return a constant as a function of the distance from the held end, m. Raises Refused if it varies in sections.
+    """Return a constant as a function of the distance from the held end, m. Raises NotApplicable if it varies in sections.
 
     Files are read only once, when the reference is solved.
     """
@@ -108,7 +108,7 @@ def _constant_along_axis(case: Case, constant: Any, root: Any, axis: Any) -> Cal
 
     @cache
     def read() -> Any:
-        """Return the reader of the file. Raises Refused."""
+        """Return the reader of the file. Raises NotApplicable."""
         from softmark.interpreter.problem.field_files import read_field
 
         for along, across in _sections(case.prism, root, axis):
@@ -135,7 +135,7 @@ def _sections(shape: Any, root: Any, axis: Any) -> Iterator[tuple[Any, list[Any]
 
 
 def _must_be_even(constant: Profile, own: float, others: list[float]) -> None:
-    """Check that a constant is uniform across a section. Raises Refused."""
+    """Check that a constant is uniform across a section. Raises NotApplicable."""
     if not all(abs(other - own) <= SAME * abs(own) for other in others):
         raise NotApplicable(
             f"its `{constant.name}` varies across its sections", "the integral is one along the axis alone"

@@ -16,7 +16,7 @@ from softmark.solvers.mesh.tubes import Tube
 
 
 def cantilever_of(reference: Declared, case: Case) -> Cantilever:
-    """Return the cantilever of a case. Raises Refused if an assumption of beam theory is violated."""
+    """Return the cantilever of a case. Raises NotApplicable if an assumption of beam theory is violated."""
     shape = case.shape
     if not isinstance(shape, Cylinder | Tube | Box):
         raise NotApplicable(f"`{case.body.name}` is not a straight body with a constant section",
@@ -38,7 +38,7 @@ def cantilever_of(reference: Declared, case: Case) -> Cantilever:
 
 
 def clamped_end(case: Case) -> tuple[Any, Any]:
-    """Return root and axis, away from the clamp. Raises Refused unless one end is clamped, and nothing else held."""
+    """Return root and axis, away from the clamp. Raises NotApplicable unless one end is clamped, and nothing else held."""
     shape = case.prism
     clamped = []
     for support in case.supports:

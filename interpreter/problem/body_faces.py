@@ -171,7 +171,7 @@ def rectangle(shape: Any, thickness: float, turns: bool) -> Rectangular | None:
 
 
 def solid_body(case: Case) -> Rectangular | Round:
-    """Return the body of a case if it is a box, a rectangle or a full cylinder. Raises Refused."""
+    """Return the body of a case if it is a box, a rectangle or a full cylinder. Raises NotApplicable."""
     if isinstance(case.shape, Cylinder):
         return Round(case.shape)
     found = rectangular(case)

@@ -101,7 +101,7 @@ class Face:
 
 
 def face_of(case: Case) -> tuple[Touch, Face]:
-    """Return the only contact of a case, and the face below its rigid body. Raises Refused."""
+    """Return the only contact of a case, and the face below its rigid body. Raises NotApplicable."""
     if isinstance(case.analysis, Dynamic):
         raise NotApplicable("the analysis is dynamic", "the theory is one of rest")
     if case.parts or hasattr(case.material, "passive"):
@@ -135,7 +135,7 @@ def _is_above(touch: Touch, face: Face) -> bool:
 
 
 def rigid_displacement(touch: Touch) -> Vector:
-    """Return the displacement of a rigid body by its supports, m. Raises Refused if it rotates or loads press it."""
+    """Return the displacement of a rigid body by its supports, m. Raises NotApplicable if it rotates or loads press it."""
     if touch.along is not None:
         raise NotApplicable(f"loads press `{touch.rigid.name}`, and theories take how far it goes as given",
                       "take the force of a scene in which a support moves it: `displaced(...)`")  # fmt: skip
@@ -150,7 +150,7 @@ def rigid_displacement(touch: Touch) -> Vector:
 
 
 def bonding_and_mirrors(case: Case, face: Face) -> tuple[bool, set[tuple[int, int]]]:
-    """Return whether the opposite face is bonded, and the sides that are symmetry planes. Raises Refused.
+    """Return whether the opposite face is bonded, and the sides that are symmetry planes. Raises NotApplicable.
 
     Supports that only prevent rigid motion, such as points held in a plane through the axis, are ignored.
     """
@@ -190,14 +190,14 @@ def _symmetric_sides(face: Face, thing: Holding) -> set[tuple[int, int]] | None:
 
 
 def pressed_of(reference: Declared, case: Case) -> Indentation:
-    """Return the indentation problem of a case. Raises Refused if an assumption of the theory is visibly violated."""
+    """Return the indentation problem of a case. Raises NotApplicable if an assumption of the theory is visibly violated."""
     found = _indentation_problem(case)
     reference.thing.must_hold(found)
     return found
 
 
 def _indentation_problem(case: Case) -> Indentation:
-    """Return the indentation problem for all theories. Raises Refused if an assumption of all theories is violated."""
+    """Return the indentation problem for all theories. Raises NotApplicable if an assumption of all theories is violated."""
     touch, face = face_of(case)
     for load in case.loads:
         raise NotApplicable(f"the load `{load.name}` acts as well", f"it takes {ONE}")
@@ -233,7 +233,7 @@ def _indentation_problem(case: Case) -> Indentation:
 
 
 def _share(case: Case, face: Face, at: Vector, mirrors: set[tuple[int, int]]) -> float:
-    """Return the fraction of the whole that the body is. Raises Refused if a symmetry plane misses the axis."""
+    """Return the fraction of the whole that the body is. Raises NotApplicable if a symmetry plane misses the axis."""
     share, body = 1.0, face.body
     for way, end in mirrors:
         assert isinstance(body, Rectangular)

@@ -42,7 +42,7 @@ PULLS = "`tension(...)` and `pressure(...)` on all of the outer border, and noth
 
 
 def core_of(reference: Declared, case: Case) -> RoundCore:
-    """Return the round body of a case. Raises Refused if an assumption of the theory is violated."""
+    """Return the round body of a case. Raises NotApplicable if an assumption of the theory is violated."""
     about = reference.thing.about
     if isinstance(case.analysis, Dynamic):
         raise NotApplicable("the analysis is dynamic", "the closed form is one of rest")
@@ -68,7 +68,7 @@ def _hookean(material: LinearElastic, case: Case) -> Hookean:
 
 
 def _ring(case: Case) -> tuple[float, float]:
-    """Return the radii of a quarter ring of circles. Raises Refused."""
+    """Return the radii of a quarter ring of circles. Raises NotApplicable."""
     region = case.shape.region if isinstance(case.shape, Slice) else None
     if not isinstance(region, QuarterRing) or case.parts:
         raise NotApplicable(
@@ -80,14 +80,14 @@ def _ring(case: Case) -> tuple[float, float]:
 
 
 def _hole(case: Case) -> tuple[float, float, Vector3]:
-    """Return radii and centre of a plate with a hole. Raises Refused."""
+    """Return radii and centre of a plate with a hole. Raises NotApplicable."""
     if case.planar not in ("plane_strain", "plane_stress"):
         raise NotApplicable(f"`{case.body.name}` is no plate", "use `plane_stress(...)` or `plane_strain(...)`")
     return *_ring(case), (0.0, 0.0, 0.0)
 
 
 def inclusion_in_ball(case: Case) -> tuple[float, float, Vector3]:
-    """Return the radii of inclusion and ball, and their centre. Raises Refused."""
+    """Return the radii of inclusion and ball, and their centre. Raises NotApplicable."""
     shape, name = case.shape, case.body.name
     if case.planar == "axisymmetric":
         return *_ring(case), (0.0, 0.0, 0.0)
@@ -103,7 +103,7 @@ def inclusion_in_ball(case: Case) -> tuple[float, float, Vector3]:
 
 
 def _radius(part: Declared, shape: Sphere) -> float:
-    """Return the radius of an inclusion around the centre. Raises Refused."""
+    """Return the radius of an inclusion around the centre. Raises NotApplicable."""
     where: Condition = part.thing.where
     cuts = [cut for cut in cuts_for(where, shape) if cut.axis == "radius"]
     if not depends_on_radius(where, shape.origin, shape.radius) or len(cuts) != 1:
@@ -145,7 +145,7 @@ def holds_at_radius(where: Condition, centre: Vector3, radius: float, extent: fl
 
 
 def check_symmetry_supports(case: Case, planes: tuple[int, ...], centre: Vector3, size: float) -> None:
-    """Check that exactly the symmetry planes through the centre hold the body. Raises Refused."""
+    """Check that exactly the symmetry planes through the centre hold the body. Raises NotApplicable."""
     found = set()
     for support in case.named_supports:
         normal = support.thing.normal if isinstance(support.thing, Symmetric) else None
@@ -159,7 +159,7 @@ def check_symmetry_supports(case: Case, planes: tuple[int, ...], centre: Vector3
 
 
 def _stress(case: Case, inner: float, outer: float, centre: Vector3) -> Vector3:
-    """Return the uniform stress applied on all of the outer border: along x, y and z, Pa. Raises Refused."""
+    """Return the uniform stress applied on all of the outer border: along x, y and z, Pa. Raises NotApplicable."""
     total = [0.0, 0.0, 0.0]
     for load in case.loads:
         action = load.thing.action
@@ -186,7 +186,7 @@ def _covers_border(where: Condition, case: Case, inner: float, outer: float, cen
 
 
 def _stress_of_load(load: Declared, case: Case) -> Vector3:
-    """Return the uniform stress that a load applies: along x, y and z, Pa. Raises Refused."""
+    """Return the uniform stress that a load applies: along x, y and z, Pa. Raises NotApplicable."""
     action = load.thing.action
     if isinstance(action, PressureLoad):
         p = -action.pressure

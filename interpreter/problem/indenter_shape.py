@@ -30,7 +30,7 @@ class Indenter:
 
 
 def indenter_of(name: str, shape: Any, normal: Vector, planar: str) -> Indenter:
-    """Return the indenter of a rigid body on a face with outward unit normal. Raises Refused."""
+    """Return the indenter of a rigid body on a face with outward unit normal. Raises NotApplicable."""
     if isinstance(shape, Sphere):
         if shape.part != "whole":
             raise NotApplicable(
@@ -52,7 +52,7 @@ def indenter_of(name: str, shape: Any, normal: Vector, planar: str) -> Indenter:
 
 
 def _revolved_indenter(name: str, shape: Any, normal: Vector) -> Indenter:
-    """Return the end of a body of revolution. Raises Refused if its axis is not normal to the face."""
+    """Return the end of a body of revolution. Raises NotApplicable if its axis is not normal to the face."""
     if math.hypot(*cross(shape.axis, normal)) > ALIGNED:
         raise NotApplicable(f"the axis of `{name}` is not normal to the face", "turn it so that it is")
     first = dot(shape.axis, normal) > 0.0  # true if the end at `origin` touches first

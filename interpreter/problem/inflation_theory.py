@@ -19,7 +19,7 @@ PRESSED = "one `pressure(...)` on all of the hollow, and nothing else"
 
 
 def ball_of(case: Case) -> BlownBall:
-    """Return the ball of a case. Raises Refused if an assumption of the theory is violated."""
+    """Return the ball of a case. Raises NotApplicable if an assumption of the theory is violated."""
     if isinstance(case.analysis, Dynamic):
         raise NotApplicable("the analysis is dynamic", "the closed form is one of rest")
     if case.parts:

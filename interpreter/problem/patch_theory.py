@@ -86,7 +86,7 @@ class BlockPile:
 
 
 def stack_of(case: Case) -> Stack:
-    """Return the stack of a case. Raises Refused if an assumption is violated."""
+    """Return the stack of a case. Raises NotApplicable if an assumption is violated."""
     if isinstance(case.analysis, Dynamic):
         raise NotApplicable("the analysis is dynamic", "the closed form is one of rest")
     if case.planar == "plane_stress":
@@ -112,7 +112,7 @@ def stack_of(case: Case) -> Stack:
 
 
 def _must_meet(stack: Stack) -> None:
-    """Check that the positions of all blocks are determined and none vanishes. Raises Refused."""
+    """Check that the positions of all blocks are determined and none vanishes. Raises NotApplicable."""
     if None in stack.ends:
         if stack.touching and stack.traction - stack.pressure >= 0.0:
             raise NotApplicable(
@@ -132,7 +132,7 @@ def _must_meet(stack: Stack) -> None:
 
 
 def piled_of(case: Case) -> BlockPile:
-    """Return the blocks of a case, in order along the axis. Raises Refused if their sections differ."""
+    """Return the blocks of a case, in order along the axis. Raises NotApplicable if their sections differ."""
     name = case.body.name
     if not isinstance(case.shape, Apart):
         raise NotApplicable(f"`{name}` is in one piece", PIECES)
@@ -176,7 +176,7 @@ def _sides(piled: BlockPile, number: int) -> Rectangular:
 
 
 def _solid(piled: BlockPile, number: int) -> BlockMaterial:
-    """Return the material of a block. Raises Refused."""
+    """Return the material of a block. Raises NotApplicable."""
     case, inner = piled.case, _sides(piled, number)
     material = case.material
     for part, own in zip(case.parts, case.materials[1:], strict=True):
@@ -195,7 +195,7 @@ def _solid(piled: BlockPile, number: int) -> BlockMaterial:
 
 
 def _joint(piled: BlockPile, number: int) -> Joint:
-    """Return the joint between a block and the next. Raises Refused unless one contact covers all of it."""
+    """Return the joint between a block and the next. Raises NotApplicable unless one contact covers all of it."""
     low, high = piled.blocks[number], piled.blocks[number + 1]
     gap = max(high.low[piled.way] - low.high[piled.way], 0.0)
     met = _joint_contacts(piled, number)
@@ -218,7 +218,7 @@ def _joint(piled: BlockPile, number: int) -> Joint:
 
 
 def _joint_contacts(piled: BlockPile, number: int) -> list[Declared]:
-    """Return the contacts that select the joint above a block. Raises Refused if one selects a part of it."""
+    """Return the contacts that select the joint above a block. Raises NotApplicable if one selects a part of it."""
     found = []
     for pair in piled.case.pairs:
         each = {pair.thing.where.over(*face, piled.extent) for face in piled.faces(number)}
@@ -235,7 +235,7 @@ def _joint_contacts(piled: BlockPile, number: int) -> list[Declared]:
 def _held_ends_and_sides(
     piled: BlockPile, solids: tuple[BlockMaterial, ...]
 ) -> tuple[tuple[float | None, float | None], set[tuple[int, int, int]]]:
-    """Return the axial displacements of both ends, m, and the held sides: block, way, end. Raises Refused."""
+    """Return the axial displacements of both ends, m, and the held sides: block, way, end. Raises NotApplicable."""
     ends, mirrors = dict[int, float](), set[tuple[int, int, int]]()
     for support in piled.case.named_supports:
         thing, by = at_full_size(support.thing), support.thing.imposed
@@ -262,7 +262,7 @@ def _held_ends_and_sides(
 
 
 def _mirrors(piled: BlockPile, support: Declared, thing: Any) -> set[tuple[int, int, int]]:
-    """Return the sides that a support holds along their normal, for all blocks it selects. Raises Refused."""
+    """Return the sides that a support holds along their normal, for all blocks it selects. Raises NotApplicable."""
     found = set()
     for i in range(len(piled.blocks)):
         side = _sides(piled, i)
@@ -302,7 +302,7 @@ def _is_tied(joints: tuple[Joint, ...], a: int, b: int) -> bool:
 
 def _must_narrow_alike(piled: BlockPile, joints: tuple[Joint, ...], solids: tuple[BlockMaterial, ...],
                        roots: tuple[Vector, ...]) -> None:  # fmt: skip
-    """Check that tied faces contract equally. Raises Refused."""
+    """Check that tied faces contract equally. Raises NotApplicable."""
     for i, joint in enumerate(joints):
         pair = _joint_contacts(piled, i)[0]
         friction = getattr(pair.thing, "friction", 0.0)
@@ -316,7 +316,7 @@ def _must_narrow_alike(piled: BlockPile, joints: tuple[Joint, ...], solids: tupl
 
 
 def _end_load(piled: BlockPile, ends: tuple[float | None, float | None]) -> tuple[bool, float, float]:
-    """Return whether an end is loaded, its outward traction and the pressure on it, Pa. Raises Refused."""
+    """Return whether an end is loaded, its outward traction and the pressure on it, Pa. Raises NotApplicable."""
     traction, pressure = 0.0, 0.0
     for load in piled.case.loads:
         action = load.thing.action

@@ -77,7 +77,7 @@ class Ends:
 
 
 def _analysis(case: Case) -> Quasistatic:
-    """Return the quasistatic analysis. Raises Refused."""
+    """Return the quasistatic analysis. Raises NotApplicable."""
     if not isinstance(case.analysis, Quasistatic):
         raise NotApplicable("the analysis follows no time course without inertia", "declare `quasistatic(...)`")
     if case.parts:
@@ -86,7 +86,7 @@ def _analysis(case: Case) -> Quasistatic:
 
 
 def _ends(case: Case, remedy: str) -> Ends:
-    """Return the held and the driven end. Raises Refused."""
+    """Return the held and the driven end. Raises NotApplicable."""
     body = solid_body(case)
     drivers = [s for s in case.supports if at_full_size(s.thing).moves]
     drivers += [load for load in case.loads if any(_vector(load))]
@@ -109,7 +109,7 @@ def _ends(case: Case, remedy: str) -> Ends:
 
 
 def _ends_along(case: Case, body: Body, way: int, driving: Declared, vector: Vector, remedy: str) -> Ends:
-    """Return the ends along a direction. Raises Refused."""
+    """Return the ends along a direction. Raises NotApplicable."""
     force = driving.kind == "load"
     where = at_full_size(driving.thing).action.where if force else at_full_size(driving.thing).where
     ends = Ends(body, way, 0, driving, force, 0.0)  # held end and amount are found below
@@ -132,7 +132,7 @@ def _ends_along(case: Case, body: Body, way: int, driving: Declared, vector: Vec
 
 
 def _vector(declared: Declared) -> Vector:
-    """Return the displacement, m, of a support or the traction, Pa, of a load. Raises Refused."""
+    """Return the displacement, m, of a support or the traction, Pa, of a load. Raises NotApplicable."""
     thing = at_full_size(declared.thing)
     if declared.kind == "support":
         shift: Vector = thing.imposed
@@ -171,7 +171,7 @@ def _held_sides(case: Case, body: Rectangular, across: int) -> set[int]:
 
 
 def _check_no_fluid_pressure(case: Case) -> None:
-    """Check that no fluid pressure is applied: open faces have pressure 0. Raises Refused."""
+    """Check that no fluid pressure is applied: open faces have pressure 0. Raises NotApplicable."""
     for drain in case.drains:
         if not isinstance(drain.thing, Drained):
             raise NotApplicable(f"`{drain.name}` presses the fluid", "use `drained(...)`")
@@ -180,7 +180,7 @@ def _check_no_fluid_pressure(case: Case) -> None:
 
 
 def _open_ends(case: Case, ends: Ends) -> Drains:
-    """Return the open ends. Raises Refused if anything else is open."""
+    """Return the open ends. Raises NotApplicable if anything else is open."""
     _check_no_fluid_pressure(case)
     found: set[int] = set()
     for drain in case.drains:
@@ -198,7 +198,7 @@ def _open_ends(case: Case, ends: Ends) -> Drains:
 
 
 def _column(case: Case) -> tuple[Quasistatic, Ends, Drains]:
-    """Return the analysis, the ends, and which are open. Raises Refused if the sides can move."""
+    """Return the analysis, the ends, and which are open. Raises NotApplicable if the sides can move."""
     analysis, ends = _analysis(case), _ends(case, DRIVE)
     if not _are_sides_held(case, ends):
         raise NotApplicable(f"the sides of `{case.body.name}` can move", SIDES)
@@ -212,7 +212,7 @@ def _moduli(case: Case) -> tuple[float, float]:
 
 
 def column_of(case: Case) -> Column:
-    """Return the small strain column of a case, at its time. Raises Refused if an assumption is violated."""
+    """Return the small strain column of a case, at its time. Raises NotApplicable if an assumption is violated."""
     analysis, ends, drains = _column(case)
     driven = driven_by(at_full_size(ends.driving.thing).course, analysis.duration)
     amount = ends.amount * ends.area if ends.force else ends.amount
@@ -221,7 +221,7 @@ def column_of(case: Case) -> Column:
 
 
 def pressed_column_of(case: Case) -> PressedColumn:
-    """Return the finite strain column of a case. Raises Refused."""
+    """Return the finite strain column of a case. Raises NotApplicable."""
     analysis, ends, drains = _column(case)
     material = case.material
     driven = driven_by(at_full_size(ends.driving.thing).course, analysis.duration)
@@ -232,7 +232,7 @@ def pressed_column_of(case: Case) -> PressedColumn:
 
 
 def skeleton_of(case: Case) -> Skeleton:
-    """Return the drained law of a case. Raises Refused if its confined compression is not known."""
+    """Return the drained law of a case. Raises NotApplicable if its confined compression is not known."""
     from softmark.interpreter.problem.rubber_constants import rubber_of, word_of
 
     law = case.material.law
@@ -247,7 +247,7 @@ def skeleton_of(case: Case) -> Skeleton:
 
 
 def squeezed_of(reference: Declared, case: Case) -> CompressedPorousBody:
-    """Return the slab or disc of a case between plates, at its time. Raises Refused if an assumption is violated."""
+    """Return the slab or disc of a case between plates, at its time. Raises NotApplicable if an assumption is violated."""
     analysis, ends = _analysis(case), _ends(case, PLATES)
     if ends.force and not any(isinstance(b.thing, Level) and ends.taken(b.thing.where) == ends.far for b in case.beds):
         raise NotApplicable(f"the load `{ends.driving.name}` does not keep its plate level", PLATES)
@@ -261,7 +261,7 @@ def squeezed_of(reference: Declared, case: Case) -> CompressedPorousBody:
 
 
 def _slab(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
-    """Return dimension, half-width, a point of the symmetry plane, and a lateral vector of a slab. Raises Refused."""
+    """Return dimension, half-width, a point of the symmetry plane, and a lateral vector of a slab. Raises NotApplicable."""
     body = ends.body
     if not isinstance(body, Rectangular) or body.turns:
         raise NotApplicable(f"`{case.body.name}` is no slab", "use a box, or a rectangle in `plane_strain(...)`")
@@ -290,7 +290,7 @@ def _open_faces(case: Case, body: Rectangular, axis: int) -> set[int]:
 
 
 def _disc(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
-    """Return dimension, radius, centre of the held plate, and no vector, of a disc. Raises Refused."""
+    """Return dimension, radius, centre of the held plate, and no vector, of a disc. Raises NotApplicable."""
     body, none = ends.body, (0.0, 0.0, 0.0)
     remedy = "use a `cylinder(...)`, or a rectangle beside x = 0 in `axisymmetric(...)`"
     if isinstance(body, Rectangular):

@@ -24,7 +24,7 @@ REMEDY = "hold one end face along the axis and move or pull the other: `displace
 
 
 def bar_of(case: Case) -> RelaxingBar:
-    """Return the bar of a case, at its time. Raises Refused if an assumption of the theory is violated."""
+    """Return the bar of a case, at its time. Raises NotApplicable if an assumption of the theory is violated."""
     shape, name, material, analysis = case.shape, case.body.name, case.material, case.analysis
     if not isinstance(shape, Prism):
         raise NotApplicable(f"`{name}` is no straight body of one section", "it takes a box, a cylinder or a tube")
@@ -55,7 +55,7 @@ def bar_of(case: Case) -> RelaxingBar:
 
 
 def _ends(case: Case) -> tuple[int, Declared, Any]:
-    """Return the held end, 0 the root, and the driver of the other with its amount. Raises Refused."""
+    """Return the held end, 0 the root, and the driver of the other with its amount. Raises NotApplicable."""
     shape = case.prism
     ends: dict[int, Declared] = {}
     for support in case.supports:
@@ -86,7 +86,7 @@ def _ends(case: Case) -> tuple[int, Declared, Any]:
 
 
 def _fixed_point(case: Case, root: Any) -> Any:
-    """Return a point without lateral motion: on faces that supports hold, else on the axis. Raises Refused."""
+    """Return a point without lateral motion: on faces that supports hold, else on the axis. Raises NotApplicable."""
     low, high = case.shape.bounds or (root, root)
     found = list(root)
     for support in case.supports:

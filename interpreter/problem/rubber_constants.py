@@ -20,7 +20,7 @@ def word_of(material: Any) -> str:
 
 
 def rubber_of(case: Case) -> Rubber:
-    """Return the law of the body of a case. Raises Refused if there is no closed form for it."""
+    """Return the law of the body of a case. Raises NotApplicable if there is no closed form for it."""
     material: Any = case.material
     if isinstance(material, NeoHookean | NeoHookeanIsochoric):
         return Rubber.neo_hookean(material.shear_modulus)

@@ -26,7 +26,7 @@ LOADS = "at most one `traction(...)` along the bar, on all of the end that meets
 
 
 def bar_of(case: Case) -> StoppedBar:
-    """Return the bar of a case. Raises Refused if an assumption is violated."""
+    """Return the bar of a case. Raises NotApplicable if an assumption is violated."""
     touch, face = face_of(case)
     material, nu = case.material, float(case.material.poisson)
     if touch.thing.friction and nu:
@@ -49,7 +49,7 @@ def bar_of(case: Case) -> StoppedBar:
 
 
 def _height(name: str, shape: Any, face: Face) -> float:
-    """Return the distance of a flat rigid body above a face, m. Raises Refused."""
+    """Return the distance of a flat rigid body above a face, m. Raises NotApplicable."""
     n = face.normal
     if isinstance(shape, HalfSpace):
         return float(dot(add_multiples(shape.origin, (-1.0, face.middle)), n))
@@ -70,7 +70,7 @@ def _height(name: str, shape: Any, face: Face) -> float:
 
 
 def _load(case: Case, face: Face) -> float:
-    """Return the outward force on the bar's end, N. Raises Refused."""
+    """Return the outward force on the bar's end, N. Raises NotApplicable."""
     if not case.loads:
         return 0.0
     load = case.loads[0]
@@ -84,7 +84,7 @@ def _load(case: Case, face: Face) -> float:
 
 
 def _root(face: Face, mirrors: set[tuple[int, int]]) -> Vector:
-    """Return the fixed point, m: the centre of the opposite face, or in its symmetry planes. Raises Refused."""
+    """Return the fixed point, m: the centre of the opposite face, or in its symmetry planes. Raises NotApplicable."""
     found = add_multiples(face.middle, (-face.thickness, face.normal))
     for way, end in mirrors:
         assert isinstance(face.body, Rectangular)

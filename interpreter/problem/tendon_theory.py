@@ -19,7 +19,7 @@ NEAR = 1e-9  # relative to the length: tolerance of the force position
 
 
 def driven_rod_of(case: Case) -> DrivenRod:
-    """Return the rod of a case. Raises Refused if an assumption of the theory is violated."""
+    """Return the rod of a case. Raises NotApplicable if an assumption of the theory is violated."""
     shape, name = case.shape, case.body.name
     if not isinstance(shape, Cylinder | Tube | Box):
         raise NotApplicable(

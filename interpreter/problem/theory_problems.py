@@ -68,7 +68,7 @@ def problem_of(reference: Declared, case: Case) -> Any:
 
 
 def _problem(reference: Declared, case: Case) -> Any:
-    """Return the problem that a reference solves. Raises Refused."""
+    """Return the problem that a reference solves. Raises NotApplicable."""
     match reference.thing.about:
         case "torsion":
             from softmark.interpreter.problem.torsion_theory import cylinder_of

@@ -20,7 +20,7 @@ REMEDY = "hold one end by `fixed(...)`, turn the other by `turned(...)`, and not
 
 
 def cylinder_of(case: Case) -> TwistedCylinder:
-    """Return the twisted cylinder of a case. Raises Refused if an assumption of the theory is violated."""
+    """Return the twisted cylinder of a case. Raises NotApplicable if an assumption of the theory is violated."""
     shape, name = case.shape, case.body.name
     if not isinstance(shape, Cylinder):
         raise NotApplicable(
@@ -43,7 +43,7 @@ def cylinder_of(case: Case) -> TwistedCylinder:
 
 
 def _ends(case: Case) -> tuple[int, Turned]:
-    """Return the held end, 0 the root, and the rotation of the other. Raises Refused."""
+    """Return the held end, 0 the root, and the rotation of the other. Raises NotApplicable."""
     found: dict[int, object] = {}
     for support in case.supports:
         thing = support.thing

@@ -274,7 +274,7 @@ class RigidFriction(RigidContact):
 
     def bending(self, g: Floats) -> Floats:
         """Return pressures limited to that at touch: far behind the surface the tangent would turn away from it."""
-        return np.minimum(super().bending(g), self.barrier.most)
+        return np.minimum(super().bending(g), self.barrier.touch_pressure)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Add the tangent with friction; if `projected`, only its symmetric part, for a flat surface."""

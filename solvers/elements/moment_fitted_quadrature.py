@@ -57,7 +57,7 @@ def full_facet_weights(nodes: int) -> Floats:
 
 @cache
 def gauss_rule(nodes: int, n: int = 10) -> tuple[Floats, Floats]:
-    """Return n^2 Gauss points (q, 2) and weights (q,) of whole facet, for smooth non-polynomial functions (its area)."""
+    """Return n^2 Gauss points (q, 2) and weights (q,) of a facet, for smooth non-polynomial functions (its area)."""
     x, w = np.polynomial.legendre.leggauss(n)
     a, b = (t.ravel() for t in np.meshgrid(x, x))
     return FACETS[nodes].folded(a, b, np.outer(w, w).ravel())

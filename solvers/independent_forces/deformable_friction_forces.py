@@ -84,7 +84,7 @@ def contact_forces(
 
 
 def _iterate_simplices(v: int, faces: Ints, pairs: Ints) -> Iterator[tuple[Any, Any, Any]]:
-    """Yield points (c,), corners (c, k) of simplices of v corners, and their multiplicity (c,): faces, sides, corners."""
+    """Yield points (c,), corners (c, k) of simplices of v corners, and multiplicity (c,): faces, sides, corners."""
     k = faces.shape[1]
     corners = faces[pairs[:, 1]]
     yield pairs[:, 0], corners, np.ones(len(pairs))

@@ -76,7 +76,7 @@ def _split_triangles(points: Floats, cells: Ints) -> PlaneMesh:
 
 
 def triangulate(corners: Corners, size: float) -> tuple[Floats, Ints]:
-    """Return points (n, 2), m, and triangles (t, 3), counter-clockwise, with edges of about `size` (m), in a polygon."""
+    """Return points (n, 2), m, and triangles (t, 3), counter-clockwise, with edges of about `size` (m)."""
     border, sides = _border(corners, size)
     points = np.concatenate([border, _lattice(corners, border, sides, size)])
     shortest = min(math.dist(*side) for side in edges(corners))

@@ -233,7 +233,7 @@ class MeshFile(Shape):
         return whole if kind is None else convert_cells(whole, kind, self.split)
 
     def surface(self, size: float = 0.0) -> Surface:
-        """Return points (n, 3) in m and triangles (t, 3) of its boundary, or of triangle file. Raises UnreadableMesh."""
+        """Return points (n, 3) in m and triangles (t, 3) of its boundary or triangle file. Raises UnreadableMesh."""
         from softmark.solvers.mesh.files.mesh_reader import read_surface
 
         return read_surface(self.path, self.unit, self.coincident, self.pieces)

@@ -172,7 +172,7 @@ def _coons(outline: Floats, n: int) -> Floats:
 
 
 def extrude(section: PlaneMesh, length: float, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[Floats, Ints, Ints]:
-    """Extrude along z from 0 to `length`, with layers at cuts of `along`: points (n, 3), hexahedra (m, 8), colour (n,)."""
+    """Extrude along z from 0 to `length`, layers at cuts of `along`: points (n, 3), cells (m, 8), colour (n,)."""
     return extrude_layers(section, _even_lines(0.0, length, count_divisions(length, size), cuts_along(cuts, "along")))
 
 

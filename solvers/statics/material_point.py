@@ -160,8 +160,9 @@ class MaterialPoint:
                     return t, p, number + 1
         return None
 
-    def _searched(self, drive: ImposedDeformation, at: tuple[Floats, float, Floats], free: NDArray[np.intp], step: Floats,
-                  ) -> tuple[Floats, float, Floats] | None:  # fmt: skip
+    def _searched(
+        self, drive: ImposedDeformation, at: tuple[Floats, float, Floats], free: NDArray[np.intp], step: Floats
+    ) -> tuple[Floats, float, Floats] | None:
         """Return the first point along a step with a smaller residual; None if there is none."""
         t, p, left = at
         if not np.all(np.isfinite(step)):

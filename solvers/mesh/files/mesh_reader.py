@@ -276,7 +276,7 @@ def _deck(path: Path) -> Any:
 
 
 def _vtk(path: Path) -> Any:
-    """Return a VTK file read by its content, whatever its name; None if meshio should read it. Raises UnreadableMesh."""
+    """Return a VTK file by its content, not its name; None if meshio should read it. Raises UnreadableMesh."""
     with open_regular(path) as file:
         head = file.read(4096)
     try:

@@ -234,7 +234,8 @@ def _describe_pieces(mesh: Mesh, part: Ints) -> str:
     least = int(np.argmin(np.bincount(part)))
     cell = int(np.argmax(part == least))
     listed = ", ".join(map(str, sizes[:4])) + (", ..." if len(sizes) > 4 else "")
-    return f"of {listed} cells; the smallest has cell {cell} at {format_position(mesh.points[mesh.cells[cell]].mean(axis=0))}"
+    place = format_position(mesh.points[mesh.cells[cell]].mean(axis=0))
+    return f"of {listed} cells; the smallest has cell {cell} at {place}"
 
 
 def _pieces_of_nodes(mesh: Mesh) -> Ints:
@@ -293,8 +294,9 @@ def _facet_orientation(sides: Ints) -> NDArray[np.bool_]:
 
 def _overlap(mesh: Mesh, cells: Ints, face: Ints, count: int, what: str) -> None:
     named = ", ".join(map(str, cells[:-1])) + f" and {cells[-1]}"
+    place = format_position(mesh.points[face].mean(axis=0))
     raise UnreadableMesh(
-        f"cells {named} {what}, at {format_position(mesh.points[face].mean(axis=0))} ({count} such face{'s' if count > 1 else ''})",
+        f"cells {named} {what}, at {place} ({count} such face{'s' if count > 1 else ''})",
         "E567", "repair the mesh: a face has one cell on each side, or a cell and the surface",
     )  # fmt: skip
 
@@ -327,9 +329,9 @@ def _refuse_self_intersection(mesh: Mesh) -> None:
     found = find_overlap(mesh)
     if found is None:
         return
-    point, cell = found
+    place, cell = format_position(found[0]), found[1]
     raise UnreadableMesh(
-        f"it passes through itself: {format_position(point)} lies inside cell {cell} and in another part of the mesh as well",
+        f"it passes through itself: {place} lies inside cell {cell} and in another part of the mesh as well",
         "E569", "repair the mesh: matter there would count twice",
     )  # fmt: skip
 
