@@ -19,10 +19,10 @@ def crossings(beds: Mapping[str, Any], x: Floats) -> dict[str, dict[str, int]]:
 
     found = {}
     for name in (name for name, bed in beds.items() if isinstance(bed, DynamicPatternEnergy)):
-        from softmark.solvers.independent_forces.self_intersection import find_intersections as passing
+        from softmark.solvers.independent_forces.self_intersection import find_intersections
 
         skin = beds[name].skin
-        found[name] = len(intersection_warnings(skin.places(x)[: skin.corners], skin.faces))
+        found[name] = len(find_intersections(skin.places(x)[: skin.corners], skin.faces))
     return {"crossings": found} if found else {}
 
 
