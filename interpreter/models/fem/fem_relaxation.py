@@ -56,7 +56,7 @@ class MeshWithHistory(Deformed):
     """Deformed mesh with its history; `aged` is the state from which a later time continues."""
 
     past: DisplacementHistory | None = None
-    advance_in_time: StateInTime | None = None
+    aged: StateInTime | None = None
     pore_pressure: Floats | None = None  # (n,) Pa, of a fluid, positive in compression
 
     def __getstate__(self) -> dict[str, Any]:
