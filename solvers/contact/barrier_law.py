@@ -29,7 +29,7 @@ class Barrier:
     bend: float = 0.75
 
     @property
-    def most(self) -> float:
+    def touch_pressure(self) -> float:
         """Pressure at zero gap, Pa."""
         return float(self.pressure(np.zeros(1))[0])
 
