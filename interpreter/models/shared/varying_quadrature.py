@@ -186,10 +186,11 @@ class Resolved:
 
 
 def degree_of(mesh: Mesh, mass: bool) -> int:
-    """The degree of the polynomials that stiffness, or mass, is made of."""
+    """The degree of the polynomials that stiffness, or mass, is made of: those of one strain at the least."""
     element = mesh.element
     simplex = family_of(element) == "tetrahedra"
     stiff = 2 * (element.order - 1) if simplex else 2 * element.order + (element.order == 1)
+    stiff = max(stiff, max(map(sum, element.monomials)) - 1)  # slopes of shape functions balance where strain is even
     return max(2 * element.order, stiff) if mass else stiff
 
 
