@@ -293,9 +293,7 @@ def _in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
 
 def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for reference, case in _cases(scene, "reference"):
-        if reference.thing.how != "solved":  # measured: it says how the body was, whatever holds it
-            continue
-        if rigid(case.body):  # E655
+        if reference.thing.how != "solved" or rigid(case.body):  # a measurement needs no supports; E655
             continue
         if case.shape.wired and not reference.thing.wired:
             yield from _wired(reference, case)
