@@ -306,8 +306,14 @@ def test_a_scene_at_rest_imports_nothing_of_motion(tmp_path: Path) -> None:
 def test_a_scene_without_contact_imports_nothing_of_contact(tmp_path: Path) -> None:
     """Neither what keeps surfaces clear, nor what looks at that again."""
     found = after("run", "uniaxial-stretch", cwd=tmp_path)
-    shared = {f"softmark.interpreter.models.shared.{name}" for name in ("contacting", "pairing", "rubbing", "touched")}
-    checks = {f"softmark.interpreter.verification.{name}" for name in ("contact_check", "contact_error", "pair_check")}
+    shared = {
+        f"softmark.interpreter.models.shared.{name}"
+        for name in ("rigid_contact_setup", "self_contact_setup", "friction_history", "contact_capabilities")
+    }
+    checks = {
+        f"softmark.interpreter.verification.{name}"
+        for name in ("contact_forces_check", "contact_error", "self_contact_forces_check")
+    }
     assert not found & (shared | checks)
     assert not {
         m

@@ -291,9 +291,7 @@ def _check_in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnosti
 
 def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for reference, case in _cases(scene, "reference"):
-        if reference.thing.how != "solved":  # measured references are independent of supports
-            continue
-        if is_rigid(case.body):  # E655
+        if reference.thing.how != "solved" or is_rigid(case.body):  # measured: independent of supports; E655
             continue
         if case.shape.wired and not reference.thing.wired:
             yield from _check_network(reference, case)

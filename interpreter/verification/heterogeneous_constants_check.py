@@ -1,4 +1,4 @@
-"""Independent lookup of constants that vary in space; images are read by other code."""
+"""Constants that vary in space, looked up once more for the watchdog: by other code for what is read from images."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     from softmark.interpreter.verification.probe_errors import ProbeResultUnderTest
     from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 
-LOOKED = 32  # points at which array arithmetic is repeated one by one
+LOOKED = 32  # points of each look-up at which arithmetic on arrays is done again, one by one
 AGREE = 1e-12
 
 
 def read_field_again(field: Field, X: Floats) -> Floats:
-    """Return the values of a field at points X (n, 3), m: for an image by scipy's splines of degree one."""
+    """The values of a field at points X (n, 3), m: of an image by scipy's splines of degree one."""
     known = load_field(field)
     if not isinstance(known, Image):
         return read_field(field, X)
@@ -37,8 +37,8 @@ def read_field_again(field: Field, X: Floats) -> Floats:
     return found
 
 
-def constant_values(constant: Any, X: Floats) -> Floats:
-    """Return a constant of a material at points X (n, 3), m: (n,). Raises ValueError if array arithmetic disagrees."""
+def values(constant: Any, X: Floats) -> Floats:
+    """A constant of a material at points X (n, 3), m: (n,). Raises ValueError where arithmetic is not one."""
     if not isinstance(constant, Profile):
         return np.full(len(X), float(constant))
     found: Floats = constant.values(X, read_field_again)
@@ -51,25 +51,25 @@ def constant_values(constant: Any, X: Floats) -> Floats:
 
 
 def constants_of(case: Case) -> Any:
-    """Return a function for Young's modulus and Poisson's ratio of a case at points (n, 3)."""
+    """What tells Young's modulus and Poisson's ratio of a case at points (n, 3)."""
     material = case.material
-    return lambda X: (constant_values(material.young, X), constant_values(material.poisson, X))
+    return lambda X: (values(material.young, X), values(material.poisson, X))
 
 
 def density_of(case: Case) -> Any:
-    """Return a density, kg/m^3: a number, or a function of points (n, 3)."""
+    """A density, kg/m^3: a number, or what tells it at points (n, 3)."""
     rho = case.material.density
-    return (lambda X: constant_values(rho, X)) if isinstance(rho, Profile) else rho
+    return (lambda X: values(rho, X)) if isinstance(rho, Profile) else rho
 
 
 # ------------------------------------------------------------------ integrals by another quadrature
 
 LOOKED_AT = (6, 4)  # cells of each material that are integrated again: with points of their own, and others
-BOXES = 6  # along each direction of a cell, to begin with
-MOST = 20_000  # boxes of a cell; the error that they leave is allowed for
-ROUNDS = 40  # largest number of halvings
-CLOSE = 1e-3  # relative to an integral: tolerance for boxes
-OFF = 5e-3  # relative to an integral: allowed quadrature error
+BOXES = 5  # along each direction of a cell, to begin with
+MOST = 6_000  # boxes of a cell; the error that they leave is allowed for
+ROUNDS = 40  # times that boxes are halved
+CLOSE = 1e-3  # of the size of an integral: when boxes are small enough
+OFF = 5e-3  # of an integral: the error that the element's quadrature may have
 
 
 def check_integrals(case: Case, mesh: DeformedMesh, pressures: bool) -> tuple[dict[str, Any], str | None]:
@@ -101,16 +101,16 @@ def _integrands(case: Case, mesh: Any, pressures: bool) -> Iterator[tuple[str, C
 
     material = case.material
     if (seen := heterogeneous_material.density_resolved(case, mesh)) is not None:
-        yield "density", lambda X: constant_values(material.density, X)[None], seen
+        yield "density", lambda X: values(material.density, X)[None], seen
     if (seen := heterogeneous_material.stiffness_of(case, mesh, pressures)) is None:
         return
     active = next((n for n in heterogeneous_material.ACTIVE if isinstance(getattr(material, n, None), Profile)), None)
     if active is not None:
-        yield active, lambda X: constant_values(getattr(material, active), X)[None], seen
+        yield active, lambda X: values(getattr(material, active), X)[None], seen
         return
 
     def moduli(X: Floats) -> Floats:
-        E, nu = constant_values(material.young, X), np.minimum(constant_values(material.poisson, X), 0.5 - 1e-9)
+        E, nu = values(material.young, X), np.minimum(values(material.poisson, X), 0.5 - 1e-9)
         if not isinstance(material.poisson, Profile):
             return np.stack([E, 1.0 / E] if pressures else [E])
         K = E / (3.0 - 6.0 * nu)
@@ -124,7 +124,7 @@ def _volumes_off(seen: Any, mesh: Any) -> float:
     if seen.rule is None:
         return 0.0
     own = np.flatnonzero(seen.rule.special)
-    xi, w = solid_forces.quadrature_rule(mesh.kind)
+    xi, w = solid_forces.rule(mesh.kind)
     V = np.abs(solid_forces.gradients(mesh.points, mesh.cells[own], mesh.kind, xi)[1]) @ w
     return float(np.abs(seen.rule.w[own].sum(axis=1) / V - 1.0).max(initial=0.0))
 
@@ -147,7 +147,7 @@ def _compare_cell(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: 
         xi, w = (each[cell] for each in seen.rule.local(mesh))
 
     def integrals(xi: Floats, w: Floats) -> tuple[Floats, Floats]:
-        X = (solid_forces.shape_functions(kind, xi) @ corners)[0]
+        X = (solid_forces.shape(kind, xi) @ corners)[0]
         c, v = rows(X), w * solid_forces.gradients(mesh.points, mesh.cells[[cell]], kind, xi)[1][0]
         return np.stack([c @ v, *(c @ (v * t) for t in xi.T)]), np.abs(c) @ np.abs(v)
 
@@ -163,34 +163,45 @@ def _compare_cell(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: 
 
 def _weighted_integrands(rows: Callable[[Floats], Floats], mesh: Any, cell: int, xi: Floats) -> Floats:
     """Integrands times the Jacobian determinant of a cell (g, n), at local points xi (n, 3)."""
-    corners = mesh.points[mesh.cells[[cell]]]
-    X = (solid_forces.shape_functions(mesh.kind, xi) @ corners)[0]
-    found: Floats = rows(X) * solid_forces.gradients(mesh.points, mesh.cells[[cell]], mesh.kind, xi)[1][0]
+    corners = mesh.points[mesh.cells[cell]]
+    a, b, c = np.moveaxis((corners - corners[0]).T @ solid_forces.slope(mesh.kind, xi), 2, 0)
+    found: Floats = rows(solid_forces.shape(mesh.kind, xi) @ corners) * (np.cross(a, b) * c).sum(axis=1)
     return found
 
 
 def integrate_by_boxes(kind: str, f: Callable[[Floats], Floats], hints: Floats, close: Floats) -> tuple[Floats, Floats]:
     """Integrals (4, g) over a reference cell of functions f (g, n), and of f times each local coordinate.
 
-    The second result is an error estimate (g,): three Gauss points per direction of a box less two. Boxes are halved
-    until the summed error is `close` (g,) and no value at local points `hints` (n, 3) is outside the range in its box.
+    The second result is an error estimate (g,): three Gauss points per direction of a box less two, and less Simpson's
+    rule, which sees what two rules of Gauss miss behind their last points. Boxes are halved until the summed error is
+    `close` (g,) and no value at local points `hints` (n, 3) is outside the range in its box.
     """
     grid = np.stack(np.meshgrid(*[np.arange(BOXES) / BOXES] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     low, size = grid, np.full_like(grid, 1.0 / BOXES)
     at, told = cell_to_cube(kind, hints), f(hints)
+    owner = _first_owners(at)
     total, error = np.zeros((4, len(close))), np.zeros(len(close))
     taken = 0
     for turn in range(ROUNDS + 1):
         values, own, off, bend = _integrate_boxes(kind, f, low, size)
-        width = values.max(axis=2) - values.min(axis=2)
-        beyond = np.zeros((len(close), len(low)))
-        owner = _owners(at, low, size)
-        some = owner >= 0
-        above = np.maximum(told - values.max(axis=2)[:, owner], values.min(axis=2)[:, owner] - told)
+        surprise = _surprises(values, told, owner)
+        if turn == 0 and surprise.any():  # what is seen in one place may be as narrow all along a layer of boxes
+            more = _layers(at, surprise.max(axis=0), low + 0.5 * size)
+            at, told = np.concatenate([at, more]), np.concatenate([told, f(cube_to_cell(kind, more)[0])], axis=1)
+            owner = _first_owners(at)
+            surprise = _surprises(values, told, owner)
+        beyond, some = np.zeros((len(close), len(low))), np.flatnonzero(surprise.any(axis=0))
         for g in range(len(close)):
-            np.maximum.at(beyond[g], owner[some], above[g, some])
+            np.maximum.at(beyond[g], owner, surprise[g])
+        for axis in range(3):  # a feature between the points of a box does not show in them which way it varies
+            moved = at[some]
+            moved[:, axis] = (low + 0.5 * size)[owner[some], axis]
+            change = np.abs(f(cube_to_cell(kind, moved)[0]) - told[:, some]) / np.maximum(surprise[:, some], 1e-300)
+            np.maximum.at(
+                bend[:, axis], owner[some], 100.0 * np.where(surprise[:, some] > 0.0, change, 0.0).max(axis=0)
+            )
         volume = np.prod(size, axis=1)
-        beyond = np.where(beyond > width, beyond * volume, 0.0)
+        beyond = beyond * volume
         rough = np.asarray(((off + beyond) > close[:, None] / (taken + len(low))).any(axis=0))
         if turn == ROUNDS or taken + len(low) + int(rough.sum()) > MOST:
             rough[:] = False
@@ -199,39 +210,50 @@ def integrate_by_boxes(kind: str, f: Callable[[Floats], Floats], hints: Floats, 
         taken += int((~rough).sum())
         if not rough.any():
             break
+        inside = rough[owner]
+        at, told, owner = at[inside], told[:, inside], (np.cumsum(rough) - 1)[owner[inside]]
         axis = bend[rough].argmax(axis=1)
         low, size = low[rough], size[rough].copy()
         rows = np.arange(len(low))
         size[rows, axis] *= 0.5
         up = low.copy()
         up[rows, axis] += size[rows, axis]
+        owner = owner + len(low) * (at[np.arange(len(at)), axis[owner]] > up[owner, axis[owner]])
         low, size = np.concatenate([low, up]), np.concatenate([size, size])
     return total, error
 
 
-def _owners(at: Floats, low: Floats, size: Floats) -> Any:
-    """Return the number of the box that contains each point (n, 3) of the cube (n,); -1 where no box does."""
-    from scipy.spatial import cKDTree
+def _first_owners(at: Floats) -> Any:
+    """The numbers (n,) of the first boxes that points (n, 3) of the cube are in."""
+    return (np.clip((at * BOXES).astype(int), 0, BOXES - 1) @ [BOXES**2, BOXES, 1]).astype(int)
 
-    if not len(at):
-        return np.zeros(0, dtype=np.int64)
-    tree = cKDTree(at)
-    found = np.full(len(at), -1)
-    near = tree.query_ball_point(low + 0.5 * size, 0.5 * size.max(axis=1), p=np.inf)
-    for box, own in enumerate(near):
-        own = np.array(own, dtype=np.int64)
-        inside = np.all(np.abs(at[own] - low[box] - 0.5 * size[box]) <= 0.5 * size[box], axis=1)
-        found[own[inside]] = box
-    return found
+
+def _surprises(values: Floats, told: Floats, owner: Any) -> Floats:
+    """By how much told values (g, n) are outside the range of those in their boxes, where by more than it (g, n)."""
+    least, most = values.min(axis=2), values.max(axis=2)
+    above = np.maximum(told - most[:, owner], least[:, owner] - told)
+    return np.where(above > np.maximum((most - least)[:, owner], 0.0), above, 0.0)
+
+
+def _layers(at: Floats, surprise: Floats, centres: Floats) -> Floats:
+    """Points (n, 3) in all boxes of each layer across an axis, as high as its point with the largest surprise."""
+    found = []
+    for axis in range(3):
+        own, other = (np.clip((X[:, axis] * BOXES).astype(int), 0, BOXES - 1) for X in (at, centres))
+        for k in np.unique(own[surprise > 0.0]):
+            layer = centres[other == k]
+            layer[:, axis] = at[np.where(own == k, surprise, -1.0).argmax(), axis]
+            found.append(layer)
+    return np.concatenate(found)
 
 
 def _integrate_boxes(
     kind: str, f: Callable[[Floats], Floats], low: Floats, size: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return values (g, n, 27), integrals (4, g, n), errors (g, n) and the variation per axis (n, 3), in n boxes."""
+    """Return values (g, n, 62), integrals (4, g, n), errors (g, n) and the variation per axis (n, 3), in n boxes."""
 
-    def at(many: int) -> tuple[Floats, Floats, Floats]:
-        t, v = np.polynomial.legendre.leggauss(many)
+    def at(t: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
+        many = len(t)
         points = 0.5 + 0.5 * np.stack(np.meshgrid(t, t, t, indexing="ij"), axis=-1).reshape(-1, 3)
         cube = (low[:, None] + points * size[:, None]).reshape(-1, 3)
         xi, w = cube_to_cell(kind, cube)
@@ -239,35 +261,38 @@ def _integrate_boxes(
         w = w.reshape(len(low), -1) * 0.125 * np.einsum("i,j,k->ijk", v, v, v).ravel() * np.prod(size, axis=1)[:, None]
         return found, w, xi.reshape(len(low), -1, 3)
 
-    (values, w, xi), (less, v, eta) = at(3), at(2)
-    parts = [(values * w).sum(axis=2), *((values * w * xi[..., i]).sum(axis=2) for i in range(3))]
-    coarse = [(less * v).sum(axis=2), *((less * v * eta[..., i]).sum(axis=2) for i in range(3))]
-    own = np.stack(parts)
-    cube = (
-        values.reshape(-1, len(low), 3, 3, 3)
-        / np.maximum(np.abs(values).max(axis=(1, 2)), 1e-300)[:, None, None, None, None]
+    gauss = np.polynomial.legendre.leggauss
+    seen = [at(*gauss(3)), at(*gauss(2)), at(np.array([-1.0, 0.0, 1.0]), np.array([1.0, 4.0, 1.0]) / 3.0)]
+    own, coarse, simpson = (
+        np.stack([(c * w).sum(axis=2), *((c * w * xi[..., i]).sum(axis=2) for i in range(3))]) for c, w, xi in seen
     )
-    bend = np.stack([np.abs(np.diff(cube, axis=a)).sum(axis=(0, 2, 3, 4)) for a in (2, 3, 4)], axis=1)
-    return values, own, np.abs(own - np.stack(coarse)).max(axis=0), bend + 1e-9 * size
+    off = np.maximum(np.abs(own - coarse), np.abs(own - simpson)).max(axis=0)
+    values = np.concatenate([c for c, *_ in seen], axis=2)
+    largest = np.maximum(np.abs(values).max(axis=(1, 2)), 1e-300)[:, None, None, None, None]
+    bend = np.zeros((len(low), 3))
+    for c, *_ in (seen[0], seen[2]):  # what bends between the last Gauss point and the end of a box shows in the second
+        cube = c.reshape(-1, len(low), 3, 3, 3) / largest
+        bend += np.stack([np.abs(np.diff(cube, axis=a)).sum(axis=(0, 2, 3, 4)) for a in (2, 3, 4)], axis=1)
+    return values, own, off, bend + 1e-9 * size
 
 
 def cube_to_cell(kind: str, cube: Floats) -> tuple[Floats, Floats]:
     """Map points of the unit cube (n, 3) to local points (n, 3); also return the Jacobian determinants (n,)."""
     a, b, c = cube.T
-    if solid_forces.is_tensor_product(kind):
+    if solid_forces.square(kind):
         return 2.0 * cube - 1.0, np.full(len(cube), 8.0)
-    if solid_forces.is_wedge(kind):
+    if solid_forces.wedged(kind):
         return np.stack([a, (1.0 - a) * b, 2.0 * c - 1.0], axis=1), 2.0 * (1.0 - a)
     return np.stack([a, (1.0 - a) * b, (1.0 - a) * (1.0 - b) * c], axis=1), (1.0 - a) ** 2 * (1.0 - b)
 
 
 def cell_to_cube(kind: str, xi: Floats) -> Floats:
-    """Map local points (n, 3) to points of the unit cube (n, 3): the inverse of `collapsed`."""
+    """Map local points (n, 3) to points of the unit cube (n, 3): the inverse of `cube_to_cell`."""
     x, y, z = xi.T
-    if solid_forces.is_tensor_product(kind):
+    if solid_forces.square(kind):
         return 0.5 * (xi + 1.0)
     b = y / np.maximum(1.0 - x, 1e-12)
-    if solid_forces.is_wedge(kind):
+    if solid_forces.wedged(kind):
         return np.stack([x, b, 0.5 * (z + 1.0)], axis=1)
     return np.stack([x, b, z / np.maximum((1.0 - x) * (1.0 - b), 1e-12)], axis=1)
 

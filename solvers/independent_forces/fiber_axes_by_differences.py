@@ -83,6 +83,11 @@ class AnisotropicBody(CheckedBody):
 
     at: Callable[[Floats], Stress] | None = None
 
+    def _rule(self, at: slice, centre: bool = False) -> tuple[Floats, Floats]:
+        if self.rules is None or centre:
+            return super()._rule(at, centre)
+        return self.rules[0][at], self.rules[1][at]  # of linear tetrahedra too: what they have one of is the strain
+
     def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
         if self.at is None:
             raise TypeError("a material without its directions")

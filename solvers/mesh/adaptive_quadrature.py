@@ -1,22 +1,27 @@
-"""Adaptive quadrature over the cells of a mesh, for functions that vary too fast within a cell for its Gauss points.
+"""Adaptive quadrature over the cells of a mesh, for functions that vary within cells more than Gauss points can see.
 
 The reference cell is halved along one of its edges, and its halves again, until two rules agree in every part and
-bounds of the function over a part exclude a feature between the points. Source of the scheme: Berntsen, Espelid and
+bounds
+of the function over a part leave no room for a feature between the points. Source of the scheme: Berntsen, Espelid and
 Genz (1991), "An adaptive algorithm for the approximate calculation of multiple integrals"; bounds by interval
 arithmetic are those of Moore (1966).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from itertools import combinations, product
 from typing import Any
 
 import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.elements import CELLS
+from softmark.solvers.elements.boundary_facets import Tri3, Tri6
 from softmark.solvers.elements.element import Element
 from softmark.solvers.elements.reference_cells import determinants
+from softmark.solvers.elements.reference_wedge import through
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 Bools = Any  # (n,) of numpy
@@ -24,13 +29,17 @@ Values = Callable[[Floats], Floats]  # of points (n, 3), m: values of g function
 Bounds = Callable[[Floats, Floats], tuple[Floats, Floats]]  # of boxes (n, 3), m: least and largest values (g, n)
 
 ROUNDS = 48  # times that parts are halved
-BULGE = 0.1  # bulge of curved sides beyond a part's vertices, relative to its extent
-VISIBLE = 1.0  # relative to the range of sampled values: excess of the bounds that is accepted
-STRAIGHT = 1e-12  # relative to the mesh extent: tolerance of midside nodes on straight edges
-SLABS = 4  # pieces along each edge to find the best direction to halve a part
-ALL_HIDDEN = 5.0  # relative to the tolerance: accepted hidden part of a cell
-CLOSER = 3  # halvings for narrower bounds: those of a bounding box are wide, especially for tetrahedra
-BATCH = 4000  # parts evaluated at once: 50 MB of shape functions
+BULGE = 0.1  # of the extent of a part: how far curved sides may reach beyond its vertices
+VISIBLE = 0.5  # of the range of the values seen in a part: bounds that exceed it by less hide nothing of weight
+STRAIGHT = 1e-12  # of the extent of a mesh: how far nodes may lie from the middle between corners
+SLABS = 4  # that a part is cut into, along each edge, to see which way bounds become narrowest
+ALL_HIDDEN = 5.0  # of the tolerance: what all parts of a cell together may hide
+CLOSER = (
+    3  # times that a part is halved for narrower bounds: those of its bounding box are wide, of tetrahedra above all
+)
+LATTICE = 16384  # points that see whether few parts miss much of a cell
+PLASTIC = 1.2207440846057596  # root of x^4 = x + 1, whose powers make an even lattice in three dimensions
+BATCH = 4000  # parts that are looked at together: 50 MB of shape functions
 
 # Edges of the reference cell that are parallel: a part is halved across one of these bundles.
 BUNDLES: dict[str, tuple[tuple[tuple[int, int], ...], ...]] = {
@@ -41,13 +50,16 @@ BUNDLES: dict[str, tuple[tuple[tuple[int, int], ...], ...]] = {
     "tetrahedra": (((0, 1),), ((1, 2),), ((0, 2),), ((0, 3),), ((1, 3),), ((2, 3),)),
 }  # fmt: skip
 
+# A coarse and a fine rule of slices of tetrahedra, which narrow to an edge or a point and need two degrees more along.
+SLICES = through((1 / 6 + 0.5 * np.array(Tri3.rim), np.full(3, 1 / 6)), 3), through(Tri6.quadrature(), 4)
+
 
 @dataclass(frozen=True)
 class FineRule:
     """Quadrature points of some cells, sorted by cell: `cell` (n,), local points `xi` (n, 3), volumes `w` (n,), m^3.
 
-    `values` (g, n) are the functions at the points. `error` (g, m) estimates the error of the integral of each function
-    over each cell, and `hidden` (g, m) is the part that the points may miss, from bounds of the function.
+    `values` (g, n) are the functions at the points. `error` (g, m) estimates by how much the integral of each function
+    over each cell is off, and `hidden` (g, m) bounds what the points cannot see by the bounds of the function.
     """
 
     cell: Ints
@@ -60,7 +72,7 @@ class FineRule:
 
 @dataclass
 class _Parts:
-    """Parts of reference cells: the cell of each, `cell` (n,), and its local `vertices` (n, v, 3)."""
+    """Parts of reference cells: `cell` (n,) they belong to, local `vertices` (n, v, 3)."""
 
     cell: Ints
     vertices: Floats
@@ -73,12 +85,12 @@ class _Parts:
 
 
 def family_of(element: type[Element]) -> str:
-    """Return the reference cell of an element: `hexahedra`, `wedges` or `tetrahedra`."""
+    """The reference cell of an element: `hexahedra`, `wedges` or `tetrahedra`."""
     return {8: "hexahedra", 6: "wedges", 4: "tetrahedra"}[element.corners]
 
 
 def rules_of(element: type[Element]) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
-    """Return a coarse and a fine rule of the reference cell, degrees 3 and 5 (tetrahedra 2 and 5, wedges 2 and 4)."""
+    """A coarse and a fine rule of the reference cell, of degrees 3 and 5 (2 and 5 in tetrahedra, 2 and 4 in wedges)."""
     family = family_of(element)
     if family == "hexahedra":
         return CELLS["hex8"].quadrature(), CELLS["hex20"].quadrature()
@@ -89,50 +101,123 @@ def rules_of(element: type[Element]) -> tuple[tuple[Floats, Floats], tuple[Float
 def adaptive_rule(
     mesh: Mesh, values: Values, bounds: Bounds, tolerance: float, most: int, axes: Floats, floor: Floats, degree: int,
 ) -> FineRule:  # fmt: skip
-    """Return quadrature points in every cell that integrate g functions to a relative tolerance.
+    """Quadrature points in every cell by which functions (g of them) are integrated to a tolerance.
 
-    `tolerance` is relative to the integral of each function's magnitude over its cell; `most` is the largest number of
-    parts. `axes` (3,) is 1 for coordinates that the functions depend on and else 0. `floor` (g,) is added to the
-    magnitude of each function, in its unit: a function that vanishes in a cell needs no relative accuracy. The points
-    of each part are exact for polynomials of a `degree` of at most five.
+    `tolerance` is relative to the integral of each function's magnitude over its cell, `most` the number of parts in
+    all. `axes` (3,) is 1 along coordinates that the functions depend on and else 0. `floor` (g,) is added to the
+    magnitude of each function, in its unit: a function that vanishes in a cell needs no relative accuracy. Each part is
+    given points that are exact for polynomials of a `degree` of five at most.
     """
     element, count = mesh.element, len(mesh.cells)
-    grid = _CellFunctions(mesh, values, bounds, axes)
+    grid = whole_cells = _CellFunctions(mesh, values, bounds, axes)
     whole = np.broadcast_to(element.places()[: element.corners], (count, element.corners, 3)).copy()
-    parts, done = _Parts(np.arange(count), whole), list[tuple[_Parts, Floats, Floats]]()
+    parts, done = _Parts(np.arange(count), whole), list[_Parts]()
     size, left = np.zeros((len(floor), count)), np.zeros((len(floor), count))
     taken = 0
+    sums = np.zeros((len(floor), len(grid.others), count))
+    squares = np.zeros((len(floor), count))
     for turn in range(ROUNDS + 1):
         seen = [grid.integrate_parts(parts[at : at + BATCH]) for at in range(0, len(parts), BATCH)]
-        magnitude, volume, error, hidden = (np.concatenate(each, axis=-1) for each in zip(*seen, strict=True))
+        magnitude, volume, off, error, hidden = (np.concatenate(each, axis=-1) for each in zip(*seen, strict=True))
         if turn == 0:
             cells = volume
             size = magnitude + floor[:, None] * volume
-        else:  # a peak found later increases the magnitude of its cell
-            now = np.zeros_like(size)
-            for g in range(len(floor)):
-                now[g] = np.bincount(parts.cell, magnitude[g], minlength=count)
-            size = np.maximum(size, now)
+        else:  # a peak that is found later makes its cell larger
+            size = np.maximum(size, _by_cell(parts.cell, magnitude, count))
         share, part = tolerance * size[:, parts.cell], volume / cells[parts.cell]
-        behind = np.array([np.bincount(parts.cell, h, minlength=count) for h in hidden]) + left
+        behind = _by_cell(parts.cell, hidden, count) + left
         many = (behind > ALL_HIDDEN * tolerance * size)[:, parts.cell] & (hidden > ALL_HIDDEN * share * part)
-        rough = ((error > share * np.sqrt(part)) | (hidden > share) | many).any(axis=0)
+        between = _errors(sums + _by_cell(parts.cell, off, count), squares + _by_cell(parts.cell, error**2, count))
+        unsettled = (between > tolerance * size)[:, parts.cell]
+        rough = (((error > share * np.sqrt(part)) & unsettled) | (hidden > share) | many).any(axis=0)
         if turn == ROUNDS:
             rough[:] = False
         room = most - taken - len(parts)
-        if rough.sum() > room:  # halve the worst parts while the limit allows
+        if rough.sum() > room:  # the worst are halved, as long as there is room
             worst = ((error + hidden) / share).max(axis=0)
             worst[~rough] = 0.0
             rough[:] = False
             rough[np.argsort(worst)[::-1][: max(0, room)]] = True
             rough &= worst > 0.0
-        left += [np.bincount(parts.cell[~rough], h, minlength=count) for h in hidden[:, ~rough]]
-        done.append((parts[~rough], error[:, ~rough], hidden[:, ~rough]))
-        taken += int((~rough).sum())
-        parts = grid.halved(parts[rough], np.maximum(floor, 1e-300))
+        kept = ~rough
+        left += _by_cell(parts.cell[kept], hidden[:, kept], count)
+        sums += _by_cell(parts.cell[kept], off[..., kept], count)
+        squares += _by_cell(parts.cell[kept], error[:, kept] ** 2, count)
+        done.append(parts[kept])
+        taken += int(kept.sum())
+        parts, magnitudes = parts[rough], np.maximum(floor, 1e-300)
         if not len(parts):
             break
-    return grid.collected(done, count, degree)
+        if turn == 0 and element.corners == 4:
+            parts, grid = grid.slices(parts, magnitudes), _CellFunctions(mesh, values, bounds, axes, sliced=True)
+        else:
+            parts = grid.halved(parts, magnitudes)
+    rule = _joined([(whole_cells, done[:1]), (grid, done[1:])], count, degree, _errors(sums, squares), left)
+    much = np.flatnonzero((left > ALL_HIDDEN * tolerance * size).any(axis=0))
+    return replace(rule, hidden=whole_cells.sampled_again(rule, much)) if len(much) else rule
+
+
+def _errors(sums: Floats, squares: Floats) -> Floats:
+    """Estimate errors of integrals over cells (g, m): by how much rules differ in all their parts, and its deviation.
+
+    Differences in parts cancel where a function has a kink across many of them: their `sums` (g, r, m) and the root of
+    the sum of their `squares` (g, m) are what a wrong sign of each part leaves.
+    """
+    found: Floats = np.abs(sums).max(axis=1) + np.sqrt(squares)
+    return found
+
+
+def _by_cell(cell: Ints, each: Floats, count: int) -> Floats:
+    """Sums over cells (..., count) of numbers of their parts (..., n), of which `cell` (n,) tells the cell."""
+    rows = each.reshape(int(np.prod(each.shape[:-1])), len(cell))
+    found = np.array([np.bincount(cell, row, minlength=count) for row in rows])
+    return found.reshape(*each.shape[:-1], count)
+
+
+def _joined(
+    done: list[tuple[_CellFunctions, list[_Parts]]], count: int, degree: int, error: Floats, hidden: Floats
+) -> FineRule:
+    """The points of all parts: by the fine rule in cells with few, else by the coarse where that is of the degree."""
+    parts = np.concatenate([own.cell for _, each in done for own in each])
+    often, found = np.bincount(parts, minlength=count), []
+    for grid, each in done:
+        enough = degree <= (3 if family_of(grid.linear) == "hexahedra" else 2)
+        for own in each:
+            found += list(grid.points(own, (often[own.cell] > FEW) & enough))
+    cells, xis, ws, values = zip(*found, strict=True)
+    cell = np.concatenate(cells)
+    order = np.argsort(cell, kind="stable")
+    return FineRule(cell[order], np.concatenate(xis)[order], np.concatenate(ws)[order],
+                    np.concatenate(values, axis=1)[:, order], error, hidden)  # fmt: skip
+
+
+def closed_rule(element: type[Element]) -> tuple[Floats, Floats]:
+    """A rule of degree 3 with points at the corners of the reference cell, midway between any two, and in its centre.
+
+    In hexahedra it is Simpson's. Weights may be negative: it is only compared with others.
+    """
+    corners = element.places()[: element.corners]
+    middles = [0.5 * (a + b) for a, b in combinations(corners, 2)]
+    points = np.unique(np.round([*corners, *middles, corners.mean(axis=0)], 12), axis=0)
+    if element.corners == 8:
+        return points, np.prod(np.where(points == 0.0, 4.0, 1.0), axis=1) / 27.0
+    xi, w = rules_of(element)[1]
+    powers = [p for p in product(range(4), repeat=3) if sum(p) <= 3]
+    rows, known = (np.array([np.prod(x ** np.array(p), axis=1) for p in powers]) for x in (points, xi))
+    found: Floats = np.linalg.lstsq(rows, known @ w, rcond=1e-12)[0]
+    return points, found
+
+
+def lattice(element: type[Element]) -> Floats:
+    """LATTICE points (n, 3) that are spread evenly over the reference cell, by multiples of irrational numbers."""
+    t = (0.5 + np.arange(1, LATTICE + 1)[:, None] * PLASTIC ** -np.arange(1.0, 4.0)) % 1.0
+    if element.corners == 8:
+        return 2.0 * t - 1.0
+    if element.corners == 6:
+        x, y = np.sort(t[:, :2], axis=1).T
+        return np.stack([x, 1.0 - y, 2.0 * t[:, 2] - 1.0], axis=1)
+    ordered = np.sort(t, axis=1)
+    return np.diff(ordered, axis=1, prepend=0.0)
 
 
 def drop_straight_midnodes(mesh: Mesh) -> Mesh:
@@ -149,7 +234,7 @@ def drop_straight_midnodes(mesh: Mesh) -> Mesh:
 
 
 def _affine_maps(mesh: Mesh) -> Floats | None:
-    """Return the affine map x = r_0 + xi R of every cell as rows r_0 and R (m, 4, 3), m; None if a cell is curved."""
+    """x = r_0 + xi R of every cell, as rows r_0 and R (m, 4, 3), m; None where a cell is not mapped like that."""
     local = mesh.element.places()
     rows = np.column_stack([np.ones(len(local)), local])
     corners = mesh.points[mesh.cells]
@@ -162,50 +247,59 @@ def _excess_over_samples(bounds: tuple[Floats, Floats], least: Floats, largest: 
     """Return by how much bounds (g, n) exceed the extremes of sampled values; 0 where the excess is negligible."""
     low, high = bounds
     beyond = np.maximum(high - largest, 0.0) + np.maximum(least - low, 0.0)
-    beyond = np.where(np.isfinite(beyond), beyond, largest - least)  # nothing is known of it
-    return np.where(beyond <= VISIBLE * (largest - least), 0.0, beyond)
+    known = np.isfinite(beyond)  # else nothing is known of it
+    return np.where(known & (beyond > VISIBLE * (largest - least)), beyond, 0.0)
 
 
 class _CellFunctions:
-    """Evaluation of functions over parts of the cells of a mesh."""
+    """Functions over parts of the cells of a mesh."""
 
-    def __init__(self, mesh: Mesh, values: Values, bounds: Bounds, axes: Floats) -> None:
-        self.values, self.bounds, self.axes = values, bounds, axes
+    def __init__(self, mesh: Mesh, values: Values, bounds: Bounds, axes: Floats, sliced: bool = False) -> None:
+        self.values, self.bounds, self.axes, self.sliced = values, bounds, axes, sliced
         self.mesh = drop_straight_midnodes(mesh)  # whose shape functions are fewer
         self.element = self.mesh.element
-        self.linear = CELLS[self.element.linear]
+        self.scale = 2.0 / np.ptp(self.element.places(), axis=0)
+        self.linear = CELLS["wedge6" if sliced else self.element.linear]
         self.affine = _affine_maps(self.mesh)
-        self.coarse, self.fine = rules_of(self.element)
-        self.bundles = [np.array(b) for b in BUNDLES[family_of(self.element)]]
+        self.coarse, self.fine = SLICES if sliced else rules_of(self.element)
+        rules = (self.fine, self.coarse, closed_rule(self.linear))
+        self.all = np.concatenate([xi for xi, _ in rules]), np.ones(sum(len(w) for _, w in rules))
+        n = [len(w) for _, w in rules]
+        weights = np.zeros((3, sum(n)))  # of each rule at all points
+        for row, (_, w), end in zip(weights, rules, np.cumsum(n), strict=True):
+            row[end - len(w) : end] = w
+        self.weights, self.others = weights[0], weights[0] - weights[1:]
+        self.bundles = [np.array(b) for b in BUNDLES[family_of(self.linear)]]
 
     def places(self, cell: Ints, xi: Floats) -> Floats:
-        """Return the positions (n, q, 3), m, of local points xi (n, q, 3) in cells (n,)."""
+        """Positions (n, q, 3), m, of local points xi (n, q, 3) in cells (n,)."""
         if self.affine is not None:
             return np.asarray(self.affine[cell, :1] + xi @ self.affine[cell, 1:])
         N = self.element.shape(xi.reshape(-1, 3)).reshape(*xi.shape[:2], -1)
         return np.asarray(N @ self.mesh.points[self.mesh.cells[cell]])
 
     def within(self, parts: _Parts, rule: tuple[Floats, Floats]) -> tuple[Floats, Floats, Floats]:
-        """Return local points (n, q, 3), positions (n, q, 3) in m and volumes (n, q) in m^3 of a rule in every part."""
+        """Local points (n, q, 3), positions (n, q, 3) in m and volumes (n, q) in m^3 of a rule in every part."""
         xi = self.linear.shape(rule[0]) @ parts.vertices
-        edges = np.einsum("nvi,vj->nij", parts.vertices, self.linear.gradient(np.array([self.element.centre]))[0])
-        share = np.abs(determinants(edges.swapaxes(1, 2)))
+        known = rule[0] if self.sliced else np.array([self.linear.centre])  # other parts are mapped by one matrix
+        edges = parts.vertices.swapaxes(1, 2)[:, None] @ self.linear.gradient(known)
+        share = np.abs(determinants(edges.swapaxes(2, 3)))
         if self.affine is not None:
-            size = share * determinants(self.affine[parts.cell, 1:])
-            return xi, self.places(parts.cell, xi), size[:, None] * rule[1]
+            size = share * determinants(self.affine[parts.cell, 1:])[:, None]
+            return xi, self.places(parts.cell, xi), size * rule[1]
         dN = self.element.gradient(xi.reshape(-1, 3)).reshape(*xi.shape[:2], -1, 3)
         corners = self.mesh.points[self.mesh.cells[parts.cell]]
         J = corners.swapaxes(1, 2)[:, None] @ dN
-        w = rule[1] * share[:, None] * determinants(J.swapaxes(2, 3))
+        w = rule[1] * share * determinants(J.swapaxes(2, 3))
         return xi, self.places(parts.cell, xi), w
 
     def at(self, X: Floats) -> Floats:
-        """Return the function values (g, n, q) at points (n, q, 3), m."""
+        """Values (g, n, q) at points (n, q, 3), m."""
         found = self.values(X.reshape(-1, 3))
         return found.reshape(len(found), *X.shape[:2])
 
     def box(self, parts: _Parts) -> tuple[Floats, Floats]:
-        """Return the bounding boxes (n, 3) of parts, m."""
+        """Bounding boxes (n, 3) of parts, m."""
         X = self.places(parts.cell, parts.vertices)
         low, high = X.min(axis=1), X.max(axis=1)
         if self.element.order > 1:
@@ -213,25 +307,58 @@ class _CellFunctions:
             low, high = low - reach, high + reach
         return low, high
 
-    def integrate_parts(self, parts: _Parts) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return integrals of magnitudes (g, n), volumes (n,), their errors (g, n) and possibly hidden parts (g, n)."""
-        _, X, w = self.within(parts, self.fine)
-        fine = self.at(X)
-        _, Y, v = self.within(parts, self.coarse)
-        coarse = self.at(Y)
-        volume = np.abs(w.sum(axis=1))
-        error = np.abs((fine * w).sum(axis=2) - (coarse * v).sum(axis=2))
-        seen = np.concatenate([fine, coarse], axis=2)  # no rule has points at vertices
+    def integrate_parts(self, parts: _Parts) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """Compare the fine rule with the others in parts.
+
+        Returns the magnitude of the integrals (g, n), volumes (n,), what each other rule differs by (g, r, n), the
+        largest difference, also of functions times each local coordinate (g, n), and what may be hidden (g, n). A
+        function that is odd about the middle of a part has the same integral by any symmetric rule, but is not seen
+        by it unless it is a polynomial; times a coordinate it is even.
+        """
+        xi, X, v = self.within(parts, self.all)
+        c = self.at(X)
+        weighed = c * v
+        volume = np.abs(v @ self.weights)
+        off = np.einsum("gnq,rq->grn", weighed, self.others, optimize=True)
+        error = np.abs(off).max(axis=1)
+        xi = (xi - parts.vertices.mean(axis=1, keepdims=True)) * self.scale
+        for other in self.others:
+            moments = np.einsum("gnq,nqi->gni", weighed * other, xi, optimize=True)
+            error = np.maximum(error, np.abs(moments).max(axis=2))
+        seen = c[..., : len(self.fine[1]) + len(self.coarse[1])] if self.sliced else c  # slices may end without an area
         least, largest = seen.min(axis=2), seen.max(axis=2)
         beyond = _excess_over_samples(self.bounds(*self.box(parts)), least, largest)
         wide = np.flatnonzero((beyond > 0.0).any(axis=0))
         if len(wide):
             closer = self.closer_bounds(parts[wide])
             beyond[:, wide] = _excess_over_samples(closer, least[:, wide], largest[:, wide])
-        return np.abs(fine * w).sum(axis=2), volume, error, beyond * volume
+        return np.abs(weighed) @ self.weights, volume, off, error, beyond * volume
+
+    def sampled_again(self, rule: FineRule, cells: Ints) -> Floats:
+        """Return what the points of a rule may miss (g, m), by points of a lattice in `cells` that have too few parts.
+
+        Bounds of parts say what could be missed at most, which is far more than is. They stay where the values of
+        many points do not reach the bounds of the function over the cell.
+        """
+        hidden = rule.hidden.copy()
+        xi = lattice(self.element)
+        corners = self.linear.places()
+        for cell in cells:
+            one = _Parts(np.array([cell]), corners[None])
+            _, X, v = self.within(one, (xi, np.full(len(xi), self.fine[1].sum() / len(xi))))
+            c = self.at(X)[:, 0]
+            if _excess_over_samples(
+                self.bounds(*self.box(one)), c.min(axis=1, keepdims=True), c.max(axis=1, keepdims=True)
+            ).any():
+                continue
+            own = slice(*np.searchsorted(rule.cell, [cell, cell + 1]))
+            halves = np.stack([2.0 * (c * v[0])[:, k::2].sum(axis=1) for k in (0, 1)])
+            off = np.abs(halves.mean(axis=0) - rule.values[:, own] @ rule.w[own]) + np.abs(halves[0] - halves[1])
+            hidden[:, cell] = np.minimum(hidden[:, cell], off)
+        return hidden
 
     def closer_bounds(self, parts: _Parts) -> tuple[Floats, Floats]:
-        """Return bounds of the functions over parts (g, n), from bounds over eight pieces of each."""
+        """Bounds of the functions over parts (g, n), from those over eight pieces of each."""
         pieces = parts
         for _ in range(CLOSER):
             pieces = self.bisected(pieces)
@@ -240,7 +367,7 @@ class _CellFunctions:
         return low.reshape(each).min(axis=2), high.reshape(each).max(axis=2)
 
     def bisected(self, parts: _Parts) -> _Parts:
-        """Return both halves of each part, one behind the other, cut across the edges that are longest along `axes`."""
+        """Both halves of each part, one behind the other, cut across the edges that are longest along `axes`."""
         X = self.places(parts.cell, parts.vertices)
         ends = [b.T for b in self.bundles]
         length = np.array([(np.abs(X[:, b] - X[:, a]).max(axis=1) * self.axes).max(axis=1) for a, b in ends])
@@ -253,8 +380,7 @@ class _CellFunctions:
         return _Parts(np.repeat(parts.cell, 2), halves.reshape(-1, *parts.vertices.shape[1:]))
 
     def halved(self, parts: _Parts, size: Floats) -> _Parts:
-        """Return both halves of each part, cut where bounds of the functions become narrowest, else across the longest
-        edge.
+        """Both halves of each part, cut where bounds of the functions become narrowest, else across the longest edge.
 
         `size` (g,) is the order of magnitude of each function.
         """
@@ -262,6 +388,43 @@ class _CellFunctions:
             return parts
         found = [self._halved(parts[at : at + BATCH], size) for at in range(0, len(parts), BATCH)]
         return _Parts(np.concatenate([p.cell for p in found]), np.concatenate([p.vertices for p in found]))
+
+    def slices(self, parts: _Parts, size: Floats) -> _Parts:
+        """Cut tetrahedra into wedges between parallel planes through their vertices; some edges have no length.
+
+        The planes are across the axis of the space along which slabs of the bounding box have the narrowest bounds.
+        Halves of such wedges are slabs of a function that varies along that axis; those of tetrahedra are not.
+        """
+        low, high = self.box(parts)
+        width = np.zeros((3, len(parts)))
+        for axis in range(3):
+            for k in range(SLABS):
+                a, b = low.copy(), high.copy()
+                a[:, axis] += k / SLABS * (high - low)[:, axis]
+                b[:, axis] -= (1.0 - (k + 1) / SLABS) * (high - low)[:, axis]
+                least, most = self.bounds(a, b)
+                with np.errstate(invalid="ignore"):
+                    width[axis] += (np.nan_to_num(most - least, nan=0.0, posinf=1e300) / size[:, None]).sum(axis=0)
+        near = (width <= 1.05 * width.min(axis=0)).T * self.axes  # as good: that along which it is longest
+        axis = ((high - low) * near + 1e-300 * self.axes).argmax(axis=1)
+        rows = np.arange(len(parts))
+        height = self.places(parts.cell, parts.vertices)[rows, :, axis]
+        order = height.argsort(axis=1)
+        s = np.take_along_axis(height, order, axis=1)
+        v = np.take_along_axis(parts.vertices, order[:, :, None], axis=1)
+        a, b, c, d = v.swapaxes(0, 1)
+
+        def on(i: int, j: int, k: int) -> Floats:  # the edge from vertex i to j, as high as vertex k
+            span = s[:, j] - s[:, i]
+            t = (s[:, k] - s[:, i]) / np.where(span > 0.0, span, 1.0)
+            return np.asarray(v[:, i] + t[:, None] * (v[:, j] - v[:, i]))
+
+        p, q, r, t = on(0, 2, 1), on(0, 3, 1), on(1, 3, 2), on(0, 3, 2)
+        found = np.stack([np.stack(each, axis=1) for each in (
+            (a, a, a, b, p, q), (b, p, q, c, c, t), (b, q, b, c, t, r), (c, r, t, d, d, d),
+        )], axis=1)  # fmt: skip
+        thick = np.diff(s, axis=1)[:, [0, 1, 1, 2]] > STRAIGHT * (s[:, -1:] - s[:, :1])
+        return _Parts(np.repeat(parts.cell, 4)[thick.ravel()], found.reshape(-1, 6, 3)[thick.ravel()])
 
     def _halved(self, parts: _Parts, size: Floats) -> _Parts:
         X = self.places(parts.cell, parts.vertices)
@@ -273,7 +436,7 @@ class _CellFunctions:
             one[:, b], other[:, a] = middle, middle
             halves.append((one, other))
             width = np.zeros(len(parts))
-            for k in range(SLABS):  # two halves do not reveal a central peak or short waves
+            for k in range(SLABS):  # halves alone do not tell where a peak lies in the middle, or waves are short
                 slab = parts.vertices.copy()
                 slab[:, a] += k / SLABS * (parts.vertices[:, b] - parts.vertices[:, a])
                 slab[:, b] -= (1.0 - (k + 1) / SLABS) * (parts.vertices[:, b] - parts.vertices[:, a])
@@ -284,32 +447,20 @@ class _CellFunctions:
             lengths.append((np.abs(X[:, b] - X[:, a]).max(axis=1) * self.axes).max(axis=1))
         width, length = np.array(widths), np.array(lengths)
         length /= np.maximum(length.max(axis=0), 1e-300)
-        near = width <= 1.05 * width.min(axis=0)  # among equally good edges, the longest
+        near = width <= 1.05 * width.min(axis=0)  # as good: the longest of these
         which = np.where(near, length, -1.0).argmax(axis=0)
         every = np.array(halves)  # (d, 2, n, v, 3)
         rows = np.arange(len(parts))
         return _Parts(np.repeat(parts.cell, 2), every[which, :, rows].reshape(-1, *parts.vertices.shape[1:]))
 
-    def collected(self, done: list[tuple[_Parts, Floats, Floats]], count: int, degree: int) -> FineRule:
-        """Return fine rule in the parts of cells with few parts, and else the coarse rule if its degree suffices."""
-        parts = _Parts(np.concatenate([p.cell for p, *_ in done]), np.concatenate([p.vertices for p, *_ in done]))
-        error, hidden = (np.concatenate([each[i] for each in done], axis=1) for i in (1, 2))
-        enough = degree <= (3 if family_of(self.element) == "hexahedra" else 2)
-        many = (np.bincount(parts.cell, minlength=count)[parts.cell] > FEW) & enough
-        cells, xis, ws, values = [], [], [], []
+    def points(self, parts: _Parts, many: Bools) -> Iterator[tuple[Ints, Floats, Floats, Floats]]:
+        """Yield cells, local points, volumes and values by the fine rule, in parts that are `many` by the coarse."""
         for which, rule in ((~many, self.fine), (many, self.coarse)):
             some = parts[which]
             for at in range(0, len(some), BATCH):
                 xi, X, w = self.within(some[at : at + BATCH], rule)
-                cells.append(np.repeat(some.cell[at : at + BATCH], w.shape[1]))
-                xis.append(xi.reshape(-1, 3))
-                ws.append(w.ravel())
-                values.append(self.values(X.reshape(-1, 3)))
-        cell = np.concatenate(cells)
-        order = np.argsort(cell, kind="stable")
-        each = [np.array([np.bincount(parts.cell, e, minlength=count) for e in rows]) for rows in (error, hidden)]
-        return FineRule(cell[order], np.concatenate(xis)[order], np.concatenate(ws)[order],
-                        np.concatenate(values, axis=1)[:, order], *each)  # fmt: skip
+                cell = np.repeat(some.cell[at : at + BATCH], w.shape[1])
+                yield cell, xi.reshape(-1, 3), w.ravel(), self.values(X.reshape(-1, 3))
 
 
 FEW = 16  # parts of a cell up to which each has the fine rule

@@ -202,6 +202,8 @@ def test_what_no_metric_asks_for_is_not_loaded() -> None:
     text = HEAD + BAR + "load weight = gravity(1e-3 m/s^2)\n" + ROD
     text += "probe tip = point(bar, at = (1, 0, 0) m)\nmetric sag = displacement(tip, along = -z)\n"
     loaded = loaded_by(text)
-    assert {m for m in loaded if m.endswith((".stressed", ".disturbed", ".frame_problem")) or "stresses" in m} <= {
-        "interpreter.models.postprocessing.mesh_stress"
-    }
+    assert {
+        m
+        for m in loaded
+        if m.endswith((".mesh_stress", ".beam_stress", ".end_effect_zones", ".frame_problem")) or "stress_recovery" in m
+    } <= {"interpreter.models.postprocessing.mesh_stress"}

@@ -311,7 +311,7 @@ def test_a_scene_without_curves_reads_and_imports_nothing_of_them() -> None:
     """The words are known; what checks, compares and states curves is not looked at, and no table is read."""
     asked = (
         "import sys, softmark; softmark.load('stiff-cantilever').run();"
-        "print([m for m in sys.modules if m.endswith(('front.curves', 'curve_answers'))])"
+        "print([m for m in sys.modules if m.endswith(('curve_checks', 'curve_errors'))])"
     )
     done = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -234,12 +234,12 @@ def test_a_signal_while_a_file_is_written_leaves_no_part_of_it(tmp_path: Path, k
     text = f"""
 import os, signal
 from pathlib import Path
-from softmark.interpreter.cli import signals
-from softmark.interpreter.results import files
-signals.guard()
-signals.saying(lambda: "2 models are kept")
+from softmark.interpreter.cli import exit_signals
+from softmark.interpreter.results import atomic_files
+exit_signals.guard()
+exit_signals.saying(lambda: "2 models are kept")
 os.replace = lambda old, new: os.kill(os.getpid(), {int(kind)})  # the moment before the file has its name
-files.replace(Path("report.json"), "text")
+atomic_files.replace(Path("report.json"), "text")
 print("went on")
 """
     done = subprocess.run([sys.executable, "-P", "-c", text], cwd=tmp_path, capture_output=True, text=True, check=False)
@@ -252,8 +252,8 @@ def test_a_signal_in_a_destructor_is_not_swallowed(tmp_path: Path) -> None:
     """Python prints what a destructor raises, with a traceback, and goes on."""
     text = """
 import os, signal
-from softmark.interpreter.cli import signals
-signals.guard()
+from softmark.interpreter.cli import exit_signals
+exit_signals.guard()
 class Last:
     def __del__(self):
         os.kill(os.getpid(), signal.SIGINT)

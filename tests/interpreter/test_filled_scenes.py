@@ -111,7 +111,10 @@ def test_what_fills_no_surface_knows_nothing_of_it(folder: Path) -> None:
     (folder / "box.scene").write_text(text, encoding="utf-8")
     (folder / "block.scene").write_text(SCENE.format(shape=FILLED, model=MODELS[0]), encoding="utf-8")
     for command, none in (
-        (["run", "box.scene", "--out", "r"], ("mesh.filling", "files.closed", "files.near", "shared.filled")),
+        (
+            ["run", "box.scene", "--out", "r"],
+            ("mesh.tetrahedralization", "files.watertight_repair", "files.triangle_proximity", "filled_mesh_notes"),
+        ),
         (["check", "block.scene"], ("pytetwild",)),
     ):
         code = f"import sys\nfrom softmark.interpreter.cli.main import main\nassert main({command!r}) == 0\n"

@@ -305,7 +305,7 @@ def test_precision_may_be_single() -> None:
 def test_a_scene_without_any_loads_none_of_this() -> None:
     more = "param soft = 5 kPa\nmodel m = fem(hex8, strain = finite, size = 10 mm)"
     scene = bar("2 * soft", more, law="neo_hookean")
-    words = ("graded", "varying", "field_files", "profile", "bar_theory", "vocabulary.fields")
+    words = ("graded", "heterogene", "varying", "field_files", "profile", "bar_theory", "field_words")
     assert {m for m in loaded_by(scene) if any(w in m for w in words)} <= {"references.graded_bar"}
 
 

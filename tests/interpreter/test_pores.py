@@ -245,7 +245,7 @@ support left = fixed(bar, where = x <= 0 mm)
 load down = gravity(9.81 m/s^2)
 model tets = fem(tet10, strain = finite, size = 5 mm, formulation = mixed)
 """
-    words = ("seeping", "soaked", "pores", "fluid")
+    words = ("poroelastic", "taylor_hood", "fluid")
     assert not {m for m in loaded_by(text) if any(w in m for w in words)}
 
 

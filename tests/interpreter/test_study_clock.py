@@ -297,13 +297,8 @@ def test_every_name_in_the_tables_is_there() -> None:
         importlib.import_module(path if path.rpartition(".")[2].islower() else path.rpartition(".")[0])
         owner, name = owner_of(dotted)
         assert callable(vars(owner)[name]), dotted
-    users = (
-        "sparse.sparse_cholesky",
-        "linear.recycled_solves",
-        "energies.geometrically_exact_rod",
-        "energies.elastic_energy",
-        "energies.corotational_tets",
-    )
+    users = ("sparse.sparse_cholesky", "linear.recycled_solves", "energies.geometrically_exact_rod",
+             "energies.elastic_energy", "energies.corotational_tets")  # fmt: skip
     for name in (*METHODS, *(f"softmark.solvers.{user}" for user in users)):
         importlib.import_module(name)
     found = {(owner.__name__, name): phase for owner, name, phase in find_timed_functions()}

@@ -140,7 +140,7 @@ def test_a_stated_error_is_that_of_the_number() -> None:
 
 @pytest.mark.slow
 def test_a_scene_without_values_imports_nothing_of_them() -> None:
-    assert not {m for m in loaded_by(ROD) if m.endswith("front.values")}
+    assert not {m for m in loaded_by(ROD) if m.endswith("value_checks")}
 
 
 def test_stress_says_why_a_value_cannot_judge() -> None:

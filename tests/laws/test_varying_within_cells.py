@@ -346,3 +346,33 @@ def test_moments_are_kept_by_few_points() -> None:
     assert np.all(kept > 0.0)
     assert missed.max() < 1e-9
     assert np.all(np.abs(V[which].T @ kept - V.T @ w) <= 1e-9 * np.abs(V).T @ w)
+
+
+@pytest.mark.slow
+def test_kinks_behind_the_last_gauss_point_are_integrated() -> None:
+    """A function with a kink at any height of a cube: int max(0, z - a) and int z max(0, z - a), by scipy.
+
+    Its bounds are exact and hide nothing, so that only the comparison of rules finds the kink. The tolerance is 1e-3 of
+    the integral, ten times that of the estimate.
+    """
+    from softmark.solvers.elements import CELLS
+    from softmark.solvers.mesh.adaptive_quadrature import adaptive_rule
+    from softmark.solvers.mesh.mesh import Mesh
+
+    corners = np.array(CELLS["hex8"].places(), dtype=np.float64)
+    mesh = Mesh(corners, np.arange(8)[None], "hex8")
+    for a in np.linspace(-1.0, 1.0, 42)[1:-1]:
+
+        def above(z: Any, a: float = a) -> Any:
+            return np.maximum(0.0, z - a)
+
+        rule = adaptive_rule(
+            mesh, lambda X, f=above: f(X[:, 2])[None],
+            lambda low, high, f=above: (f(low[:, 2])[None], f(high[:, 2])[None]),
+            1e-4, 4000, np.array([0.0, 0.0, 1.0]), np.array([1e-2]), 2,
+        )  # fmt: skip
+        size = 4.0 * quad(above, a, 1.0)[0] + 1e-2 * 8.0
+        for p in (0, 1):
+            exact = 4.0 * quad(lambda z, p=p, f=above: z**p * f(z), a, 1.0)[0]
+            seen = float((rule.values[0] * rule.w * rule.xi[:, 2] ** p).sum())
+            assert seen == pytest.approx(exact, abs=1e-3 * size), (a, p)

@@ -221,7 +221,7 @@ def test_the_table_agrees_with_the_files(name: str) -> None:
 
 
 def test_naming_measurements_imports_nothing_that_computes_or_fetches() -> None:
-    modules = ("data", "surface", "markers", "ct_volume", "virtual_scan")
+    modules = ("data_download", "measured_surface", "tracked_points", "ct_volume", "virtual_scan")
     heavy = "{'numpy', 'scipy', 'trimesh', 'meshio', 'skimage', 'urllib.request', 'http.client'}"
     imports = ", ".join(f"softmark.references.{m}" for m in modules)
     code = f"import sys, {imports}; print({heavy} & set(sys.modules))"

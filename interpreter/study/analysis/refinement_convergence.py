@@ -34,8 +34,7 @@ class Refinement:
 
 @dataclass(frozen=True)
 class ErrorTrend(JsonRecord):
-    """Order of convergence of a line's errors; `cut` if finer members are omitted, within the reference's uncertainty.
-    """
+    """Order of convergence of a line's errors; `cut` if finer members are omitted, within the reference's uncertainty."""
 
     unit: str | None
     cut: bool

@@ -54,7 +54,7 @@ def _prepare() -> None:
     """Import the modules that every task needs, so that no task's time includes it."""
     import importlib
 
-    for step in ("pipeline", "references", "models", "reports"):
+    for step in ("run_pipeline", "reference_runs", "model_runs", "report_assembly"):
         importlib.import_module(f"softmark.interpreter.pipeline.{step}")
 
 
