@@ -48,7 +48,9 @@ class CellSides:
         return self._pair(chosen), len(asked) - len(chosen)
 
     def within(self, nodes: Ints) -> tuple[Ints, Ints]:
-        """Return the surface sides (f, 2) whose nodes are all among these, and the nodes (k,) that are in no such side."""
+        """Return the surface sides (f, 2) whose nodes are all among these, and the nodes (k,) that are in no such
+        side.
+        """
         inside = np.zeros(int(self.cells.max()) + 1, dtype=np.bool_)
         known = nodes[nodes < len(inside)]
         inside[known] = True

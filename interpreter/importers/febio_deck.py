@@ -264,7 +264,9 @@ class _Reader:
         return None
 
     def _map(self, node: ElementT | None, node_set: str) -> Floats | None:
-        """Return the values (k, c) of a map at the nodes of a set at the imported time; None if the value is not a map."""
+        """Return the values (k, c) of a map at the nodes of a set at the imported time; None if the value is not a
+        map.
+        """
         if node is None or node.get("type") != "map" or set(node.attrib) - {"lc", "type"}:
             return None
         factor = 1.0 if node.get("lc") in (None, "0") else self._curve(str(node.get("lc")))

@@ -85,11 +85,13 @@ class Binder:
         if others:
             other = others[0].kind
             message = f"`{name}` is {field_schema.article(other)} {other}, not {field_schema.article(kind)} {kind}"
-            hint: str | Remedy = f"declare it as `{other} NAME = {name}(...)`; {kind} constructors: {', '.join(known)}"
+            hint: str | Remedy | None = (
+                f"declare it as `{other} NAME = {name}(...)`; {kind} constructors: {', '.join(known)}"
+            )
         else:
             message = f"there is no {kind} `{name}`"
-            hint = did_you_mean(close) if close else explain_foreign_word(name)
-            hint = hint or f"{kind} constructors: {', '.join(known)}"
+            other_word = did_you_mean(close) if close else explain_foreign_word(name)
+            hint = other_word or f"{kind} constructors: {', '.join(known)}"
             if close and close == meant and not nearest(name, [close]):
                 hint = Remedy(f"it is called `{close}` here", Fix(close))
         raise self.place.fail("E203", node.function.span, message, f"not {field_schema.article(kind)} {kind}", hint)

@@ -299,7 +299,9 @@ def _remedy(node: tree.Use, path: Path, missing: UnreadableScene) -> str | Remed
 def _check_use_limits(
     table: ModuleTable, path: Path, chain: tuple[Path, ...], size: int
 ) -> tuple[str, str, str] | None:
-    """Return the message if scenes use each other in a circle or exceed the limits of depth, number or size, else None."""
+    """Return the message if scenes use each other in a circle or exceed the limits of depth, number or size, else
+    None.
+    """
     here = path.resolve()
     if here in chain:
         cycle = " -> ".join(p.name for p in (*chain[chain.index(here) :], path))

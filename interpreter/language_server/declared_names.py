@@ -13,7 +13,9 @@ from softmark.interpreter.language_server.text_document import Document
 
 
 def find_declared_names(document: Document) -> dict[str, str]:
-    """Return the kind of every name (`param` for a parameter), from the tokens of the text and the scenes that it uses."""
+    """Return the kind of every name (`param` for a parameter), from the tokens of the text and the scenes that it
+    uses.
+    """
     found = dict(_written(document))
     table = document.known.table
     for name, symbol in table.symbols.items() if table else ():

@@ -30,7 +30,9 @@ def definition(document: Document, params: types.DefinitionParams) -> types.Loca
 
 
 def references(opened: OpenDocuments, params: types.ReferenceParams) -> list[types.Location]:
-    """Return all uses of the name at a position: in the scene, in scenes that it uses, and in scenes that use its file."""
+    """Return all uses of the name at a position: in the scene, in scenes that it uses, and in scenes that use its
+    file.
+    """
     document = opened.documents[params.text_document.uri]
     found = name_at(document, document.offset(params.position))
     if found is None:

@@ -84,7 +84,9 @@ class Document:
 
     @property
     def read(self) -> Scene | None:
-        """Compiled scene, or that of an earlier state if this one is not compiled yet, for requests that must not wait."""
+        """Compiled scene, or that of an earlier state if this one is not compiled yet, for requests that must not
+        wait.
+        """
         return self.compiled[0] if "compiled" in self.__dict__ else self.earlier
 
     @property

@@ -44,7 +44,9 @@ def _instrument(case: Case, touch: Touch, body: DrawnSurface, flight: Mapping[st
 
 
 def _free_motion(flight: Mapping[str, Any], times: Floats | None) -> tuple[Floats, Floats]:
-    """Return rotations (t, 3, 3) and translations (t, 3), m, of a free body, interpolated linearly between known times."""
+    """Return rotations (t, 3, 3) and translations (t, 3), m, of a free body, interpolated linearly between known
+    times.
+    """
     from scipy.spatial.transform import Rotation, Slerp
 
     known, middle = np.array(flight["times_s"]), np.array(flight["middle_m"])
@@ -62,7 +64,9 @@ def _support_motion(touch: Touch, body: DrawnSurface) -> tuple[Floats, Floats]:
 
 
 def _motion_fractions(touch: Touch, body: DrawnSurface) -> Sequence[float]:
-    """Return the fraction of its prescribed motion that a rigid body has completed in every frame; 1 in a static state."""
+    """Return the fraction of its prescribed motion that a rigid body has completed in every frame; 1 in a static
+    state.
+    """
     if body.times is None:
         return (1.0,)
     from softmark.interpreter.models.shared.solid_dynamics import course_of_rigid

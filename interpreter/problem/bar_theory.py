@@ -95,7 +95,8 @@ def _component(load: Declared, vector: Any, axis: Any) -> float:
 
 
 def _constant_along_axis(case: Case, constant: Any, root: Any, axis: Any) -> Callable[[Floats], Floats]:
-    """Return a constant as a function of the distance from the held end, m. Raises NotApplicable if it varies in sections.
+    """Return a constant as a function of the distance from the held end, m. Raises NotApplicable if it varies in
+    sections.
 
     Files are read only once, when the reference is solved.
     """

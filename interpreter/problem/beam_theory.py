@@ -38,7 +38,9 @@ def cantilever_of(reference: Declared, case: Case) -> Cantilever:
 
 
 def clamped_end(case: Case) -> tuple[Any, Any]:
-    """Return root and axis, away from the clamp. Raises NotApplicable unless one end is clamped, and nothing else held."""
+    """Return root and axis, away from the clamp. Raises NotApplicable unless one end is clamped, and nothing else
+    held.
+    """
     shape = case.prism
     clamped = []
     for support in case.supports:

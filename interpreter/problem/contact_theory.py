@@ -135,7 +135,9 @@ def _is_above(touch: Touch, face: Face) -> bool:
 
 
 def rigid_displacement(touch: Touch) -> Vector:
-    """Return the displacement of a rigid body by its supports, m. Raises NotApplicable if it rotates or loads press it."""
+    """Return the displacement of a rigid body by its supports, m. Raises NotApplicable if it rotates or loads press
+    it.
+    """
     if touch.along is not None:
         raise NotApplicable(f"loads press `{touch.rigid.name}`, and theories take how far it goes as given",
                       "take the force of a scene in which a support moves it: `displaced(...)`")  # fmt: skip
@@ -190,14 +192,18 @@ def _symmetric_sides(face: Face, thing: Holding) -> set[tuple[int, int]] | None:
 
 
 def pressed_of(reference: Declared, case: Case) -> Indentation:
-    """Return the indentation problem of a case. Raises NotApplicable if an assumption of the theory is visibly violated."""
+    """Return the indentation problem of a case. Raises NotApplicable if an assumption of the theory is visibly
+    violated.
+    """
     found = _indentation_problem(case)
     reference.thing.must_hold(found)
     return found
 
 
 def _indentation_problem(case: Case) -> Indentation:
-    """Return the indentation problem for all theories. Raises NotApplicable if an assumption of all theories is violated."""
+    """Return the indentation problem for all theories. Raises NotApplicable if an assumption of all theories is
+    violated.
+    """
     touch, face = face_of(case)
     for load in case.loads:
         raise NotApplicable(f"the load `{load.name}` acts as well", f"it takes {ONE}")

@@ -32,7 +32,9 @@ TAKES = "it takes gravity, forces and lines of force on axes, and torques at poi
 
 
 def frame_of(case: Case) -> Callable[[], Frame]:
-    """Return a function that builds the frame of a case. Raises NotApplicable if an assumption of the theory is violated."""
+    """Return a function that builds the frame of a case. Raises NotApplicable if an assumption of the theory is
+    violated.
+    """
     network = case.shape
     if not isinstance(network, Network):
         raise NotApplicable(

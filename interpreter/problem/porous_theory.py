@@ -247,7 +247,9 @@ def skeleton_of(case: Case) -> Skeleton:
 
 
 def squeezed_of(reference: Declared, case: Case) -> CompressedPorousBody:
-    """Return the slab or disc of a case between plates, at its time. Raises NotApplicable if an assumption is violated."""
+    """Return the slab or disc of a case between plates, at its time. Raises NotApplicable if an assumption is
+    violated.
+    """
     analysis, ends = _analysis(case), _ends(case, PLATES)
     if ends.force and not any(isinstance(b.thing, Level) and ends.taken(b.thing.where) == ends.far for b in case.beds):
         raise NotApplicable(f"the load `{ends.driving.name}` does not keep its plate level", PLATES)
@@ -261,7 +263,9 @@ def squeezed_of(reference: Declared, case: Case) -> CompressedPorousBody:
 
 
 def _slab(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
-    """Return dimension, half-width, a point of the symmetry plane, and a lateral vector of a slab. Raises NotApplicable."""
+    """Return dimension, half-width, a point of the symmetry plane, and a lateral vector of a slab. Raises
+    NotApplicable.
+    """
     body = ends.body
     if not isinstance(body, Rectangular) or body.turns:
         raise NotApplicable(f"`{case.body.name}` is no slab", "use a box, or a rectangle in `plane_strain(...)`")

@@ -37,7 +37,7 @@ def read_field_again(field: Field, X: Floats) -> Floats:
     return found
 
 
-def values(constant: Any, X: Floats) -> Floats:
+def constant_values(constant: Any, X: Floats) -> Floats:
     """A constant of a material at points X (n, 3), m: (n,). Raises ValueError where arithmetic is not one."""
     if not isinstance(constant, Profile):
         return np.full(len(X), float(constant))
@@ -53,13 +53,13 @@ def values(constant: Any, X: Floats) -> Floats:
 def constants_of(case: Case) -> Any:
     """What tells Young's modulus and Poisson's ratio of a case at points (n, 3)."""
     material = case.material
-    return lambda X: (values(material.young, X), values(material.poisson, X))
+    return lambda X: (constant_values(material.young, X), constant_values(material.poisson, X))
 
 
 def density_of(case: Case) -> Any:
     """A density, kg/m^3: a number, or what tells it at points (n, 3)."""
     rho = case.material.density
-    return (lambda X: values(rho, X)) if isinstance(rho, Profile) else rho
+    return (lambda X: constant_values(rho, X)) if isinstance(rho, Profile) else rho
 
 
 # ------------------------------------------------------------------ integrals by another quadrature
@@ -101,16 +101,16 @@ def _integrands(case: Case, mesh: Any, pressures: bool) -> Iterator[tuple[str, C
 
     material = case.material
     if (seen := heterogeneous_material.density_resolved(case, mesh)) is not None:
-        yield "density", lambda X: values(material.density, X)[None], seen
+        yield "density", lambda X: constant_values(material.density, X)[None], seen
     if (seen := heterogeneous_material.stiffness_of(case, mesh, pressures)) is None:
         return
     active = next((n for n in heterogeneous_material.ACTIVE if isinstance(getattr(material, n, None), Profile)), None)
     if active is not None:
-        yield active, lambda X: values(getattr(material, active), X)[None], seen
+        yield active, lambda X: constant_values(getattr(material, active), X)[None], seen
         return
 
     def moduli(X: Floats) -> Floats:
-        E, nu = values(material.young, X), np.minimum(values(material.poisson, X), 0.5 - 1e-9)
+        E, nu = constant_values(material.young, X), np.minimum(constant_values(material.poisson, X), 0.5 - 1e-9)
         if not isinstance(material.poisson, Profile):
             return np.stack([E, 1.0 / E] if pressures else [E])
         K = E / (3.0 - 6.0 * nu)
@@ -124,7 +124,7 @@ def _volumes_off(seen: Any, mesh: Any) -> float:
     if seen.rule is None:
         return 0.0
     own = np.flatnonzero(seen.rule.special)
-    xi, w = solid_forces.rule(mesh.kind)
+    xi, w = solid_forces.quadrature_rule(mesh.kind)
     V = np.abs(solid_forces.gradients(mesh.points, mesh.cells[own], mesh.kind, xi)[1]) @ w
     return float(np.abs(seen.rule.w[own].sum(axis=1) / V - 1.0).max(initial=0.0))
 
@@ -147,7 +147,7 @@ def _compare_cell(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: 
         xi, w = (each[cell] for each in seen.rule.local(mesh))
 
     def integrals(xi: Floats, w: Floats) -> tuple[Floats, Floats]:
-        X = (solid_forces.shape(kind, xi) @ corners)[0]
+        X = (solid_forces.shape_functions(kind, xi) @ corners)[0]
         c, v = rows(X), w * solid_forces.gradients(mesh.points, mesh.cells[[cell]], kind, xi)[1][0]
         return np.stack([c @ v, *(c @ (v * t) for t in xi.T)]), np.abs(c) @ np.abs(v)
 
@@ -164,8 +164,8 @@ def _compare_cell(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: 
 def _weighted_integrands(rows: Callable[[Floats], Floats], mesh: Any, cell: int, xi: Floats) -> Floats:
     """Integrands times the Jacobian determinant of a cell (g, n), at local points xi (n, 3)."""
     corners = mesh.points[mesh.cells[cell]]
-    a, b, c = np.moveaxis((corners - corners[0]).T @ solid_forces.slope(mesh.kind, xi), 2, 0)
-    found: Floats = rows(solid_forces.shape(mesh.kind, xi) @ corners) * (np.cross(a, b) * c).sum(axis=1)
+    a, b, c = np.moveaxis((corners - corners[0]).T @ solid_forces.shape_derivatives(mesh.kind, xi), 2, 0)
+    found: Floats = rows(solid_forces.shape_functions(mesh.kind, xi) @ corners) * (np.cross(a, b) * c).sum(axis=1)
     return found
 
 
@@ -279,9 +279,9 @@ def _integrate_boxes(
 def cube_to_cell(kind: str, cube: Floats) -> tuple[Floats, Floats]:
     """Map points of the unit cube (n, 3) to local points (n, 3); also return the Jacobian determinants (n,)."""
     a, b, c = cube.T
-    if solid_forces.square(kind):
+    if solid_forces.is_tensor_product(kind):
         return 2.0 * cube - 1.0, np.full(len(cube), 8.0)
-    if solid_forces.wedged(kind):
+    if solid_forces.is_wedge(kind):
         return np.stack([a, (1.0 - a) * b, 2.0 * c - 1.0], axis=1), 2.0 * (1.0 - a)
     return np.stack([a, (1.0 - a) * b, (1.0 - a) * (1.0 - b) * c], axis=1), (1.0 - a) ** 2 * (1.0 - b)
 
@@ -289,10 +289,10 @@ def cube_to_cell(kind: str, cube: Floats) -> tuple[Floats, Floats]:
 def cell_to_cube(kind: str, xi: Floats) -> Floats:
     """Map local points (n, 3) to points of the unit cube (n, 3): the inverse of `cube_to_cell`."""
     x, y, z = xi.T
-    if solid_forces.square(kind):
+    if solid_forces.is_tensor_product(kind):
         return 0.5 * (xi + 1.0)
     b = y / np.maximum(1.0 - x, 1e-12)
-    if solid_forces.wedged(kind):
+    if solid_forces.is_wedge(kind):
         return np.stack([x, b, 0.5 * (z + 1.0)], axis=1)
     return np.stack([x, b, z / np.maximum((1.0 - x) * (1.0 - b), 1e-12)], axis=1)
 

@@ -21,7 +21,7 @@ from softmark.solvers.elements import CELLS
 from softmark.solvers.elements.boundary_facets import Tri3, Tri6
 from softmark.solvers.elements.element import Element
 from softmark.solvers.elements.reference_cells import determinants
-from softmark.solvers.elements.reference_wedge import through
+from softmark.solvers.elements.reference_wedge import wedge_rule
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 Bools = Any  # (n,) of numpy
@@ -51,7 +51,7 @@ BUNDLES: dict[str, tuple[tuple[tuple[int, int], ...], ...]] = {
 }  # fmt: skip
 
 # A coarse and a fine rule of slices of tetrahedra, which narrow to an edge or a point and need two degrees more along.
-SLICES = through((1 / 6 + 0.5 * np.array(Tri3.rim), np.full(3, 1 / 6)), 3), through(Tri6.quadrature(), 4)
+SLICES = wedge_rule((1 / 6 + 0.5 * np.array(Tri3.rim), np.full(3, 1 / 6)), 3), wedge_rule(Tri6.quadrature(), 4)
 
 
 @dataclass(frozen=True)

@@ -65,9 +65,9 @@ MODELLED = {
 }  # fmt: skip
 STRICT = {
     "homogeneous",  # whole faces and normal tractions alone: tests/interpreter/test_homogeneous.py
-    "outside",  # what a program takes: tests/interpreter/test_outside_programs.py
-    "outside_rod",  # the same of rods: tests/interpreter/test_outside_rods.py
-    "results",  # whatever loads there are: tests/interpreter/test_judged.py
+    "outside",  # what a program takes: tests/interpreter/test_external_programs.py
+    "outside_rod",  # the same of rods: tests/interpreter/test_external_rods.py
+    "results",  # whatever loads there are: tests/interpreter/test_judge_command.py
 }
 TAKES = {  # of 70: each load, and each support under gravity, in each of five analyses; lines for all but springs
     "fem(hex8": 53,  # its consistent mass is no explicit one
@@ -154,7 +154,7 @@ def test_every_word_is_documented_and_annotated(kind: str, name: str, cls: type[
 def test_shapes(name: str, shaped: dict[str, Any]) -> None:
     cls = SHAPES[name]
     if not cls.meshed:
-        pytest.skip("of rigid bodies alone: tests/solvers/test_gaps.py")
+        pytest.skip("of rigid bodies alone: tests/solvers/test_signed_distance.py")
     if SHAPES[name].enclosed and find_spec("pytetwild") is None:
         pytest.skip("needs the extra `meshing`")
     if issubclass(cls, Combined) and find_spec("manifold3d") is None:

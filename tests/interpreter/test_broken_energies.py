@@ -112,20 +112,26 @@ TEXTS: dict[str, str] = {
     "Elastic": BAR.format(nu=0.3, model="fem(hex8, strain = finite, size = 10 mm)"),
     "MixedSolid": BAR.format(nu=0.5, model="fem(hex8, strain = finite, formulation = mixed, size = 5 mm)"),
     "MeanDilatation": BAR.format(
-        nu=0.45, model="fem(hex8, strain = finite, formulation = mean_dilatation, size = 5 mm)"),
+        nu=0.45, model="fem(hex8, strain = finite, formulation = mean_dilatation, size = 5 mm)"
+    ),
     "EnergySum": BAR.format(nu=0.45, model="fem(hex8, strain = finite, integration = selective, size = 5 mm)"),
     "CorotationalTets": BAR.format(nu=0.3, model="fem(tet4, strain = corotational, size = 7 mm)"),
-    "ElementCorotational": BAR.format(nu=0.3, model="fem(hex8, strain = corotational, rotation = element, size = 5 mm)"),
+    "ElementCorotational": BAR.format(
+        nu=0.3, model="fem(hex8, strain = corotational, rotation = element, size = 5 mm)"
+    ),
     "BranchSprings": BAR.format(nu=0.25, model="mass_spring(size = 5 mm, stiffness = from_material())"),
     "DeadForces": BAR.format(nu=0.3, model="fem(tet10, strain = small, size = 7 mm)"),
     "FollowerPressure": ROUND.format(nu=0.3, element="quad8").replace(
-        "axisymmetric(flat, gel)", "plane_strain(flat, gel, thickness = 5 mm)"),
+        "axisymmetric(flat, gel)", "plane_strain(flat, gel, thickness = 5 mm)"
+    ),
     "FaceMoment": BAR.format(nu=0.3, model="fem(hex8, strain = finite, size = 5 mm)").replace(
         "traction(bar, where = x >= 20 mm, vector = (1000, 400, 0) Pa)",
-        "torque(bar, where = x >= 20 mm, moment = (5e-4, 1e-4, 0) N*m)"),
+        "torque(bar, where = x >= 20 mm, moment = (5e-4, 1e-4, 0) N*m)",
+    ),
     "AxisymmetricElastic": ROUND.format(nu=0.3, element="quad8"),
     "ElasticFoundation": BAR.format(nu=0.3, model="fem(hex8, strain = finite, size = 5 mm)").replace(
-        "fixed(bar, where = x <= 0 mm)", "bedded(bar, where = x <= 0 mm, stiffness = 1 kPa/mm)"),
+        "fixed(bar, where = x <= 0 mm)", "bedded(bar, where = x <= 0 mm, stiffness = 1 kPa/mm)"
+    ),
     "RodForces": ROD.format(load="gravity(1 m/s^2, direction = -z)"),
     "RodElementEnergy": ROD.format(load="traction(bar, where = x >= 100 mm, vector = (100, 0, -50) Pa)"),
     "RodMoments": ROD.format(load="torque(bar, where = x >= 100 mm, moment = (1e-4, 1e-4, 0) N*m)"),
@@ -133,11 +139,12 @@ TEXTS: dict[str, str] = {
     "JointedRods": FRAME,
     "Touching": PRESSED.format(nu=0.3, more="", moved=DOWN.replace("0.2", "0"), friction=""),
     "Colliding": PAIR.format(nu=0.3, z=5.02, top=10.02, contact="itself(bar)", load=LID.format(top=10.02, along=0)),
-    "Sliding": PAIR.format(nu=0.3, z=5.02, top=10.02, contact="itself(bar, friction = 0.3)",
-                           load=LID.format(top=10.02, along=0.1)),
+    "Sliding": PAIR.format(
+        nu=0.3, z=5.02, top=10.02, contact="itself(bar, friction = 0.3)", load=LID.format(top=10.02, along=0.1)
+    ),
     "Tied": PAIR.format(nu=0.3, z=5, top=10, contact="tied(bar)", load=LID.format(top=10, along=0.5)),
     "PoroelasticSolid": POROUS.format(open="drained(bar, where = y >= 5 mm)"),
-}  # fmt: skip
+}
 REASONS = {
     "Afloat": "free rigid bodies move in time only, and a motion is checked by its balance of energy",
     "Pulled": "what pulls at free rigid bodies, which move in time only",

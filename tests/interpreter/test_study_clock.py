@@ -169,10 +169,18 @@ def test_what_takes_long_is_repeated_three_times(monkeypatch: pytest.MonkeyPatch
 
 def _record(key: str, elapsed_s: float = 1.0, compiled: int = 0) -> dict[str, Any]:
     return {
-        "key": key, "kind": "timed", "host": timing_rounds.describe_host(), "elapsed_s": elapsed_s, "status": "converged",
-        "wall_s": [1.0], "cpu_s": [1.0], "setup": {"mesh": [0, 0], "set-up": [1, 1]}, "memory": {},
-        "during": {"wall_s": 1.0, "compiled": compiled}, "threads": {"asked": 1},
-    }  # fmt: skip
+        "key": key,
+        "kind": "timed",
+        "host": timing_rounds.describe_host(),
+        "elapsed_s": elapsed_s,
+        "status": "converged",
+        "wall_s": [1.0],
+        "cpu_s": [1.0],
+        "setup": {"mesh": [0, 0], "set-up": [1, 1]},
+        "memory": {},
+        "during": {"wall_s": 1.0, "compiled": compiled},
+        "threads": {"asked": 1},
+    }
 
 
 # ------------------------------------------------------------------ what fails

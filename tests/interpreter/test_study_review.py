@@ -113,9 +113,9 @@ def test_only_what_changes_the_truth_is_in_a_problem() -> None:
 
 
 def test_a_truth_that_failed_says_nothing_and_files_are_known_by_what_is_in_them() -> None:
-    assert [p["problem"] for p in mark_problems([made({"a": "1"}, [1.0, 0.0, 1.0, 0.0]), made({"a": "2"}, "digest")])] == [
-        {}, {}
-    ]  # fmt: skip
+    assert [
+        p["problem"] for p in mark_problems([made({"a": "1"}, [1.0, 0.0, 1.0, 0.0]), made({"a": "2"}, "digest")])
+    ] == [{}, {}]
     assert mark_problems([made({"a": "1"}, "one"), made({"a": "2"}, "two")])[0]["problem"] == {"a": "1"}
 
 

@@ -1,6 +1,6 @@
 """The tables of a Prony series, g = 0.3 and 0.2 in 1 and 10 s: relaxation, creep and moduli, of the reference `prony`.
 
-Numbers were worked out apart from the project, to six digits; tests/solvers/test_viscous.py holds the recursion of the
+Numbers were worked out apart from the project, to six digits; tests/solvers/test_viscoelastic.py holds the recursion of the
 solver to them, to a ramp and to Fung's form.
 """
 

@@ -16,7 +16,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_linear_answers_are_those_of_scikit_fem": ("quad8",),
         "test_pressures_around_an_axis_are_those_of_scikit_fem": ("tri6-0.5",),
     },
-    "tests/interpreter/test_beds.py": {
+    "tests/interpreter/test_elastic_foundation.py": {
         "test_a_block_sinks_by_pressure_over_stiffness": ("tet4", "tet10", "small, size", "finite, size"),
     },
     "tests/interpreter/test_cli_run.py": {
@@ -51,7 +51,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/interpreter/test_metrics_surfaces.py": {
         "test_concentric_spheres_are_the_difference_of_their_radii_apart": ("nearest",),
     },
-    "tests/interpreter/test_parts.py": {
+    "tests/interpreter/test_surface_selection.py": {
         "test_areas_on_flat_faces": ("0.0003803644523140433-hex8", "0.00012-tet4"),
         "test_bands_and_segments_on_a_cylinder": ("hex8",),
         "test_cut_by_a_plane_the_sphere_has_the_area_of_its_facets": ("tet4", "hex8"),
@@ -83,18 +83,18 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/interpreter/test_self_converged.py": {
         "test_a_pressed_column": ("methods1",),
     },
-    "tests/interpreter/test_stated_finer.py": {
+    "tests/interpreter/test_finer_space_errors.py": {
         "test_a_mesh_from_a_file_has_one": ("tet4",),
     },
     "tests/interpreter/test_stretches.py": {
         "test_shares_of_cross_sections": ("shape0-", "shape1-", "shape2-", "shape5-"),
         "test_shares_of_oblique_sections_against_points": ("0", "3", "5"),
     },
-    "tests/interpreter/test_supports_as_geometry.py": {
+    "tests/interpreter/test_geometric_supports.py": {
         "test_narrow_and_wide_hold_the_conforming_answer_between_them": ("0",),
         "test_shares_of_a_file_are_those_of_closed_forms": ("tet4",),
     },
-    "tests/interpreter/test_watchdog.py": {
+    "tests/interpreter/test_force_verification.py": {
         "test_an_answer_that_is_none_is_refused": ("hex_small", "ten_small"),
         "test_no_door_lets_what_is_no_number_in": ("rest-",),
     },
@@ -105,11 +105,11 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/references/test_porous_theories.py": {
         "test_a_ramp_against_finite_volumes": ("False-both", "True-held"),
     },
-    "tests/solvers/test_checks.py": {
+    "tests/solvers/test_independent_forces.py": {
         "test_forces_and_volumes_with_pressures": (*LAWS, "0.3-ogden"),
         "test_forces_are_the_slope_of_an_energy_written_anew": (*LAWS, "ogden"),
     },
-    "tests/solvers/test_colliding.py": {
+    "tests/solvers/test_deformable_contact.py": {
         "test_derivatives": ("False-tet4", "True-hex8", "True-tet10"),
         "test_patch": ("hex8",),
     },
@@ -117,7 +117,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_volume_is_the_closed_form_but_for_what_facets_miss": ("lens-", "in boxes-"),
         "test_what_they_hold_is_what_their_parts_say": ("corner taken-", "a lens-"),
     },
-    "tests/solvers/test_courses.py": {
+    "tests/solvers/test_load_amplitudes.py": {
         "test_a_short_pulse_is_its_impulse": STEPS,
         "test_order_under_a_pulse_that_begins_and_ends_between_steps": STEPS,
         "test_order_under_ramps_whose_kinks_are_between_steps": STEPS,
@@ -139,7 +139,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_steps_over_six_decades_are_right_or_said_to_be_wrong": ("central_differences",),
         "test_linear_vibrations_gain_nothing_at_any_step": ("trapezoidal", "bdf2", "implicit_euler"),
     },
-    "tests/solvers/test_dynamics_lagged.py": {
+    "tests/solvers/test_lagged_tangent.py": {
         "test_trajectories_are_those_of_newton": STEPS,
     },
     "tests/solvers/test_dynamics_solids.py": {
@@ -155,10 +155,10 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/solvers/test_ellipticity.py": {
         "test_what_is_lost_is_what_some_direction_loses": ("kirchhoff-0.3", "hookean-0.45"),
     },
-    "tests/solvers/test_folds.py": {
+    "tests/solvers/test_jacobian_bounds.py": {
         "test_none_is_missed_and_none_is_blamed": ("tet10-60", "hex8-60"),
     },
-    "tests/solvers/test_impact.py": {
+    "tests/solvers/test_dynamic_contact.py": {
         "test_a_bar_leaves_a_wall_as_the_integrator_lets_it": ("implicit_euler", "bdf2"),
     },
     "tests/solvers/test_laws.py": {
@@ -172,7 +172,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/solvers/test_material_point.py": {
         "test_states_of_stretch_are_those_of_closed_forms": ("-0.49",),
     },
-    "tests/solvers/test_measures.py": {
+    "tests/solvers/test_strain_measures.py": {
         "test_what_is_lost_never_comes_back_and_the_rest_is_stored": ("green", "small"),
     },
     "tests/solvers/test_mesh.py": {
@@ -206,10 +206,10 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_other_elements": ("few-inverted-tet10", "flattened-hex8"),
         "test_scrambled_tetrahedra_find_back": ("neo_hookean-1.0",),
     },
-    "tests/solvers/test_refine.py": {
+    "tests/solvers/test_mesh_refinement.py": {
         "test_it_is_the_same_body_and_holds_the_coarse_space": ("box", "tet4", "hex8", "hex20", "hex27"),
     },
-    "tests/solvers/test_revolved.py": {
+    "tests/solvers/test_axisymmetric.py": {
         "test_derivatives_of_a_pressure_on_rings": ("hex8",),
         "test_derivatives_of_every_law_with_one_mean_in_each_cell": ("neo_hookean_isochoric", "kirchhoff"),
         "test_derivatives_of_the_energy": ("finite",),
@@ -233,14 +233,14 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_a_tiny_load_gives_the_linear_answer": ("0.001", "1e-09-small"),
         "test_a_hopeless_problem_is_refused_with_its_history": ("0.25",),
     },
-    "tests/solvers/test_viscous.py": {
+    "tests/solvers/test_viscoelastic.py": {
         "test_the_loss_tangent_is_that_of_the_series_to_second_order": ("0.1-",),
     },
     "tests/test_architecture.py": {
         "test_checking_a_scene_imports_no_numerics_and_looks_for_no_data": ("check",),
         "test_commands_that_compute_nothing_import_no_numerics": ("command2", "command3", "command8"),
     },
-    "tests/interpreter/test_loads_said.py": {
+    "tests/interpreter/test_reported_loads.py": {
         "test_force_and_moment_of_loads_on_parts_of_facets": ("tet4",),
     },
     "tests/interpreter/test_pressure_along.py": {
@@ -249,13 +249,13 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/interpreter/test_frequency.py": {
         "test_solids_have_those_of_another_code_on_the_same_mesh": ("hex8", "tet4"),
     },
-    "tests/interpreter/test_viscous_beams.py": {
+    "tests/interpreter/test_viscoelastic_beams.py": {
         "test_the_error_of_a_step_is_stated_and_holds_the_true_one": ("hex8", "beam6dof"),
     },
     "tests/interpreter/test_report_shapes.py": {
         "test_of_many_shapes_a_few_are_shown_at_first_and_the_caption_says_how_many": ("24",),
     },
-    "tests/solvers/test_sliding.py": {
+    "tests/solvers/test_deformable_friction.py": {
         "test_a_block_on_a_slope": ("1.02-implicit_euler",),
     },
     "tests/solvers/test_mixed.py": {
@@ -263,7 +263,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_the_limit_is_reached_continuously": ("finite",),
         "test_no_locking_in_a_thick_sphere": ("tet10", "mean_dilatation"),
     },
-    "tests/solvers/test_principal.py": {
+    "tests/solvers/test_principal_axes_law.py": {
         "test_a_law_in_principal_axes_is_that_of_tensors": ("ogden", "mooney"),
     },
     "tests/solvers/test_mesh_cuts.py": {
@@ -275,13 +275,13 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/solvers/test_shapes.py": {
         "test_volume_converges_with_the_order_of_the_facets": ("tet4", "hex8", "tet10-4.0-sphere", "hex20-4.0-tube"),
     },
-    "tests/solvers/test_levers.py": {
+    "tests/solvers/test_integration_options.py": {
         "test_nearly_incompressible_beams_take_a_dozen_steps": ("0.499-",),
     },
     "tests/solvers/test_inner_borders.py": {
         "test_what_lies_within_a_border_has_its_volume": ("tet4", "hex8", "tet10-sphere"),
     },
-    "tests/solvers/test_seeping.py": {
+    "tests/solvers/test_poroelastic.py": {
         "test_the_matrix_is_the_derivative_of_what_is_out_of_balance": ("hex20-True", "tet10-False"),
     },
 }  # fmt: skip
@@ -306,8 +306,8 @@ WAIT: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/interpreter/test_hostile_texts.py": {"test_no_text_steers_the_terminal": ("command3-",)},
     "tests/solvers/test_shapes.py": {"test_finer_spaces_lie_on_the_true_surface": ("tet10-bent rod", "tet10-sphere")},
     "tests/interpreter/test_compare_page.py": {"test_every_page_is_whole_and_needs_nothing_else": ("200 points",)},
-    "tests/solvers/test_cuts.py": {"test_nothing_is_deeper_on_a_dense_lattice": ("9-", "8-cone", "4-cone")},
-    "tests/solvers/test_gaps.py": {"test_gradient_and_hessian_are_those_of_the_gap": ("surface of a ball",)},
+    "tests/solvers/test_penetration_depth.py": {"test_nothing_is_deeper_on_a_dense_lattice": ("9-", "8-cone", "4-cone")},
+    "tests/solvers/test_signed_distance.py": {"test_gradient_and_hessian_are_those_of_the_gap": ("surface of a ball",)},
 }  # fmt: skip
 
 

@@ -121,9 +121,15 @@ def moving(
 
 
 def dynamics(
-    case: Case, problem: Statics, chart: RotationChart, rods: Energy, loads: Sequence[tuple[Declared, Energy]], X: Floats,
-    axes: Floats, mass: Floats,
-) -> Dynamics:  # fmt: skip
+    case: Case,
+    problem: Statics,
+    chart: RotationChart,
+    rods: Energy,
+    loads: Sequence[tuple[Declared, Energy]],
+    X: Floats,
+    axes: Floats,
+    mass: Floats,
+) -> Dynamics:
     """Return the dynamic problem of `rods` over a chart.
 
     Nodes at X (n, 3), m, rotate about their `axes` (n, 3, 3), as columns. `mass` (6 n,) is theirs, kg and kg m^2, and

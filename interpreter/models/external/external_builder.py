@@ -260,7 +260,9 @@ class PreparedExternalDynamics(PreparedOutside):
         return dynamic_solution(self.motion, answer, self.seen(answer, u), known)
 
     def seen(self, answer: Answer, u: Floats) -> dict[str, Any]:
-        """Return displacements over time (`course`), at the end, and the mesh, from nodal displacements u (t, n, 3), m."""
+        """Return displacements over time (`course`), at the end, and the mesh, from nodal displacements u (t, n, 3),
+        m.
+        """
         return fields_of_motion(self.mesh, times_of(self.motion), u)
 
 

@@ -213,11 +213,15 @@ def _check_step_size(made: PreparedPoroelastic, drained: Ints) -> PreparedPoroel
         return replace(made, smallest=smallest)
     static = made.static
     shown = units.format_value(float(f"{smallest:.3g}"), units.TIME)
-    note = diagnostic("W393", static.declared.at("size" if static.model.size else "element"),
-                      f"a step of {units.format_value(float(f'{min(steps):.3g}'), units.TIME)} is too short for the cells of"
-                      f" `{static.declared.name}` where fluid leaves", "pressures may oscillate",
-                      "soon after a load jumps fluid leaves a layer thinner than a cell: take steps of"
-                      f" {shown} or more, or cells that are finer there")  # fmt: skip
+    note = diagnostic(
+        "W393",
+        static.declared.at("size" if static.model.size else "element"),
+        f"a step of {units.format_value(float(f'{min(steps):.3g}'), units.TIME)} is too short for the cells of"
+        f" `{static.declared.name}` where fluid leaves",
+        "pressures may oscillate",
+        "soon after a load jumps fluid leaves a layer thinner than a cell: take steps of"
+        f" {shown} or more, or cells that are finer there",
+    )
     return replace(made, smallest=smallest, static=replace(static, notes=(*static.notes, note)))
 
 

@@ -149,9 +149,15 @@ class Matched:
 
 
 def match_points(
-    told: ResultFile, at: str, rest: ResultFile | None, unit: float, time: float, nodes: Mesh | None, depth: float | None = None,
+    told: ResultFile,
+    at: str,
+    rest: ResultFile | None,
+    unit: float,
+    time: float,
+    nodes: Mesh | None,
+    depth: float | None = None,
     wired: bool = False,
-) -> Matched:  # fmt: skip
+) -> Matched:
     """Match a file by the name of its displacements or `position`, or by `nodes` if their mesh is given.
 
     `depth`, m, is the thickness of a plane body, None for a solid. A body of rods is `wired` and has only points.

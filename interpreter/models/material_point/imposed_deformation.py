@@ -270,8 +270,12 @@ def _sheared(faces: ImposedOnFaces, stretches: list[float | None]) -> tuple[int,
     return max(found, key=lambda entry: abs(entry[2]), default=None) if not others and not faces.pulled else None
 
 
-def _made(faces: ImposedOnFaces, stretches: list[float | None], shear: tuple[int, int, float] | None, moved: tuple[int, ...],
-          ) -> ImposedState:  # fmt: skip
+def _made(
+    faces: ImposedOnFaces,
+    stretches: list[float | None],
+    shear: tuple[int, int, float] | None,
+    moved: tuple[int, ...],
+) -> ImposedState:
     low, high = faces.bounds
     anchors, shifts = [], []
     for axis in range(3):

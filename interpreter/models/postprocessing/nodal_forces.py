@@ -256,9 +256,13 @@ def reactions(carried: NodalForces, supports: Sequence[SupportedNodes]) -> dict[
         at = at * (0.0, 1.0, 0.0) if carried.axial else at
         both = np.any([s.holds for s in others], axis=0) & support.holds if others else taken & False
         found[support.name] = Reaction(
-            to_vector(own.force), to_vector(own.moment), to_vector(at), to_vector(own.about(at)), tuple(s.name for s in others),
+            to_vector(own.force),
+            to_vector(own.moment),
+            to_vector(at),
+            to_vector(own.about(at)),
+            tuple(s.name for s in others),
             to_vector(carried.wrench(np.where(both, carried.left, 0.0)).force),
-        )  # fmt: skip
+        )
         taken |= support.holds
     return found | {name: _of_bed(carried, own) for name, own in carried.beds.items()}
 

@@ -80,10 +80,14 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
     away = max(found["mesh_to_surface_m"], found["surface_to_mesh_m"])
     if away > AWAY * how.tolerance:
         place = units.format_vector(found["farthest_m"], units.LENGTH)
-        yield diagnostic("W349", declared.at(), f"the mesh of `{declared.name}` is not the body that its surface has",
-                         f"up to {units.format_value(float(f'{away:.3g}'), units.LENGTH)} apart, near {place}",
-                         f"{units.format_value(how.tolerance, units.LENGTH)} was to be met: thin or sharp parts were lost; "
-                         "take a smaller `size`, or a smaller `tolerance` of `filled`")  # fmt: skip
+        yield diagnostic(
+            "W349",
+            declared.at(),
+            f"the mesh of `{declared.name}` is not the body that its surface has",
+            f"up to {units.format_value(float(f'{away:.3g}'), units.LENGTH)} apart, near {place}",
+            f"{units.format_value(how.tolerance, units.LENGTH)} was to be met: thin or sharp parts were lost; "
+            "take a smaller `size`, or a smaller `tolerance` of `filled`",
+        )
 
 
 def repair_warning(case: Case, surface: ClosedSurface) -> Diagnostic | None:

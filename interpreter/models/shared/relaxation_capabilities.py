@@ -129,10 +129,13 @@ def _steps(case: Case) -> Iterator[Diagnostic]:
     fast = [tau for tau in times if analysis.step > COARSE * tau]
     if fast and (case.loads or any(support.thing.course is not None for support in case.supports)):
         shown = units.format_value(float(f"{min(fast):.4g}"), units.TIME)
-        yield diagnostic("W369", case.body.at("material"), f"a step of {units.format_value(analysis.step, units.TIME)} does not"
-                         f" show what relaxes within {shown}", "resolved in the mean",
-                         "what follows slowly is right, and how it comes there is not seen: compare with half the"
-                         " step")  # fmt: skip
+        yield diagnostic(
+            "W369",
+            case.body.at("material"),
+            f"a step of {units.format_value(analysis.step, units.TIME)} does not show what relaxes within {shown}",
+            "resolved in the mean",
+            "what follows slowly is right, and how it comes there is not seen: compare with half the step",
+        )
 
 
 def dissipation_warnings(declared: Declared, lost: Floats, work: float, unknown: bool) -> Iterator[Diagnostic]:

@@ -156,11 +156,13 @@ def must_have_directions(case: Case, mesh: Mesh) -> None:
     for rule, found in _hollows(case, mesh):
         if found.without > 0.0:
             raise fault(
-                "E383", case.body.at("material"),
+                "E383",
+                case.body.at("material"),
                 f"the fibres of `{case.body.name}` have no direction in at least {units.format_volume_fraction(found.without)} of "
-                f"its volume: `{rule}` vanishes there, or has no value", f"as around {_shown(found)}",
+                f"its volume: `{rule}` vanishes there, or has no value",
+                f"as around {_shown(found)}",
                 "give a direction that is never nothing, or a region of its own without fibres",
-            )  # fmt: skip
+            )
 
 
 def notes(case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
@@ -168,12 +170,14 @@ def notes(case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
     for rule, found in _hollows(case, mesh):
         if found.touched > 0.0:
             yield diagnostic(
-                "W389", case.body.at("material"),
+                "W389",
+                case.body.at("material"),
                 f"`{rule}` vanishes, or has no value, within cells that are {units.format_volume_fraction(found.touched)} of the "
-                f"volume of `{case.body.name}`", f"as near {_shown(found)}",
+                f"volume of `{case.body.name}`",
+                f"as near {_shown(found)}",
                 "fibres turn there within one cell, and what is found depends on the mesh: give that place a region "
                 "without fibres, or leave it out of the body",
-            )  # fmt: skip
+            )
 
 
 def _hollows(case: Case, mesh: Mesh) -> Iterator[tuple[DirectionProfile, UndefinedDirections]]:

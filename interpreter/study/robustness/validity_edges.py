@@ -16,7 +16,9 @@ At = Callable[[str, str, float | str], ClassifiedPoint | None]  # model, quantit
 def edge_of(
     model: str, quantity: WalkedQuantity, walk: Walk, at: At, outlines: Mapping[str, str], others: Mapping[str, Walk]
 ) -> ValidityEdge:  # fmt: skip
-    """Return the edges of one walk; `others` are walks of other models in the same direction, which may still be right."""
+    """Return the edges of one walk; `others` are walks of other models in the same direction, which may still be
+    right.
+    """
     found, verdicts, ladder = walk.edge(), walk.verdicts(), walk.ladder
 
     def value(t: float | None) -> float | None:

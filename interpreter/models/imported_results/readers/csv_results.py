@@ -89,10 +89,15 @@ def _told(name: str, found: csv_tables.Columns, places: Triple, moved: Triple | 
     X, arrays = _stacked(found, places), {word: _stacked(found, triple) for word, triple in vectors.items()}
     times = np.array(found.numbers[clock[0]]) if clock else np.zeros(len(X))
     groups = _groups(times)
-    every = combine_states(name, (
-        checked_state(name, X[rows], (), {w: a[rows] for w, a in arrays.items()}, times[rows[0]] if clock else None, left)
-        for rows in groups
-    ))  # fmt: skip
+    every = combine_states(
+        name,
+        (
+            checked_state(
+                name, X[rows], (), {w: a[rows] for w, a in arrays.items()}, times[rows[0]] if clock else None, left
+            )
+            for rows in groups
+        ),
+    )
     if every.moved is not None and (moved or places in AT_REST):
         columns = ", ".join(f"`{w}`" for w in places)
         reason = f"{columns} say where points lie at rest, and are others at another time"

@@ -45,8 +45,14 @@ class Moment:
         return tuple(f"scalars `{name}`" if k == 1 else f"`{name}`, {k} numbers a point" for name, k in rest.items())
 
 
-def checked_state(name: str, points: NDArray[np.generic], blocks: Iterable[Block], arrays: Mapping[str, NDArray[np.generic]],
-           time: float | None = None, left: tuple[str, ...] = ()) -> Moment:  # fmt: skip
+def checked_state(
+    name: str,
+    points: NDArray[np.generic],
+    blocks: Iterable[Block],
+    arrays: Mapping[str, NDArray[np.generic]],
+    time: float | None = None,
+    left: tuple[str, ...] = (),
+) -> Moment:
     """Return the checked state of the file `name`. Raises Unreadable."""
     P = np.asarray(points, dtype=np.float64)
     if P.ndim != 2 or P.shape[1] != 3 or not len(P):

@@ -51,7 +51,7 @@ def report() -> softmark.Report:
 
 @pytest.mark.slow
 def test_levers_that_cost_no_accuracy(report: softmark.Report) -> None:
-    """Forces to 1e-8, or in single precision to 1e-3 and states to 1e-5 (tests/solvers/test_levers.py)."""
+    """Forces to 1e-8, or in single precision to 1e-3 and states to 1e-5 (tests/solvers/test_integration_options.py)."""
     exact = drop(report.models["plain"])
     for name, error in (("single", 1e-5), ("reused", 1e-7), ("cg", 1e-7)):
         assert report.models[name].status == "converged"

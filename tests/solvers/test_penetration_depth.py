@@ -59,7 +59,12 @@ def test_nothing_is_deeper_on_a_dense_lattice(body: str, nodes: int) -> None:
 
 def test_what_lies_flat_on_a_surface_does_not_cut() -> None:
     """A billionth above it: nothing is halved, and nothing is found."""
-    found, place = find_deepest_point(rigid_contact_forces.half_space(O, Z), FLAT + 1e-9, partial(solid_forces.shape_functions, 3),
-                           np.array(FACETS[3].rim)[np.array(FACETS[3].halves)], True)  # fmt: skip
+    found, place = find_deepest_point(
+        rigid_contact_forces.half_space(O, Z),
+        FLAT + 1e-9,
+        partial(solid_forces.shape_functions, 3),
+        np.array(FACETS[3].rim)[np.array(FACETS[3].halves)],
+        True,
+    )
     assert found == 0.0
     assert np.isnan(place).all()

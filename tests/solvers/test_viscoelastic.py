@@ -303,10 +303,19 @@ def swing(integrator: str, h: float) -> tuple[float, dict]:
     force[far, 0] = 250.0
     mass = np.full(24, 1000.0 / 12.0)  # 1000/3 on the four nodes that move
     problem = Dynamics(
-        Assembly(24, fixed, [energy], [DeadForces(force.ravel())]), mass, np.zeros(24), np.zeros(24), fixed,
-        np.zeros(len(fixed)), integrator=INTEGRATORS[integrator](), tolerance=1e-10,
-        remembering=ViscoelasticStep(BodyHistory((ViscoelasticHistory.at_rest(energy, zener),)), integrator == "midpoint"), lagged=False,
-    )  # fmt: skip
+        Assembly(24, fixed, [energy], [DeadForces(force.ravel())]),
+        mass,
+        np.zeros(24),
+        np.zeros(24),
+        fixed,
+        np.zeros(len(fixed)),
+        integrator=INTEGRATORS[integrator](),
+        tolerance=1e-10,
+        remembering=ViscoelasticStep(
+            BodyHistory((ViscoelasticHistory.at_rest(energy, zener),)), integrator == "midpoint"
+        ),
+        lagged=False,
+    )
     track = march(problem, 0.25, h)
     return float(track.observed[-1].x[3 * np.flatnonzero(far)[0]]), track.energies
 

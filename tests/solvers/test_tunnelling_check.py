@@ -51,9 +51,13 @@ PIN = BallGap(0.5, (0.3, 0.2, 3.0))
 def test_what_goes_through_between_nodes(way: tuple[float, float, float], moved: float, deep: float) -> None:
     """In mm; what is moved is the slab of 2 mm as a whole, whose nodes are at its corners."""
     contact = RigidContact(
-        np.arange(8), SLAB, np.ones(8), Barrier(1e-3, 1.0),
-        lambda s: MovedGap(PIN, RigidMotion((s * way[0], s * way[1], s * way[2]))), skin=surface_triangles(SLAB, AROUND),
-    )  # fmt: skip
+        np.arange(8),
+        SLAB,
+        np.ones(8),
+        Barrier(1e-3, 1.0),
+        lambda s: MovedGap(PIN, RigidMotion((s * way[0], s * way[1], s * way[2]))),
+        skin=surface_triangles(SLAB, AROUND),
+    )
     x = np.tile([0.0, 0.0, moved], 8)
     assert tunnelling_depth(contact, np.zeros(24), x) == pytest.approx(deep)
 

@@ -78,10 +78,14 @@ STATES = {
     "planar": lambda l: ImposedDeformation(np.array([1.0, l, FREE]), driven=(1,)),
     "confined": lambda l: ImposedDeformation(np.array([l, 1.0, 1.0])),
     "simple_shear": lambda l: ImposedDeformation(np.ones(3), shear=(1, 2, l - 1.0), driven=(1,), relieved=0),
-    "sheared_and_stretched": lambda l: ImposedDeformation(np.array([1.2, 0.9, 1.1]), shear=(2, 0, l - 1.0), driven=(2,), relieved=1),
+    "sheared_and_stretched": lambda l: ImposedDeformation(
+        np.array([1.2, 0.9, 1.1]), shear=(2, 0, l - 1.0), driven=(2,), relieved=1
+    ),
     "pulled": lambda l: ImposedDeformation(np.full(3, FREE), np.array([40e3 * (l - 1.0), 0.0, 0.0])),
-    "pulled_twice": lambda l: ImposedDeformation(np.full(3, FREE), (l - 1.0) * np.array([9e3, 30e3, 0.0]), driven=(0, 1)),
-}  # fmt: skip
+    "pulled_twice": lambda l: ImposedDeformation(
+        np.full(3, FREE), (l - 1.0) * np.array([9e3, 30e3, 0.0]), driven=(0, 1)
+    ),
+}
 
 
 KINDS = [n for n in MATERIALS if n not in ("linear_elastic", "arruda_boyce")]

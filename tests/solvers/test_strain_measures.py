@@ -63,8 +63,12 @@ def test_a_rotation_changes_no_strain_and_turns_what_is_held(measure: StrainMeas
 def test_the_stress_of_a_law_is_what_pulls_as_the_law_does() -> None:
     F, _ = states()
     gel = WORDS["neo_hookean_isochoric"](young=3.0, poisson=0.3, density=1.0)
-    laws = [(SmallStrainMeasure(), law_for(gel, "small")), (GreenStrain(), law_for(gel, "finite")), (IsochoricStrain(), gel.isochoric()),
-            (BiotStrain(), law_for(gel, "corotational"))]  # fmt: skip
+    laws = [
+        (SmallStrainMeasure(), law_for(gel, "small")),
+        (GreenStrain(), law_for(gel, "finite")),
+        (IsochoricStrain(), gel.isochoric()),
+        (BiotStrain(), law_for(gel, "corotational")),
+    ]
     for measure, law in laws:
         np.testing.assert_allclose(measure.pulled(F, measure.stress(law, F)), law.P(F), atol=1e-13)
 
