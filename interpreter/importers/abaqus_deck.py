@@ -402,7 +402,7 @@ class _Body:
         return self.places(self.mesh.members("elements", name, card, card.scope))
 
     def nodes(self, name: str, card: Card) -> Ints:
-        """Return the nodes (k,) of the body in a set or with a number; list nodes outside the body. Raises DeckError."""
+        """Return the nodes (k,) of the body in a set or with a number; list those outside. Raises DeckError."""
         self._use("nodes", name, card)
         own = self.mesh.members("nodes", name, card, card.scope)
         if not len(own):

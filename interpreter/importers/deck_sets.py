@@ -26,7 +26,7 @@ def add_face_set(deck: Deck, name: str, faces: Ints) -> None:
 
 
 def add_node_set(deck: Deck, name: str, nodes: Ints) -> None:
-    """Add a set of nodes (k,), as surface faces if it consists of whole faces, else as nodes; all nodes are the body."""
+    """Add a set of nodes (k,), as faces if it consists of whole faces, else as nodes; all nodes are the body."""
     if len(own := np.unique(nodes)) == len(deck.points):
         return
     faces, alone = deck.sides.within(own)

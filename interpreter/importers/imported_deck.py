@@ -127,7 +127,7 @@ class EndedLoad:
 
 @dataclass
 class Deck:
-    """One body in a static analysis. `mesh` is a file that a scene can read directly; if it is None, there are arrays."""
+    """One body in a static analysis. `mesh` is a file that a scene can read; if it is None, there are arrays."""
 
     title: str
     kind: str  # tet4, tet10, hex8, hex20

@@ -188,7 +188,7 @@ def _unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: Place) -> N
 
 @dataclass
 class Compiler:
-    """Compiles each declaration after those that it refers to, and reuses unchanged results of an earlier compilation."""
+    """Compiles each declaration after those that it refers to, and reuses results of an earlier compilation."""
 
     scope: Scope
     replaced: Mapping[str, Override]  # by parameter, or by `declared.field`

@@ -62,7 +62,7 @@ EVERYTHING = Enclosure(-math.inf, math.inf)
 
 
 def _bounded(*values: float) -> Enclosure:
-    """Return the smallest interval of some values, or the whole line if one is not a number (infinity minus infinity)."""
+    """Return the smallest interval of some values, or the whole line if one is not a number."""
     return EVERYTHING if any(map(math.isnan, values)) else Enclosure(min(values), max(values))
 
 
@@ -107,7 +107,7 @@ class Term:
         return Term(lambda p: f(self.at(p), other.at(p)), True, plane=plane, axes=axes)
 
     def _plane(self, operator: str, other: Term) -> Plane | None:
-        """Return the coefficients of the result if it stays linear: sums, and products and quotients with a constant."""
+        """Return the coefficients of the result if it stays linear: sums, products and quotients with a constant."""
         match operator:
             case "+":
                 return _summed(self.plane, other.plane)

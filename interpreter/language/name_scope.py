@@ -91,7 +91,7 @@ class Scope:
         return parameter.value
 
     def resolve(self, name: tree.Name, module: Module, place: Place, kind: str = "") -> Symbol:
-        """Return the symbol that a name refers to in its module; `kind` is the expected kind. Raises EvaluationError."""
+        """Return the symbol of a name in its module; `kind` is the expected kind. Raises EvaluationError."""
         full = module.prefix + name.text
         symbol = self.table.symbols.get(full)
         if symbol is not None:

@@ -133,7 +133,7 @@ def describe_failure(error: BaseException) -> list[types.Diagnostic]:
 
 
 def find_unchanged_diagnostics(before: PublishedState, now: Document) -> list[types.Diagnostic]:
-    """Return earlier slow diagnostics that still apply: their lines are unchanged, counted from the start or the end."""
+    """Return earlier slow diagnostics that still apply: their lines are unchanged from the start or the end."""
     old, new = (document.text.splitlines() for document in (before.document, now))
     further = len(new) - len(old)
     kept = []

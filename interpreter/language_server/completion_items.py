@@ -26,7 +26,7 @@ OPERATORS = frozenset({"SIGN", "TIMES", "CIRCUMFLEX", "COMPARE", "RANGE", "AND",
 
 @dataclass(frozen=True)
 class CompletionOffer:
-    """One completion: `detail` is its short description, `doc` the long one; `snippet` is inserted instead, if given."""
+    """One completion: `detail` is its short description, `doc` the long one; `snippet`, if given, is inserted."""
 
     label: str
     kind: Kind

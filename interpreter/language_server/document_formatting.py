@@ -11,7 +11,7 @@ from softmark.interpreter.language_server.text_document import Document
 
 
 def format_document(document: Document, params: types.DocumentFormattingParams) -> list[types.TextEdit]:
-    """Return one edit from the first to the last line that differs. Raises RequestRefused with the first syntax error."""
+    """Return one edit from the first to the last line that differs. Raises RequestRefused on a syntax error."""
     if document.is_too_large:
         raise RequestRefused(f"left as it is: the text is larger than {LARGEST // 1_000_000} MB")
     try:

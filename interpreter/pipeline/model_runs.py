@@ -212,7 +212,7 @@ def _filled_surface_facts(case: Case, prepared: Prepared) -> dict[str, Any]:
 
 
 def _solve_timed(work: StateRun, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
-    """Return the solution, and wall and CPU seconds of each repetition; kernels are compiled before the clock starts."""
+    """Return the solution, and wall and CPU seconds of each repetition; kernels are compiled beforehand."""
     wall: list[float] = []
     cpu: list[float] = []
     solution = Solution("failed", "not run", {})

@@ -38,7 +38,7 @@ class CheckedScene:
 
 @dataclass
 class RunOptions:
-    """Options of a run: models, number of timed repetitions, progress callbacks, and where to keep unfinished reports."""
+    """Options of a run: models, number of timed repetitions, progress callbacks, and a place for unfinished reports."""
 
     only: tuple[str, ...] = ()
     repeat: int = 1

@@ -24,7 +24,7 @@ class WarningGroup:
 
 @dataclass(frozen=True)
 class SavedModel:
-    """Saved model of an earlier run: for each state its result, its warnings by step, and the shared warnings it met."""
+    """Saved model of an earlier run: for each state its result, its warnings by step, and shared warnings."""
 
     name: str
     computed: str  # when, UTC

@@ -70,7 +70,7 @@ def _held_end(case: Case) -> int:
 
 
 def _end_loads(case: Case, free: int, axis: Any) -> tuple[float, float]:
-    """Return the traction on the free end, Pa, and the acceleration, m/s^2, both along the axis. Raises NotApplicable."""
+    """Return the traction on the free end, Pa, and the acceleration, m/s^2, along the axis. Raises NotApplicable."""
     force, pull = 0.0, 0.0
     for load in case.loads:
         match load.thing.action:

@@ -13,7 +13,7 @@ NAMED = 8  # names that a line has
 
 
 def represent_report(report: Any) -> str:
-    """Return `<Report of 'A beam': models tets, rod converged; reference theory converged; 2 of 2 expectations met>`."""
+    """Return `<Report of 'A beam': models tets, rod converged; theory converged; 2 of 2 expectations met>`."""
     title = str(report.scene.get("title") or report.scene.get("file") or "a scene without a title")
     said = [
         *_group_by_status("model", report.models),

@@ -2,7 +2,7 @@
 
 Run: .venv/bin/python tests/benchmarks/corner.py 10000 implicit_euler
 
-The problem is that of tests/solvers/test_dynamic_contact.py. Every step is asked for numbers that are none and for points behind
+The problem is that of tests/solvers/test_dynamic_contact.py. Every step is asked for NaN and for points behind
 a surface; every hundredth for how deep edges cut into facets between the points that keep clear.
 """
 

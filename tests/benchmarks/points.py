@@ -4,7 +4,7 @@
 
 Every law with constants of its own and three others, in five states, each swept from 0.8 to 1.4 (shear: -0.2 to 0.4) at
 a Poisson's ratio of 0.45 and of 0.5; the first state of each is not counted. Microseconds of CPU for a state; the ratio
-is of all sweeps. `arrays` is the way that laws with directions take. A measurement; tests/solvers/test_principal_axes_law.py
+is of all sweeps. `arrays` is the way that laws with directions take. Measured; tests/solvers/test_principal_axes_law.py
 asserts a part of it, and that both find the same.
 """
 

@@ -148,7 +148,7 @@ def test_memory_grows_with_the_text(kind: str, tmp_path: Path) -> None:
 
 
 def test_dependencies_are_those_that_a_text_mentions() -> None:
-    """What a change touches is found through them: test_varied_configurations.py compares with scenes that are read anew."""
+    """A change is followed through them; test_varied_configurations.py compares with scenes read again."""
     chain = ["param p0 = 1 mm", *(f"param p{i} = p{(i - 1) // 2} + p{i - 1}" for i in range(1, 40))]
     text = "\n".join([*chain, SCENE.partition("\n")[2].replace("length = 100 mm", "length = 100 mm + p39 / 1e12")])
     scene, found = load_scene(Source("a.scene", text), Path(), None)

@@ -306,7 +306,9 @@ WAIT: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/interpreter/test_hostile_texts.py": {"test_no_text_steers_the_terminal": ("command3-",)},
     "tests/solvers/test_shapes.py": {"test_finer_spaces_lie_on_the_true_surface": ("tet10-bent rod", "tet10-sphere")},
     "tests/interpreter/test_compare_page.py": {"test_every_page_is_whole_and_needs_nothing_else": ("200 points",)},
-    "tests/solvers/test_penetration_depth.py": {"test_nothing_is_deeper_on_a_dense_lattice": ("9-", "8-cone", "4-cone")},
+    "tests/solvers/test_penetration_depth.py": {
+        "test_nothing_is_deeper_on_a_dense_lattice": ("9-", "8-cone", "4-cone")
+    },
     "tests/solvers/test_signed_distance.py": {"test_gradient_and_hessian_are_those_of_the_gap": ("surface of a ball",)},
 }  # fmt: skip
 

@@ -325,7 +325,7 @@ def test_strain_measures_use_the_moduli_at_rest_of_any_material() -> None:
 def test_parts_add_up_to_the_law(name: str, strain: str) -> None:
     """Shear and volume of any law that has parts, to round-off; the first depends on mu alone."""
     material = made(name, 1.0, 0.4)
-    if strain == "finite" and material.finite_parts() is None:  # test_integration_options.py says of which laws it is so
+    if strain == "finite" and material.finite_parts() is None:  # see test_integration_options.py
         assert parts_for(material, strain) is None
         return
     whole, parts = law_for(material, strain), parts_for(material, strain)

@@ -1,6 +1,6 @@
 """What the cache of kernels takes from numba's private classes is there, and numba's version is bounded.
 
-To allow a newer numba: install it, run this file and test_kernel_cache.py, and raise the bound in pyproject.toml if both pass.
+To allow a newer numba: install it, run this file and test_kernel_cache.py, and raise the bound in pyproject.toml.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ GB = 1e9  # bytes
 
 
 class ExternalModel(Model):
-    """Model that an external program solves; its fields are `program`, the limits of its process, and its time steps."""
+    """Model that an external program solves; its fields are `program`, process limits and time steps."""
 
     unwalked = "another program solves it, which states no error that could be held against it"
     instead = "`fem(...)` takes all of it"

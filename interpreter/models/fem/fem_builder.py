@@ -272,7 +272,8 @@ class PreparedSolid(MeshBasedModel):
             diagnostic(
                 "W306",
                 self.declared.at("strain"),
-                f"`{self.declared.name}` took rotations of up to {units.format_value(angle, units.ANGLE)} for small ones",
+                f"`{self.declared.name}` took rotations of up to "
+                f"{units.format_value(angle, units.ANGLE)} for small ones",
                 "outside its range",
                 "its numbers are those of a model that does not apply",
             ),

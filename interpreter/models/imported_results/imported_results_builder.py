@@ -214,7 +214,8 @@ def _moving(declared: Declared, found: Matched, duration: float) -> tuple[Floats
                     "or a table with a column of times")  # fmt: skip
     step = float(np.diff(times).max())
     if abs(times[0]) > SAME * duration or times[-1] < duration - SAME * duration:
-        span = f"from {units.format_value(float(times[0]), units.TIME)} to {units.format_value(float(times[-1]), units.TIME)}"
+        first, last = (units.format_value(float(times[i]), units.TIME) for i in (0, -1))
+        span = f"from {first} to {last}"
         raise fault("E703", declared.at("path"), f"{name} tells of the motion {span}",
                     f"asked for: 0 to {units.format_value(duration, units.TIME)}",
                     "`time = 1 ms` is one unit of its times; else write the whole motion, from rest on")  # fmt: skip
@@ -321,7 +322,8 @@ def _outside_error(
     factor = next((f for f in FACTORS if f != 1.0 and abs(ratio / f - 1.0) <= NEAR), None)
     remedy = "judge results of the same body, in the same place; `within` lets more pass"
     if factor is not None:
-        remedy = f"is its unit another? with `unit = {units.format_value(model.unit * factor, units.LENGTH)}` it has the size"
+        unit = units.format_value(model.unit * factor, units.LENGTH)
+        remedy = f"is its unit another? with `unit = {unit}` it has the size"
     return diagnostic(
         "E702", declared.at("unit") if factor is not None else declared.at("path"),
         f"{Path(model.path).name} does not cover `{case.body.name}`: they are up to "

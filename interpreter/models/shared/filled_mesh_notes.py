@@ -65,7 +65,7 @@ def _surface_distances(mesh: Mesh, points: Floats, triangles: Any) -> tuple[floa
 
 
 def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
-    """Yield warnings where a mesh is far from its surface, or where a public data set could not be checked completely."""
+    """Yield warnings if a mesh is far from its surface, or if a public data set was not checked completely."""
     if not isinstance(mesh, FilledMesh) or mesh.filling is None:
         return
     found, how = facts(case.shape, mesh)["filled"], mesh.filling
@@ -91,7 +91,7 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
 
 
 def repair_warning(case: Case, surface: ClosedSurface) -> Diagnostic | None:
-    """Return a warning about a surface that was repaired: what was repaired, how much, and the possible volume error."""
+    """Return a warning about a surface that was repaired: what, how much, and the possible volume error."""
     if not surface.repairs:
         return None
     volume = units.format_value(float(f"{surface.volume:.5g}"), VOLUME)

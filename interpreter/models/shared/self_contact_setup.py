@@ -133,7 +133,8 @@ def _tied(case: Case, pair: Declared, mesh: Mesh) -> TieConstraint:
             pair.at("where" if "where" in pair.fields else ""),
             f"`{pair.name}` finds no surfaces of `{case.body.name}` that lie on each other",
             "ties nothing",
-            f"two pieces of the body must have sides that face each other within {units.format_value(reach, units.LENGTH)}:"
+            "two pieces of the body must have sides that face each other within "
+            f"{units.format_value(reach, units.LENGTH)}:"
             " give a larger `reach`, or another `where`",
         )
     return TieConstraint(

@@ -376,15 +376,10 @@ def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None)
         if found.steps < found.few
         else f"at the end it is off by {100 * min(found.error, 1.0):.0f} % of its swing ({of} {period})"
     )
-    return (
-        diagnostic(
-            "W362",
-            declared.at(),
-            f"the {moves} of `{declared.name}` is not resolved: {problem}",
-            f"a step of {units.format_value(analysis.step, units.TIME)}",
-            f"what has come to rest is right, and what moves is not: try a step of {_suggested_step(found, analysis)} or less",
-        ),
-    )
+    message = f"the {moves} of `{declared.name}` is not resolved: {problem}"
+    step, shorter = units.format_value(analysis.step, units.TIME), _suggested_step(found, analysis)
+    remedy = f"what has come to rest is right, and what moves is not: try a step of {shorter} or less"
+    return (diagnostic("W362", declared.at(), message, f"a step of {step}", remedy),)
 
 
 def _suggested_step(found: Resolution, analysis: Dynamic) -> str:

@@ -158,7 +158,8 @@ def must_have_directions(case: Case, mesh: Mesh) -> None:
             raise fault(
                 "E383",
                 case.body.at("material"),
-                f"the fibres of `{case.body.name}` have no direction in at least {units.format_volume_fraction(found.without)} of "
+                f"the fibres of `{case.body.name}` have no direction in at least "
+                f"{units.format_volume_fraction(found.without)} of "
                 f"its volume: `{rule}` vanishes there, or has no value",
                 f"as around {_shown(found)}",
                 "give a direction that is never nothing, or a region of its own without fibres",
@@ -172,7 +173,8 @@ def notes(case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
             yield diagnostic(
                 "W389",
                 case.body.at("material"),
-                f"`{rule}` vanishes, or has no value, within cells that are {units.format_volume_fraction(found.touched)} of the "
+                f"`{rule}` vanishes, or has no value, within cells that are "
+                f"{units.format_volume_fraction(found.touched)} of the "
                 f"volume of `{case.body.name}`",
                 f"as near {_shown(found)}",
                 "fibres turn there within one cell, and what is found depends on the mesh: give that place a region "

@@ -253,7 +253,7 @@ class BestInFrame(JsonRecord):
 
 
 def best_within(hz: float, judged: JudgedPoints) -> BestInFrame:
-    """Return the most accurate configuration whose third quartile of time is at most 1/hz; among equals, the fastest."""
+    """Return the most accurate configuration whose third quartile of time is at most 1/hz; of equals, the fastest."""
     framed = [(c, c.frame) for c in judged.candidates.values() if c.frame is not None]
     limit = 1.0 / hz
     fitting = [(c.error, f.median, c.key, c) for c, f in framed if f.q3 <= limit]

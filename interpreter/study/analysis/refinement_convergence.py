@@ -34,7 +34,7 @@ class Refinement:
 
 @dataclass(frozen=True)
 class ErrorTrend(JsonRecord):
-    """Order of convergence of a line's errors; `cut` if finer members are omitted, within the reference's uncertainty."""
+    """Order of convergence of a line's errors; `cut` if members within the reference's uncertainty are omitted."""
 
     unit: str | None
     cut: bool

@@ -110,7 +110,7 @@ class MetricChange(JsonRecord):
 
 @dataclass(frozen=True)
 class TimeChange(JsonRecord):
-    """Change of a time; `verdict`: slower or quicker beyond noise; undecided, with a reason, if the noise is unknown."""
+    """Change of a time; `verdict`: slower or quicker beyond noise; undecided if the noise is unknown."""
 
     name: str
     clock: str

@@ -38,7 +38,7 @@ SLICES = ALONE | {".dcm"}  # extensions in a folder, where one file represents a
 
 
 def keys_of(scene: Scene, plan: Plan, options: RunOptions) -> dict[str, str]:
-    """Return the key of every model of a plan that has one and, under "", that of all references and models together."""
+    """Return the key of every model of a plan that has one and, under "", that of all references and models."""
     shared = [d for d in scene.declared.values() if d.kind not in ("model", "study")]
     if not all(map(_has_known_dependencies, shared)) or (scene.table is not None and scene.table.vocabulary.plugins):
         return {}
