@@ -25,24 +25,17 @@ __all__ = ["CheckedScene", "RunOptions", "SceneText", "check_text", "run_scene",
 def run_to_report(given: SceneText | CheckedScene, options: RunOptions, keeper: RunCache | None = None) -> Report:
     """Return the report of a text, or of a scene checked before; an unfinished report follows each finished model.
 
-    Saved results of a `keeper` are reused, and new ones are saved with it. Raises SceneError, before anything is
-    solved, if
-    the scene has errors or cannot be built, and OutdatedResults if reused results do not agree with computed ones.
+    Saved results of a `keeper` are reused, and new ones are saved with it. Raises SceneError before solving if the
+    scene has errors or cannot be built, and OutdatedResults if reused results do not agree with computed ones.
     """
     sound = given if isinstance(given, CheckedScene) else check_text(given, options)  # grammar, language, validation
     options.begin(sound.scene)
     plan = plan_of(sound.scene, options.only)  # planning: only what is requested
 
-    from softmark.interpreter.pipeline import (
-        cached_results,
-        report_assembly,
-        run_state,
-    )  # with numpy
+    from softmark.interpreter.pipeline import cached_results, report_assembly, run_state  # with numpy
 
     known = cached_results.load_saved_results(sound.scene, plan, options, keeper)
-    works = run_state.make_state_runs(
-        sound.scene, plan, options, sound.warnings, known
-    )  # one for each state of the analysis
+    works = run_state.make_state_runs(sound.scene, plan, options, sound.warnings, known)  # one per state
     if not cached_results.reuse_everything(works):
         # solvers are loaded only for results that are not saved
         from softmark.interpreter.pipeline import model_runs, probe_sampling, reference_runs
@@ -56,9 +49,7 @@ def run_to_report(given: SceneText | CheckedScene, options: RunOptions, keeper: 
             reference_runs.solve_references(work)  # references: theories, and limits of refinement
         for name in plan.models:
             for work in works:
-                model_runs.solve_model(
-                    work, name
-                )  # solvers; verification: forces are recomputed by independent formulas
+                model_runs.solve_model(work, name)  # solvers; verification: forces by independent formulas
             _keep_early(works, name, keeper)  # metrics and verification of a slow model
             options.keep(report_assembly.unfinished_report(works))  # metrics so far; written by the report package
         for work in works:

@@ -1,7 +1,7 @@
 """The tables of a Prony series, g = 0.3 and 0.2 in 1 and 10 s: relaxation, creep and moduli, of the reference `prony`.
 
-Numbers were worked out apart from the project, to six digits; tests/solvers/test_viscoelastic.py compares the recursion of
-the solver with them, with a ramp and with Fung's form.
+Numbers were computed outside the project, to six digits; tests/solvers/test_viscoelastic.py compares the recursion
+of the solver with them, with a ramp and with Fung's form.
 """
 
 from __future__ import annotations
