@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from softmark.solvers.api.solid_loads import traction as traction
     from softmark.solvers.api.solid_supports import Clamp as Clamp
     from softmark.solvers.api.solid_supports import clamp as clamp
-    from softmark.solvers.mesh.files.mesh_reader import read_cells as read_cells
+    from softmark.solvers.mesh.files.mesh_reader import read_cells as read
     from softmark.solvers.mesh.mesh import Mesh as Mesh
     from softmark.solvers.mesh.shapes import Box as Box
     from softmark.solvers.mesh.shapes import Cylinder as Cylinder
@@ -56,7 +56,7 @@ _PUBLIC = {
     "Box": "mesh.shapes",
     "Cylinder": "mesh.shapes",
     "Mesh": "mesh.mesh",
-    "read": "mesh.files.mesh_reader",
+    "read": "mesh.files.mesh_reader:read_cells",
     "material": "api.elastic_solid",
     "Solid": "api.elastic_solid",
     "clamp": "api.solid_supports",
@@ -77,7 +77,8 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'softmark.solvers' has no attribute {name!r}")
     import importlib
 
-    return getattr(importlib.import_module(f"softmark.solvers.{_PUBLIC[name]}"), name)
+    module, _, own = _PUBLIC[name].partition(":")
+    return getattr(importlib.import_module(f"softmark.solvers.{module}"), own or name)
 
 
 def __dir__() -> list[str]:

@@ -45,8 +45,9 @@ CLOSE = 1e-10  # relative residual to which iterations go
 UNSTABLE = 1e-6  # relative residual of a factor without a choice of pivots that is not worth refining
 FRESH = 30  # iterations within which a factor in single precision must do
 BESIDE = (  # what another process does
-    "from softmark.solvers.runtime import jit; from softmark.solvers.linear.factorisations import warm; warm({});"
-    " print(jit.made())"
+    "from softmark.solvers.runtime import kernel_cache; "
+    "from softmark.solvers.linear.factorisations import warm; warm({});"
+    " print(kernel_cache.count_compiled())"
 )
 
 

@@ -19,8 +19,8 @@ from pytest_lsp import ClientServerConfig, LanguageClient
 pytestmark = LOOP
 LOUD = """
 import os
-from softmark.interpreter.validation import load
-quiet = load.looked_at
+from softmark.interpreter.validation import scene_loader
+quiet = scene_loader.check_scene
 def loud(scene, found, only=()):
     print("noise")
     os.write(1, b"noise of a library")
@@ -28,7 +28,7 @@ def loud(scene, found, only=()):
     if "boom" in scene.source.text:
         raise RuntimeError("boom")
     return quiet(scene, found, only)
-load.looked_at = loud
+scene_loader.check_scene = loud
 """
 COMMAND = [sys.executable, "-c", LOUD + DSL, "lsp"]
 

@@ -28,7 +28,7 @@ from softmark.solvers.materials.viscoelastic_increment import ViscoelasticStepLa
 from softmark.solvers.mesh import element_interpolation
 
 BREAK = 1.05
-QUICK = ("Elastic", "Touching", "BranchSprings")
+QUICK = ("Elastic", "RigidContact", "Springs")
 GEL = "material gel = neo_hookean(young = 10 kPa, poisson = {nu}, density = 1000 kg/m^3)\n"
 BAR = (
     GEL
@@ -119,7 +119,7 @@ TEXTS: dict[str, str] = {
     "ElementCorotational": BAR.format(
         nu=0.3, model="fem(hex8, strain = corotational, rotation = element, size = 5 mm)"
     ),
-    "BranchSprings": BAR.format(nu=0.25, model="mass_spring(size = 5 mm, stiffness = from_material())"),
+    "Springs": BAR.format(nu=0.25, model="mass_spring(size = 5 mm, stiffness = from_material())"),
     "DeadForces": BAR.format(nu=0.3, model="fem(tet10, strain = small, size = 7 mm)"),
     "FollowerPressure": ROUND.format(nu=0.3, element="quad8").replace(
         "axisymmetric(flat, gel)", "plane_strain(flat, gel, thickness = 5 mm)"
@@ -137,23 +137,23 @@ TEXTS: dict[str, str] = {
     "RodMoments": ROD.format(load="torque(bar, where = x >= 100 mm, moment = (1e-4, 1e-4, 0) N*m)"),
     "EccentricRodForces": ROD.format(load="point_force(bar, at = (100, 0, 4) mm, vector = (0.01, 0, -0.002) N)"),
     "JointedRods": FRAME,
-    "Touching": PRESSED.format(nu=0.3, more="", moved=DOWN.replace("0.2", "0"), friction=""),
-    "Colliding": PAIR.format(nu=0.3, z=5.02, top=10.02, contact="itself(bar)", load=LID.format(top=10.02, along=0)),
-    "Sliding": PAIR.format(
+    "RigidContact": PRESSED.format(nu=0.3, more="", moved=DOWN.replace("0.2", "0"), friction=""),
+    "IpcContact": PAIR.format(nu=0.3, z=5.02, top=10.02, contact="itself(bar)", load=LID.format(top=10.02, along=0)),
+    "DeformableFriction": PAIR.format(
         nu=0.3, z=5.02, top=10.02, contact="itself(bar, friction = 0.3)", load=LID.format(top=10.02, along=0.1)
     ),
-    "Tied": PAIR.format(nu=0.3, z=5, top=10, contact="tied(bar)", load=LID.format(top=10, along=0.5)),
+    "TieConstraint": PAIR.format(nu=0.3, z=5, top=10, contact="tied(bar)", load=LID.format(top=10, along=0.5)),
     "PoroelasticSolid": POROUS.format(open="drained(bar, where = y >= 5 mm)"),
 }
 REASONS = {
-    "Afloat": "free rigid bodies move in time only, and a motion is checked by its balance of energy",
-    "Pulled": "what pulls at free rigid bodies, which move in time only",
+    "FreeBodyContact": "free rigid bodies move in time only, and a motion is checked by its balance of energy",
+    "RigidBodyLoad": "what pulls at free rigid bodies, which move in time only",
     "DisplacementEnergy": "hands on the forces of the energy within, which is broken by itself",
     "ScaledLoad": "hands on a part of the forces of a load, which is broken by itself",
-    "Slack": "a part of a factor, which gives no forces in a state that has converged",
+    "ZeroPressureEnergy": "a part of a factor, which gives no forces in a state that has converged",
     "StabilizationSpring": "a spring that stabilises the way there, and is nothing where a state has converged",
-    "Projected": "reduced models are held against the full one, whose forces are checked: `full_residual`",
-    "Quadratic": "reduced models are held against the full one, whose forces are checked: `full_residual`",
+    "ProjectedEnergy": "reduced models are held against the full one, whose forces are checked: `full_residual`",
+    "QuadraticEnergy": "reduced models are held against the full one, whose forces are checked: `full_residual`",
     "MovingRod": "rods in motion, which are checked by their balance of energy",
     "MovingRodForces": "rods in motion",
     "MovingRodLoad": "rods in motion",
@@ -189,7 +189,7 @@ def test_every_energy_has_a_scene_or_a_reason() -> None:
     name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in TEXTS
 ])  # fmt: skip
 def test_wrong_forces_are_seen(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    if name in ("Colliding", "Sliding"):
+    if name in ("IpcContact", "DeformableFriction"):
         pytest.importorskip("ipctk")
     text, cls = TEXTS[name], energies()[name]
     must_be_right(text)

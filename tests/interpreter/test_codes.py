@@ -82,7 +82,7 @@ def _mesher(code: str, monkeypatch: pytest.MonkeyPatch) -> None:
     And a library that combines shapes, as far as examples need one; none for contact, or faces that cross.
     """
     where = "softmark.solvers.mesh.tetrahedralization"
-    monkeypatch.setattr(f"{where}._folder", lambda: None)
+    monkeypatch.setattr(f"{where}._cache_folder", lambda: None)
     monkeypatch.setattr(f"{where}.MESHER", "no-such-mesher" if code == "E575" else "numpy")
     if code == "E576":
         ended = subprocess.CompletedProcess([], -11, "", "")

@@ -72,12 +72,12 @@ import gc, json, os, sys
 
 searches = []
 gc.callbacks.append(lambda phase, info: searches.append("numba" in sys.modules))
-from softmark.interpreter.pipeline import models as runner
+from softmark.interpreter.pipeline import model_runs as runner
 from softmark import pausing
 from softmark.interpreter.cli.main import main
 
-solve, before = runner.solve, []
-runner.solve = lambda *a: before.append((len(searches), gc.isenabled())) or solve(*a)
+solve, before = runner.solve_model, []
+runner.solve_model = lambda *a: before.append((len(searches), gc.isenabled())) or solve(*a)
 searches.clear()
 status = main()
 print(json.dumps([status, before, len(searches), gc.get_freeze_count(), os.environ["OPENBLAS_THREAD_TIMEOUT"]]))
@@ -88,7 +88,7 @@ CLOCKED = """
 import json, sys
 
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.models.beam import build as beam
+from softmark.interpreter.models.beam import beam_builder as beam
 
 solve, seen = beam.PreparedBeam.solve, []
 

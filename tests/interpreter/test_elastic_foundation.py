@@ -167,7 +167,7 @@ def test_the_watchdog_finds_a_bed_that_is_another(monkeypatch: pytest.MonkeyPatc
     def wrong(*args: Any) -> Any:
         return 1.001 * right(*args)
 
-    monkeypatch.setattr(foundation_forces, "_pulled", wrong)
+    monkeypatch.setattr(foundation_forces, "_spring_forces", wrong)
     report = softmark.loads(HEAD.format(nu=0, young="100 MPa") + WHOLE + PUSH + SEEN + SMALL).run()
     assert report.models["m"].status == "failed"
 

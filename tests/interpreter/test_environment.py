@@ -236,8 +236,8 @@ import os, signal
 from pathlib import Path
 from softmark.interpreter.cli import exit_signals
 from softmark.interpreter.results import atomic_files
-exit_signals.guard()
-exit_signals.saying(lambda: "2 models are kept")
+exit_signals.install_handlers()
+exit_signals.set_interrupt_message(lambda: "2 models are kept")
 os.replace = lambda old, new: os.kill(os.getpid(), {int(kind)})  # the moment before the file has its name
 atomic_files.replace(Path("report.json"), "text")
 print("went on")
@@ -253,7 +253,7 @@ def test_a_signal_in_a_destructor_is_not_swallowed(tmp_path: Path) -> None:
     text = """
 import os, signal
 from softmark.interpreter.cli import exit_signals
-exit_signals.guard()
+exit_signals.install_handlers()
 class Last:
     def __del__(self):
         os.kill(os.getpid(), signal.SIGINT)

@@ -74,7 +74,7 @@ def test_what_is_tried_in_vain_is_not_tried_again(monkeypatch: pytest.MonkeyPatc
         return rubbed(newton, x, load)
 
     rubbed = friction_iteration.solve_friction
-    monkeypatch.setattr(friction_iteration, "rubbed", fails)
+    monkeypatch.setattr(friction_iteration, "solve_friction", fails)
     model = loads(DRAGGED.replace("[25, 50, 75, 100]", "[100]")).run().models["hexes"]
     assert model.status == "not_converged"
     assert tried[:3] == [("free", 1.0), ("careful", 0.5), ("careful", 0.25)]

@@ -86,7 +86,7 @@ def test_the_watchdog_finds_a_plate_whose_springs_are_wrong(monkeypatch: pytest.
         own = right(*given)
         return type(own)(own.facets, 1.01 * own.K, along=own.along)
 
-    monkeypatch.setattr(foundation_setup, "_levelled", wrong)
+    monkeypatch.setattr(foundation_setup, "_plane_keeping_springs", wrong)
     own = softmark.loads("softmark 1\n" + block()).run().models["cells"]
     assert own.status == "failed"
     assert "other formulas" in own.message

@@ -127,10 +127,10 @@ MEASURE = """
 import resource, sys
 from pathlib import Path
 from softmark.grammar.diagnostic import Source
-from softmark.interpreter.validation.scene_loader import checked
+from softmark.interpreter.validation.scene_loader import load_scene
 text = Path(sys.argv[1]).read_text()
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-checked(Source("a.scene", text), Path("."), None)
+load_scene(Source("a.scene", text), Path("."), None)
 print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / len(text) * 1024)
 """
 

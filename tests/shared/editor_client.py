@@ -17,7 +17,7 @@ from pytest_lsp import ClientServerConfig, LanguageClient, client_capabilities
 
 LOOP = [pytest.mark.slow, pytest.mark.asyncio(loop_scope="module")]
 # one message of each state: what is said meanwhile where a check takes long would come before it on a busy machine
-PATIENT = "from softmark.interpreter.language_server import checks; checks.PATIENCE = 600.0; "
+PATIENT = "from softmark.interpreter.language_server import background_checks; background_checks.PATIENCE = 600.0; "
 DSL = f"{PATIENT}import sys; from softmark.interpreter.cli.main import main; sys.exit(main())"
 LATEST = 60.0  # s that a test waits for a message
 COMMAND = [sys.executable, "-c", DSL, "lsp"]

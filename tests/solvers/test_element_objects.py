@@ -131,7 +131,7 @@ def test_another_class_and_a_line_make_an_element(monkeypatch: pytest.MonkeyPatc
     class Twin(Hex20):
         """Another."""
 
-        name, build_finer_space = "twin", "twin"
+        name, finer = "twin", "twin"
 
     monkeypatch.setitem(ELEMENTS, "twin", Twin)
     box = Box((2.0, 1.0, 1.0))

@@ -290,8 +290,8 @@ def test_the_stamp_of_a_kernel_tells_what_it_computes_with() -> None:
     assert len(set(stamps)) == len(stamps)
     assert of(text, A=2.0, unused=1.0) == stamps[0]
     itself = "def f(x): return f(x - 1) if x in {'a', 'b', 'c', 'd'} else 0"
-    script = "from softmark.solvers.runtime import jit\n"
-    script += f"n = {{}}; exec({itself!r}, n); print(jit.stamp(n['f']))"
+    script = "from softmark.solvers.runtime import kernel_cache\n"
+    script += f"n = {{}}; exec({itself!r}, n); print(kernel_cache.kernel_digest(n['f']))"
     seeds = [{**os.environ, "PYTHONHASHSEED": str(seed)} for seed in (1, 2)]
     found = {subprocess.run([sys.executable, "-c", script], env=e, capture_output=True).stdout for e in seeds}
     assert found == {f"{of(itself)}\n".encode()}
