@@ -43,7 +43,7 @@ class Fix:
 
 @dataclass(frozen=True, slots=True)
 class Remedy:
-    """How to correct an error: an explanation, and the change to the text if the explanation names one."""
+    """Correction of an error: an explanation, and the change to the text if the explanation names one."""
 
     help: str
     fix: Fix | None = None

@@ -78,7 +78,7 @@ class _Parser:
         self._build = _Build(source)
 
     def diagnostics(self) -> list[Diagnostic]:
-        """At most `MAX_DIAGNOSTICS`, and one more with the number of those not shown."""
+        """List at most `MAX_DIAGNOSTICS` diagnostics, and one more with the number of those not shown."""
         if not self._hidden:
             return self._shown
         return [*self._shown, input_limits.more(self.source, self._shown[-1], self._hidden)]

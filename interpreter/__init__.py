@@ -1,4 +1,4 @@
-"""From the text of a scene to a report, in rooms; each imports only those before it (tests/test_rooms.py holds that).
+"""Interpreter: packages from the text of a scene to a report; each imports only those before it (tests/test_rooms.py).
 
 results     what a run leaves: the report and its parts, files of it
 language    from text to a scene of typed values; knows no word of the vocabulary

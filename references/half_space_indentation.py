@@ -231,7 +231,7 @@ class HalfSpace:
 
     @cached_property
     def layer(self) -> Layer:
-        """The same contact with a layer on its far face."""
+        """Return this contact with a layer on its far face."""
         from softmark.references.layer_integral_equation import Layer
 
         around = self.around

@@ -50,7 +50,7 @@ class Reference:
 
     @property
     def registered(self) -> str:
-        """How measured data is moved onto the body: `none`, `clamp` or `icp`."""
+        """Registration of measured data with the body: `none`, `clamp` or `icp`."""
         found: str = vars(self).get("register", "none")
         return found
 

@@ -45,13 +45,15 @@ if TYPE_CHECKING:
     from softmark.solvers.api.solid_loads import traction as traction
     from softmark.solvers.api.solid_supports import Clamp as Clamp
     from softmark.solvers.api.solid_supports import clamp as clamp
-    from softmark.solvers.mesh.files.mesh_reader import read_cells as read
+    from softmark.solvers.mesh.files.mesh_reader import read_cells
     from softmark.solvers.mesh.mesh import Mesh as Mesh
     from softmark.solvers.mesh.shapes import Box as Box
     from softmark.solvers.mesh.shapes import Cylinder as Cylinder
     from softmark.solvers.statics.static_problem import NotConverged as NotConverged
 
-# where each public name comes from
+    read = read_cells
+
+# where each public name comes from: a module, and the name there if it differs
 _PUBLIC = {
     "Box": "mesh.shapes",
     "Cylinder": "mesh.shapes",

@@ -51,7 +51,7 @@ def constant_values(constant: Any, X: Floats) -> Floats:
 
 
 def constants_of(case: Case) -> Any:
-    """What tells Young's modulus and Poisson's ratio of a case at points (n, 3)."""
+    """Return a function of points (n, 3) that gives Young's modulus and Poisson's ratio of a case."""
     material = case.material
     return lambda X: (constant_values(material.young, X), constant_values(material.poisson, X))
 
@@ -229,7 +229,7 @@ def _first_owners(at: Floats) -> Any:
 
 
 def _surprises(values: Floats, told: Floats, owner: Any) -> Floats:
-    """By how much told values (g, n) are outside the range of those in their boxes, where by more than it (g, n)."""
+    """Return by how much values (g, n) exceed the range found in their boxes, if by more than that range (g, n)."""
     least, most = values.min(axis=2), values.max(axis=2)
     above = np.maximum(told - most[:, owner], least[:, owner] - told)
     return np.where(above > np.maximum((most - least)[:, owner], 0.0), above, 0.0)

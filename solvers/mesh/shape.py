@@ -237,7 +237,7 @@ class Shape:
 
     @property
     def gradable(self) -> tuple[str, ...]:
-        """Its own coordinates along which meshes can be graded."""
+        """Coordinates of the shape along which meshes can be graded."""
         return ()
 
     @property
@@ -257,7 +257,7 @@ class Shape:
 
     @property
     def swept(self) -> Swept | None:
-        """The same body as sections along an axis, as beam models need; None if it is no such body."""
+        """Equivalent body of sections along an axis, as beam models need; None if there is none."""
         return None
 
     def place(self, *args: Any, **kwargs: Any) -> Vector3:

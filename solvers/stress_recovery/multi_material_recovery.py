@@ -182,7 +182,7 @@ class MultiMaterialStresses(Stresses):
 
     @cached_property
     def _nodes_of_materials(self) -> Bools:
-        """Which nodes belong to cells of each material (r, nodes)."""
+        """Return which nodes belong to cells of each material (r, nodes)."""
         found = np.zeros((len(self.each), len(self.state.mesh.points)), dtype=np.bool_)
         for row, own in zip(found, self.each, strict=True):
             row[own.state.mesh.cells] = True

@@ -222,7 +222,7 @@ class PatchRecovery:
 
     @cached_property
     def _outer(self) -> Any:
-        """Which nodes lie on the boundary (nodes,): in a plane, on its edge."""
+        """Return which nodes lie on the boundary (nodes,): in a plane, on its edge."""
         outer, facets = np.zeros(len(self.mesh.points), dtype=np.bool_), self.mesh.facets
         if self._plane:
             z = self.mesh.points[:, 2][facets]

@@ -179,7 +179,7 @@ class Fem(HasMaterial, Model):
 
     @property
     def shortcuts(self) -> tuple[str, ...]:
-        """Its options that leave a step unconverged, use single precision, or start from another model."""
+        """Options that leave a step unconverged, use single precision, or start from another model."""
         return tuple(lever for lever in SHORTCUTS if getattr(self, lever) != PLAIN[lever])
 
     @property

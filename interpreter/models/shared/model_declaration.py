@@ -99,7 +99,7 @@ class Model:
 
     @property
     def shortcuts(self) -> tuple[str, ...]:
-        """Its fields that leave steps unconverged, use single precision, or do not start from rest."""
+        """Fields that leave steps unconverged, use single precision, or do not start from rest."""
         return ()
 
     @property

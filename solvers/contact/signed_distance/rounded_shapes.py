@@ -25,7 +25,7 @@ class BallGap:
 
     @property
     def sharpest(self) -> float:
-        """Its radius, m."""
+        """Radius, m."""
         return self.radius
 
     def _from_centre(self, X: Floats) -> tuple[Floats, Floats]:
