@@ -24,8 +24,7 @@ SIDEWAYS = 1e-6  # length of the unit vector's normal part below which it define
 
 @dataclass(frozen=True)
 class Arc(Swept):
-    """A body of constant section along part of a circle: it starts at `origin` along `axis` and bends towards
-    `towards`.
+    """A body of constant section along part of a circle, from `origin` along `axis`, bent to `towards`.
 
     The section is rectangular (`side`, and `height` if it differs) or round (`section_radius`). The mesh is that of a
     straight box or cylinder, bent: every node lies on its exact position. Beams take the curved shape as stress-free at

@@ -77,8 +77,7 @@ class EllipsoidalWall:
 
 @dataclass(frozen=True)
 class BowlSection(EllipsoidalWall, PlaneRegion):
-    """Half the axial section of a truncated ellipsoidal shell about the y axis; `axisymmetric` revolves it to the
-    shell.
+    """Half the axial section of a truncated ellipsoidal shell about the y axis, for `axisymmetric`.
 
     It lies where x >= 0, between two ellipses around the origin, below y = `rim`. Cells go from one ellipse to the
     other, and all nodes of curved sides lie on them. `size` is the largest cell size, with `tip = 1`; with less, cells
