@@ -85,9 +85,7 @@ class Binder:
         if others:
             other = others[0].kind
             message = f"`{name}` is {field_schema.article(other)} {other}, not {field_schema.article(kind)} {kind}"
-            hint: str | Remedy | None = (
-                f"declare it as `{other} NAME = {name}(...)`; {kind} constructors: {', '.join(known)}"
-            )
+            hint: str | Remedy = f"declare it as `{other} NAME = {name}(...)`; {kind} constructors: {', '.join(known)}"
         else:
             message = f"there is no {kind} `{name}`"
             other_word = did_you_mean(close) if close else explain_foreign_word(name)

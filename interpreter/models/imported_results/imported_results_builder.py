@@ -214,8 +214,8 @@ def _moving(declared: Declared, found: Matched, duration: float) -> tuple[Floats
                     "or a table with a column of times")  # fmt: skip
     step = float(np.diff(times).max())
     if abs(times[0]) > SAME * duration or times[-1] < duration - SAME * duration:
-        first, last = (units.format_value(float(times[i]), units.TIME) for i in (0, -1))
-        span = f"from {first} to {last}"
+        begin, end_time = (units.format_value(float(times[i]), units.TIME) for i in (0, -1))
+        span = f"from {begin} to {end_time}"
         raise fault("E703", declared.at("path"), f"{name} tells of the motion {span}",
                     f"asked for: 0 to {units.format_value(duration, units.TIME)}",
                     "`time = 1 ms` is one unit of its times; else write the whole motion, from rest on")  # fmt: skip
