@@ -241,7 +241,7 @@ class Frame:
         return answer
 
     def pulled(self, lengthened: list[float]) -> list[Array]:
-        """Return forces and moments at the ends of members (6,) whose axes are lengthened, m."""
+        """Return the end forces and moments (6,) of each member if the members are lengthened by `lengthened`, m."""
         P, none = np.zeros(6 * len(self.X)), np.zeros(6 * len(self.X))
         strains = [np.array([extra, *[0.0] * 5]) for extra in lengthened]
         for (member, at), strain in zip(self._places(), strains, strict=True):

@@ -85,7 +85,7 @@ def _read(work: StateRun, declared: Declared) -> None:
 
 
 def _reuse_previous_state(work: StateRun, name: str) -> bool:
-    """Reuse the data of the state before, if this one asks for the same of a file."""
+    """Reuse a reference of the previous state if its declaration is unchanged; return whether it was reused."""
     before, declared = work.before, work.scene.declared[name]
     if before is None or before.scene.declared[name].thing != declared.thing:
         return False

@@ -20,7 +20,9 @@ ALONG = "use `cylinder(..., axis = +z)`"
 
 @dataclass(frozen=True)
 class Indenter:
-    """Part of a rigid body that touches first: a round surface, given by a point and its size (see `Pressed`)."""
+    """Round part of a rigid body that touches first: its first point of contact, and a size (radius, or angle of a
+    cone).
+    """
 
     kind: Kind
     size: float  # m, or rad of a cone

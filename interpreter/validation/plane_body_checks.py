@@ -180,7 +180,10 @@ def _is_off_plane_force(action: Any) -> bool:
 
 
 def _out_of_plane_starts(analysis: Any, alone: bool) -> Iterator[str]:
-    """Yield initial motions out of the plane; next to plane bodies, solids may have a velocity along z."""
+    """Yield the names of initial motions that leave the plane.
+
+    A velocity along z counts only if all bodies are plane (`alone`).
+    """
     if not isinstance(analysis, Dynamic):
         return
     if alone and analysis.velocity[2]:

@@ -299,12 +299,11 @@ def _face_normals(t: Floats) -> Floats:
 
 
 def _slip_matrix(samples: Ints, faces: Ints, p: Floats, t: Floats, n: Floats, v: int) -> Any:
-    """Return the slip of samples at p (m, d) along faces (m, k) at t (m, k, d), by all positions: sparse (m d, v d).
+    """Return the sparse matrix (m d, v d) from displacements of all nodes to the tangential slip of samples p (m, d).
 
-    P (u_p - sum R_j u_j + sum C_j (r . u_j)), with R the shape functions at the closest point, r from that to the
-    sample,
-    and P the projection to the plane across n. sum C_j = 0 and sum x_j C_j = 1 except along r: a rigid rotation of all
-    causes no slip.
+    The slip on faces (m, k) at t (m, k, d) is P (u_p - sum R_j u_j + sum C_j (r . u_j)), with R the shape functions at
+    the closest point, r the vector from it to the sample, and P the projection onto the plane normal to n. Since
+    sum C_j = 0 and sum x_j C_j = 1 except along r, a rigid rotation of everything causes no slip.
     """
     m, k, d = t.shape
     R = closest_point_weights(p, t)

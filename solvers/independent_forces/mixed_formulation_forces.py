@@ -229,7 +229,7 @@ class MixedBody:
         return f, unit * float(np.linalg.norm(lacking)), noise
 
     def _split(self, some: slice) -> SplitLaw:
-        """Return the split law at the points of some cells."""
+        """Return the law without its pressure term (`SplitLaw`), at the integration points of the cells `some`."""
         return self.split
 
     def grown(self) -> tuple[float, float]:

@@ -91,7 +91,7 @@ def _sweep_around_core(outline: Corners, radius: float, count: int, size: float,
 
 
 def _drop_axis_corners(outline: Corners, least: float) -> Corners:
-    """Return the corners without those between the ends of the run along the axis."""
+    """Return the outline without corners inside its stretch along the axis; the two ends of that stretch stay."""
     n = len(outline)
     on = [r <= least for r, _ in outline]
     return tuple(c for i, c in enumerate(outline) if not (on[i - 1] and on[i] and on[(i + 1) % n]))
@@ -117,7 +117,7 @@ def taper_disc(length: float, radius: float, end: float, size: float, kind: str,
 
 
 def _core_offset(section: PlaneMesh, z: Floats, tip: float) -> Floats:
-    """Return how far points of sections at z (n,) move away from a tip (n,), m: the core fully, the rings less."""
+    """Return how far to shift mesh points away from a closed tip at `tip`, m: core points fully, ring points less."""
     n, rings = _core_counts(section)
     core = np.concatenate([np.ones((n + 1) ** 2), np.repeat(1.0 - np.arange(1, rings + 1) / rings, 4 * n)])
     below = (1.0 - CAP) * tip

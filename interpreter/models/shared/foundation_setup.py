@@ -101,7 +101,7 @@ def _plane_keeping_springs(case: Case, plate: Declared, mesh: Mesh) -> ElasticFo
 
 
 def plate_stiffness(case: Case, mesh: Mesh, area: float) -> float:
-    """Return the stiffness of the springs that keep a plate of an area, m^2, plane, Pa/m.
+    """Return the stiffness per area, Pa/m, of the springs that keep a plate flat; `area` is that of the plate, m^2.
 
     It follows from the stiffness and height of the body behind the plate; verification uses the same number.
     """

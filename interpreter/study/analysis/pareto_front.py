@@ -61,7 +61,7 @@ class Candidate(JsonRecord):
         return no_worse and (self.effort.median < other.effort.median or self.error < other.error)
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries that advice reports."""
+        """Return this candidate's fields (label, effort, error, ...) as a dictionary."""
         return {
             "key": self.key, "label": self.label, "model": self.model, "effort": self.effort, "error": self.measured,
             "within_uncertainty": self.within, "capped": self.capped, "contaminated": self.contaminated,

@@ -35,7 +35,7 @@ class Moment:
 
     @property
     def vectors(self) -> dict[str, Floats]:
-        """Arrays of vectors (n, 3)."""
+        """Arrays of the file that hold one 3-vector per point, (n, 3), by name."""
         return {name: values for name, values in self.arrays.items() if values.shape[1:] == (3,)}
 
     @property
