@@ -128,7 +128,7 @@ def _merge_near(marks: list[float], near: float) -> list[float]:
 
 
 def _marks(condition: Condition, shape: Swept) -> list[float]:
-    """Return the stations along the axis at which a border of the condition starts or stops crossing the cross-section."""
+    """Return the stations along the axis at which a border of the condition starts or stops crossing sections."""
     extent = shape.diagonal
     return [
         s

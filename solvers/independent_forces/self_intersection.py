@@ -65,7 +65,7 @@ def _side(p: Floats, q: Floats, c: Floats) -> Floats:
 
 
 def _does_pierce(p: Floats, q: Floats, t: Floats) -> Any:
-    """Return whether segments pq (n, 3) pierce triangles t (n, 3, 3), judged by the signs of five tetrahedron volumes."""
+    """Return whether segments pq (n, 3) pierce triangles t (n, 3, 3), by the signs of five volumes."""
     ends = _volume(t[:, 0], t[:, 1], t[:, 2], p) * _volume(t[:, 0], t[:, 1], t[:, 2], q)
     round_ = [_volume(p, q, t[:, k], t[:, (k + 1) % 3]) for k in range(3)]
     same = np.all([r > 0 for r in round_], axis=0) | np.all([r < 0 for r in round_], axis=0)

@@ -131,5 +131,5 @@ class ActiveMaterial(Anisotropic):
 
     @property
     def pressure_modulus(self) -> float:
-        """Modulus M, Pa, of the energy term M/2 g^2 in the mixed form (see `finite_mixed`); infinite if incompressible."""
+        """Modulus M of the energy term M/2 g^2 of `finite_mixed`, Pa; infinite if incompressible."""
         return float(self.law.pressure_modulus)

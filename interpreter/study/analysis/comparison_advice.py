@@ -38,7 +38,7 @@ class AdviceQuestion:
 
     @property
     def measured_from(self) -> str:
-        """Phrase that names what the error is measured against, such as "against `truth`"; empty if nothing is named."""
+        """Phrase that names what the error is measured against, such as "against `truth`"; may be empty."""
         return f" against `{self.against}`" if self.against else ""
 
     def effort(self, spread: Spread) -> str:
