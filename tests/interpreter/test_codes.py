@@ -91,7 +91,7 @@ def _mesher(code: str, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setitem(sys.modules, "manifold3d", None if code == "E337" else manifolds)
         monkeypatch.setattr(manifolds.Manifold, "sound", code != "E338")
         rod = Cylinder(0.01, 0.006, (0.0, 0.0, 1.0)).mesh("tet4", 0.0045)
-        monkeypatch.setattr(f"{where}._filled", lambda *arguments: (rod.points, rod.cells, 1.0))
+        monkeypatch.setattr(f"{where}._run_mesher", lambda *arguments: (rod.points, rod.cells, 1.0))
     elif code == "E630":
         monkeypatch.setitem(sys.modules, "ipctk", None)
     elif code == "W630":
@@ -100,7 +100,7 @@ def _mesher(code: str, monkeypatch: pytest.MonkeyPatch) -> None:
         )
     elif code == "W349":
         cube = Box((0.009, 0.009, 0.009)).mesh("tet4", 0.003)
-        monkeypatch.setattr(f"{where}._filled", lambda *arguments: (cube.points, cube.cells, 1.0))
+        monkeypatch.setattr(f"{where}._run_mesher", lambda *arguments: (cube.points, cube.cells, 1.0))
 
 
 def _refuse(source: Source) -> str:
