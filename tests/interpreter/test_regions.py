@@ -232,7 +232,8 @@ def test_a_scene_without_regions_loads_none_of_this() -> None:
         line for line in chain("hex8, strain = small, size = 5 mm").splitlines()
         if not line.startswith(("region", "material stiff"))
     )  # fmt: skip
-    words = {"interpreter.vocabulary.region_words", "interpreter.language.region_references"}
+    words = {"interpreter.vocabulary.region_words", "interpreter.language.region_references",
+             "solvers.mesh.plane_regions"}  # fmt: skip
     assert {m for m in loaded_by(scene) if "region" in m} <= words
 
 

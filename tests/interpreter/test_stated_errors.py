@@ -21,7 +21,7 @@ from softmark.interpreter.study.configurations.configuration_task import perform
 from softmark.interpreter.study.configurations.task_outcome import PointTask
 from softmark.interpreter.verification.error_estimate import DOUBTS, is_doubt
 
-BENCHMARK = Path(__file__).parents[1] / "benchmarks" / "error_statements.py"
+BENCHMARK = Path(__file__).parents[1] / "benchmarks" / "stated.py"
 BEAM = """softmark 1
 scene "stated"
 material gel = neo_hookean(young = 60 kPa, poisson = {poisson}, density = 1070 kg/m^3)

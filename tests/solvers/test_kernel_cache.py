@@ -18,14 +18,14 @@ from softmark.solvers.runtime import kernel_cache
 SLOW = pytest.mark.slow  # processes that compile, in their second and later forms
 
 CALLEE = """
-from package.jit import kernel
+from package.kernel_cache import kernel
 
 @kernel
 def factor(x):
     return {factor} * x
 """
 CALLER = """
-from package.jit import kernel
+from package.kernel_cache import kernel
 from package.callee import factor
 
 @kernel
@@ -33,9 +33,9 @@ def twice(x):
     return 2.0 * factor(x)
 """
 ASK = """
-from package import caller, jit
-before = jit.compiled()
-print(caller.twice(1.0), before, jit.compiled(), len(caller.twice.stats.cache_hits))
+from package import caller, kernel_cache
+before = kernel_cache.is_compiled()
+print(caller.twice(1.0), before, kernel_cache.is_compiled(), len(caller.twice.stats.cache_hits))
 """
 
 
@@ -214,7 +214,7 @@ def told(folder: Path, text: str) -> str:
 EDITED = """
 import re
 from pathlib import Path
-from package import jit
+from package import kernel_cache as jit
 file = Path("package/{file}.py")
 old = file.read_text()
 file.write_text(old.replace("{old}", "{new}"))
@@ -245,7 +245,7 @@ def test_a_source_that_is_edited_while_a_process_starts(
 
 
 OUTSIDE = """
-from package.jit import kernel
+from package.kernel_cache import kernel
 {constant}
 
 @kernel
