@@ -287,7 +287,7 @@ def sound(told: ResultFile) -> None:
 
 
 def tried(files: Files, folder: Path) -> str:
-    """What comes of the first: `ResultFile` or `Unreadable`. Raises what else does, and of a trespass."""
+    """Return the result of reading the first: `ResultFile` or `Unreadable`. Raises other exceptions and trespasses."""
     global OPENED
     for name, data in files.items():
         (folder / name).write_bytes(data)

@@ -102,7 +102,7 @@ def test_standard_output_that_is_full(folder: Path, arguments: tuple[str, ...]) 
 
 @pytest.mark.parametrize("arguments", [("check", "rod.scene"), ("check", "none.scene")])
 def test_standard_error_that_is_full(folder: Path, arguments: tuple[str, ...]) -> None:
-    """Where a message cannot be printed the status tells: 3, and never that of an expectation or of Python's exit."""
+    """The exit status is 3 if a message cannot be printed, never that of an expectation or of Python's exit."""
     done = dsl(folder, *arguments, shell="2> /dev/full")
     assert done.returncode == (0 if "rod" in arguments[1] else 3)
 

@@ -25,7 +25,7 @@ SAID = f"numba {numba.__version__} is not what solvers/runtime/kernel_cache.py w
 
 
 def private() -> list[tuple[str, str]]:
-    """What kernel_cache.py asks of the modules of numba.core that it imports, (module, attribute), in its text."""
+    """Return the attributes of numba.core modules that the text of kernel_cache.py uses, as (module, attribute)."""
     imported = {
         (alias.asname or alias.name).lstrip("_")
         for node in ast.walk(TREE)

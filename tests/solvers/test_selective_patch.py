@@ -47,7 +47,7 @@ def irregular(seed: int) -> Mesh:
 
 
 def inside(mesh: Mesh) -> Any:
-    """Which nodes (n,) are on no face of the box."""
+    """Return which nodes (n,) are on no face of the box."""
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
     return np.all((mesh.points > low + 1e-9) & (mesh.points < high - 1e-9), axis=1)
 

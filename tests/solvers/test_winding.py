@@ -70,7 +70,7 @@ def test_both_ends_may_turn_and_the_body_as_a_whole() -> None:
 
 
 def test_a_strip_in_a_plane_bends_into_a_ring() -> None:
-    """Its ends meet after a whole turn of one of them; undeformed it shows none."""
+    """Turned by a whole turn at one end, the body must not be taken for the undeformed one."""
     points, cells, layers = bar(LAYERS, flat=True)
     grips = [RotationSupport(layers[0], (0.0, 0.0, 0.0)), RotationSupport(layers[-1], (0.0, 0.0, 2.0 * math.pi))]
     a, r = 2.0 * math.pi * points[:, 0], 0.5 / math.pi - points[:, 1]
