@@ -1,6 +1,6 @@
 """Checks of references that refine the scene's own models and extrapolate.
 
-The solving is in extrapolation.py; this module uses no arrays.
+The solving is in verification/refinement_family.py; this module uses no arrays.
 """
 
 from __future__ import annotations

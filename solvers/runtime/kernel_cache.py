@@ -9,11 +9,11 @@ checksum of the rest: it is complete, or it is compiled anew. The folder name re
 was loaded, and numba's key of a function only the operations of its code: the key here also includes its constants, its
 names, the values they refer to, its file when it was loaded, and the same for the kernels it calls.
 
-Kernels are in `kernels.py` files, in `sparse` and in `corotational_tets.py`; code that needs no kernels must not import
-these, since numba is slow to load. A kernel is compiled only for the types that it is called with, so an unused one
-costs a run nothing. The cost of a kernel is mostly the wrapper code that numba adds, so there are three decorators:
-`kernel` for functions called from Python that make no array, `maker` for those that make some, and `part` for functions
-called only by kernels.
+Kernels are in modules named `*_kernels.py`, in `sparse` and in `corotational_tets.py`; code that needs no kernels must
+not import these, since numba is slow to load. A kernel is compiled only for the types that it is called with, so an
+unused one costs a run nothing. The cost of a kernel is mostly the wrapper code that numba adds, so there are three
+decorators: `kernel` for functions called from Python that make no array, `maker` for those that make some, and `part`
+for functions called only by kernels.
 
 numba does not guarantee the interface of the classes used here, so pyproject.toml bounds its version; tests/solvers/
 test_numba.py reports what a newer one lacks before the bound is raised.

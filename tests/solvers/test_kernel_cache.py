@@ -214,7 +214,7 @@ def told(folder: Path, text: str) -> str:
 EDITED = """
 import re
 from pathlib import Path
-from package import kernel_cache as jit
+import package.kernel_cache
 file = Path("package/{file}.py")
 old = file.read_text()
 file.write_text(old.replace("{old}", "{new}"))
