@@ -24,7 +24,8 @@ PACKAGE = Path(softmark.__file__).parents[2]
 PARTS = Path(__file__).parents[1] / "errors" / "parts"
 SHOWN = re.compile(r"(?:error|warning)\[([EW]\d{3})\]: |\"code\": \"([EW]\d{3})\"")
 COMMAND = re.compile(r"# \$ dsl (.+)")
-LONG = {"W354", "W372", "W660", "W661", "E732", "W732"}  # curved bodies, what touches, plugins: seconds each
+# Examples of seconds each: contact, curved bodies, plugins.
+LONG = {"W354", "W372", "W402", "W405", "W420", "W660", "W661", "E732", "W732"}
 
 INSIDE_OUT = {"W324", "W351"}  # cells of a solution: no error of the scene, and the exit status is 1
 

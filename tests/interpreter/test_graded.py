@@ -372,6 +372,8 @@ model    m    = fem(hex8, strain = small, size = 6 mm)
 """
 
 
+@pytest.mark.long
+@pytest.mark.slow
 def test_what_lies_beside_the_body_does_not_count() -> None:
     """In the bore and in the corners of its box young is 1e30 Pa and more, and poisson above 0.5."""
     from softmark.interpreter.models.shared.material_regions import representative_materials

@@ -213,6 +213,8 @@ probe    tip  = point(rod, at = (100, 0, 0) mm)
     assert "m in <code>tets</code></td>" in alone
 
 
+@pytest.mark.long
+@pytest.mark.slow
 def test_curved_facets_are_not_offered_to_who_has_them() -> None:
     """Few large tet10 on a sphere carry 0.2 % too much: smaller cells help, and tet10 is what there is."""
     text = "material gel = neo_hookean(young = 600 kPa, poisson = 0.3, density = 1000 kg/m^3)\n"

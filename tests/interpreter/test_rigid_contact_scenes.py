@@ -144,6 +144,7 @@ def test_nor_is_one_that_comes_to_lie_in_its_plane(body: str, tool: str, element
     assert loads(text.format(by=-0.1)).run().models["cells"].status == "converged"  # which does not touch
 
 
+@pytest.mark.slow
 def test_a_beam_that_sags_does_not_go_past_a_shelf() -> None:
     """Whole steps led past it, to where it hung below with no force on it: of 5 mm to 0.05 mm.
 
@@ -186,6 +187,8 @@ metric   push  = force(over, along = -y)
 """
 
 
+@pytest.mark.long
+@pytest.mark.slow
 def test_a_beam_that_is_pushed_from_state_to_state_does_not_go_past_a_shelf() -> None:
     """What the tool pushed along went through it, of any thickness: forces were none, or half of it, of other states.
 
@@ -207,6 +210,7 @@ def test_a_beam_that_is_pushed_from_state_to_state_does_not_go_past_a_shelf() ->
     assert known[0] == pytest.approx(known[1], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_what_is_pushed_through_a_body_in_one_state_is_refused() -> None:
     """Between its nodes, to below it, from where it pressed upwards; it was told as an answer."""
     text = PROPPED.format(thick=3.0, below=-6.0, states="[100]", element="quad4").replace("2.5 mm", "5 mm")
@@ -302,6 +306,8 @@ def test_what_is_too_much_to_look_at_again_is_told(tmp_path: Path, monkeypatch: 
     assert "too many triangles" in seen["reason"]
 
 
+@pytest.mark.long
+@pytest.mark.slow
 def test_a_sphere_that_goes_far_in_one_step_is_taken_there_in_substeps() -> None:
     """Half-way nodes would be pushed out behind it: what is found is the state that five states lead to."""
     text = pressed("quad4, integration = selective", 2.5, "finite", AT_ONCE)

@@ -24,6 +24,7 @@ def silent(found: list[dict[str, object]]) -> list[str]:
     return [f"{r['model']}: {r['error']:.3g} off, states {r['value']:.3g}" for r in found if r["word"] == "silent"]
 
 
+@pytest.mark.slow
 def test_no_model_is_wrong_by_more_than_it_states() -> None:
     found = rows(QUICK)
     assert {r["word"] for r in found} == {"stated"}

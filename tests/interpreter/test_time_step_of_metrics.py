@@ -73,6 +73,8 @@ def test_steps_that_are_short_enough_are_not_doubted() -> None:
     assert not [w for w in report.warnings if w.code == "W420"]
 
 
+@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize("model", MODELS)
 def test_the_stated_error_has_that_of_the_step(model: str) -> None:
     """Half the step has a quarter of the error: what is left between them is part of the stated one."""

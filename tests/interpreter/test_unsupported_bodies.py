@@ -144,6 +144,8 @@ def test_a_finer_space_is_kept_where_the_body_is() -> None:
     assert fell["discretisation"] == pytest.approx(lay["discretisation"], rel=1e-2)
 
 
+@pytest.mark.long
+@pytest.mark.slow
 def test_what_a_body_tips_off_from_does_not_let_it_through_a_thin_shelf() -> None:
     """A block whose middle is beside the ball under it tips, and comes to lie on 2 mm, 28 mm below, with its weight.
 
