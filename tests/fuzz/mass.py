@@ -42,7 +42,7 @@ def inputs(count: int, seed: int) -> Iterator[bytes]:
 
 def _is_sound(text: str) -> bool:
     """Whether a text is a scene without errors, so that a change of it may be one too."""
-    return scene.checked(scene.Source("seed.scene", text), scene.ERRORS, None)[0] is not None
+    return scene.load_scene(scene.Source("seed.scene", text), scene.ERRORS, None)[0] is not None
 
 
 def _mixed(data: bytes, chance: random.Random, every: list[bytes]) -> bytes:

@@ -233,7 +233,7 @@ def test_a_scene_without_regions_loads_none_of_this() -> None:
         if not line.startswith(("region", "material stiff"))
     )  # fmt: skip
     words = {"interpreter.vocabulary.region_words", "interpreter.language.region_references",
-             "solvers.mesh.plane_regions"}  # fmt: skip
+             "interpreter.models.shared.material_regions", "solvers.mesh.plane_regions"}  # fmt: skip
     assert {m for m in loaded_by(scene) if "region" in m} <= words
 
 

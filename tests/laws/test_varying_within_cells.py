@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import polynomial
 from scipy.integrate import quad
-from scipy.linalg import eigh_tridiagonal
+from scipy.linalg import eigh, eigh_tridiagonal
 
 import softmark
 
@@ -239,9 +239,11 @@ def test_plane_cells_are_integrated_too(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [pytest.param(i, marks=[] if i < 1 else pytest.mark.slow) for i in range(30)])
 def test_frequencies_have_the_integral_of_the_density(seed: int) -> None:
-    """The lowest tone of a bar that only stretches: (E u')' = -omega^2 rho u, by 4000 springs and lumped masses.
+    """The lowest frequency of a bar that only stretches: (E u')' = -omega^2 rho u.
 
-    By Rayleigh's quotient five quadratic cells miss less than CLOSE of it where the mass is right.
+    Rayleigh's quotient puts it between the frequency of the continuous bar (4000 springs and lumped masses) and that
+    of five quadratic line elements with exact integrals, whose motions every one of these meshes can follow. The mode
+    may have a kink inside a cell, where much mass sits, so that the two differ by up to 1 %.
     """
     rng = np.random.default_rng(39_000 + seed)
     element = ("hex20", "tet10", "hex27")[seed % 3]
@@ -265,7 +267,29 @@ metric tone = frequency(bar)
     stiff[-1] /= 2.0
     low = eigh_tridiagonal(stiff / mass, -1e4 / h / np.sqrt(mass[:-1] * mass[1:]), select="i", select_range=(0, 0))[0]
     exact = math.sqrt(float(low[0])) / (2.0 * math.pi)
-    assert found.metrics["tone"].value == pytest.approx(exact, rel=CLOSE), (element, density)
+    upper = line_elements_frequency(rho)
+    value = found.metrics["tone"].value
+    assert value is not None
+    assert exact * (1.0 - CLOSE) < value < upper * (1.0 + CLOSE), (element, density)
+    if element != "tet10":  # whose motions are richer than those of the line elements
+        assert value == pytest.approx(upper, rel=CLOSE), (element, density)
+
+
+def line_elements_frequency(rho: Callable[[float], float]) -> float:
+    """Lowest frequency of five quadratic line elements, Hz, with the density rho(x in mm) integrated by midpoints."""
+    cells, many = 5, 4000
+    s = (np.arange(many) + 0.5) / many
+    h = 1e-3 * WIDE / cells
+    N = np.array([(1 - s) * (1 - 2 * s), 4 * s * (1 - s), s * (2 * s - 1)])
+    slopes = np.array([4 * s - 3, 4 - 8 * s, 4 * s - 1]) / h
+    K, M = np.zeros((2, 2 * cells + 1, 2 * cells + 1))
+    for cell in range(cells):
+        nodes = slice(2 * cell, 2 * cell + 3)
+        density = 1000.0 * np.array([rho(1e3 * h * (cell + float(at))) for at in s])
+        K[nodes, nodes] += 1e4 * slopes @ slopes.T * h / many
+        M[nodes, nodes] += (N * density) @ N.T * h / many
+    low = eigh(K[1:, 1:], M[1:, 1:], eigvals_only=True, subset_by_index=(0, 0))[0]
+    return math.sqrt(float(low)) / (2.0 * math.pi)
 
 
 @pytest.mark.parametrize("seed", range(3))
