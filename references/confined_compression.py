@@ -205,7 +205,7 @@ class PressedColumn(ConfinedColumn):
     def __post_init__(self) -> None:
         if not self.force and any(size for _, size in self.driven.jumps):
             raise NotApplicable(
-                "its end is moved at once", "what lies there would have no thickness: `course = ramp(...)`"
+                "its end is moved at once", "what lies there would have no thickness: `amplitude = ramp(...)`"
             )
 
     @cached_property

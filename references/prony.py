@@ -202,7 +202,7 @@ class Prony(Reference):
     follows from the hereditary integral; or it is pulled, and the strain follows from the creep function, whose poles
     are the roots of the Laplace transform of E(t). Ramps, smooth ramps, sines, pulses and steps are integrated in
     closed form. It can be compared with the metrics `force`, `displacement`, `strain_energy` and `dissipation`. It
-    applies to a box, a cylinder or a tube of one `viscous(...)` material that relaxes as a whole, or whose law has
+    applies to a box, a cylinder or a tube of one `viscoelastic(...)` material that relaxes as a whole, or whose law has
     `poisson = 0.5`; one end face held along the axis only, the other displaced along it or under a `traction`, and a
     `quasistatic` analysis.
     Source: Christensen (1982), "Theory of Viscoelasticity", chapter 1; Tschoegl (1989), "The Phenomenological Theory of

@@ -112,7 +112,7 @@ class Torsion(Reference):
     torque mu tau pi R^4 / 2 and a thrust mu tau^2 pi R^4 / 4, tau the angle per length, and for others integrals over
     the radius. It can be compared with the metrics `moment`, `force` and `strain_energy`. It applies to a solid
     cylinder with `poisson = 0.5` of `neo_hookean`, `neo_hookean_isochoric`, `mooney_rivlin`, `ogden`, `yeoh`, `gent`,
-    `fung`, `veronda_westmann` or `arruda_boyce`, one end of it `fixed` and the other `turned` about the cylinder's
+    `fung`, `veronda_westmann` or `arruda_boyce`, one end of it `fixed` and the other `rotated` about the cylinder's
     axis, both whole, without other supports or loads.
     Source: Rivlin 1949, Large elastic deformations of isotropic materials VI, Phil. Trans. R. Soc. A 242, 173-195.
     """

@@ -181,7 +181,7 @@ def needs_data(_measured_data: None) -> Callable[[str], None]:
         for name in sorted(set(re.findall(r'"data:([^"]+)"', text))):
             if find_local(name) is None:
                 pytest.skip(f"the data set {name} is not on this machine (name its folder by SOFTMARK_DATA)")
-        if " = solid(filled(" in text and find_spec("pytetwild") is None:
+        if " = solid(tetrahedralized(" in text and find_spec("pytetwild") is None:
             pytest.skip("needs the extra `meshing`")
         if re.search(r"\b(union|difference|intersection)\(", text) and not all(map(find_spec, COMBINING)):
             pytest.skip("needs the extras `solids` and `meshing`")

@@ -57,7 +57,7 @@ def test_supports_and_loads_hold_each_other(file: Path, report_of: Callable[[Pat
 @pytest.mark.parametrize("file", EXPERIMENTS, ids=lambda f: f.stem)
 def test_only_a_model_that_asks_for_it_may_be_capped(file: Path) -> None:
     scene = loaded(file).scene
-    capped = {n for n, m in scene.of_kind("model").items() if getattr(m.thing, "cap", None) is not None}
+    capped = {n for n, m in scene.of_kind("model").items() if getattr(m.thing, "max_iterations", None) is not None}
     assert capped <= ({"capped"} if file.stem == "silicone-beam-release" else set())
 
 

@@ -19,10 +19,10 @@ _FITTING = {  # values of fields that depend on another field, or accept only so
     "fourth": "(0, 44, 0) mm", "region": "quarter_ring(inner = 10 mm, outer = 20 mm)", "thickness": "1 mm",
     "outer_along": "30 mm", "rim": "5 mm", "rounding": "2 mm", "uncertainty": "0.05 mm", "sheets": "+y",
 }  # fmt: skip
-_FILES = {"filled": '"file.stl"', "markers": '"file.csv"', "table": '"file.csv"', "ct_volume": '"file.nrrd"'}
+_FILES = {"tetrahedralized": '"file.stl"', "markers": '"file.csv"', "table": '"file.csv"', "ct_volume": '"file.nrrd"'}
 _CHOSEN = {  # fields that may be left out, but mostly are needed, one or another of them
     "arc": ("side",), "curve_error": ("over",), "network": ("radius",),
-    "fem": ("size",), "mass_spring": ("size",), "outside": ("size",), "torque": ("where",),
+    "fem": ("size",), "mass_spring": ("size",), "external_solver": ("size",), "torque": ("where",),
     "curve": ("uncertainty",), "consensus": ("spread",), "consensus_curve": ("uncertainty", "codes"),
     "fung_orthotropic": ("sheets",), "holzapfel_gasser_ogden": ("sheets",), "holzapfel_ogden": ("sheets",),
 }  # fmt: skip

@@ -104,7 +104,7 @@ def tensile_curve(own: LibraryMaterial) -> list[tuple[float, float]]:
 use "{own.file}" as kept
 body     bar   = solid(box(size = (1, 1, 1) cm), kept.{own.name})
 support  still = fixed(bar, where = x <= 0 cm, components = x)
-support  grip  = displaced(bar, where = x >= 1 cm, by = (1, 0, 0) cm, components = x, course = state)
+support  grip  = displaced(bar, where = x >= 1 cm, by = (1, 0, 0) cm, components = x, amplitude = per_state)
 analysis pull  = static(states = [{shares}] %)
 support  front = fixed(bar, where = y <= 0 cm, components = y)
 support  under = fixed(bar, where = z <= 0 cm, components = z)

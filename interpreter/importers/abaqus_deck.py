@@ -44,8 +44,8 @@ OTHERWISE = {  # cards that change the meaning of others: decks with them are re
 }  # fmt: skip
 WHY = {  # reasons for common cards that are not read
     "TIE": "it glues surfaces: `contact glue = tied(body)` glues pieces where they lie on each other",
-    "CONTACTPAIR": "contact is declared by hand: `contact c = itself(body)` of pieces of one body",
-    "CONTACT": "contact is declared by hand: `contact c = itself(body)` of pieces of one body",
+    "CONTACTPAIR": "contact is declared by hand: `contact c = self_contact(body)` of pieces of one body",
+    "CONTACT": "contact is declared by hand: `contact c = self_contact(body)` of pieces of one body",
     "COUPLING": "no support or load here is passed on from a reference point",
     "RIGIDBODY": "no support or load here is passed on from a reference point",
     "MPC": "no scene has equations between nodes",

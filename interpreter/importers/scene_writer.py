@@ -64,7 +64,7 @@ class MissingValue(Exception):
 class WrittenScene:
     """Scene, the text of its mesh file (None if the file exists already), and the items that were not imported.
 
-    `turned` reports inverted cells, if any; `taken` the choices made where the file is ambiguous.
+    `rotated` reports inverted cells, if any; `taken` the choices made where the file is ambiguous.
     """
 
     scene: str
@@ -119,7 +119,7 @@ def _count_pieces(deck: Deck) -> None:
                       "no body has matter twice at one place: move the pieces, or write each to a deck")  # fmt: skip
     deck.taken.append(f"its {deck.pieces} pieces share no nodes and are one body of so many pieces: nothing of the "
                       "scene joins them, so each needs supports; `contact glue = tied(body)` glues them where they "
-                      "touch, `contact c = itself(body)` keeps them from passing through each other")  # fmt: skip
+                      "touch, `contact c = self_contact(body)` keeps them from passing through each other")  # fmt: skip
 
 
 def _report_inverted_cells(deck: Deck, units: FileUnits) -> str | None:

@@ -1,4 +1,4 @@
-"""Constructors without arguments, written without brackets: `course = state`."""
+"""Constructors without arguments, written without brackets: `amplitude = per_state`."""
 
 from __future__ import annotations
 

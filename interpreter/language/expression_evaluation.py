@@ -286,8 +286,8 @@ class Evaluator:
         listed = "functions: " + ", ".join(all_functions)
         if kinds := [kind for kind, table in self.vocabulary.items() if name in table]:
             found = f"{field_schema.article(kinds[0])} {kinds[0]}"
-            if kinds[0] == "course":
-                listed = f"a load or a support takes it as a field of its own: `course = {name}(...)`"
+            if kinds[0] == "amplitude":
+                listed = f"a load or a support takes it as a field of its own: `amplitude = {name}(...)`"
             return self.place.fail("E203", span, f"`{name}(...)` makes {found}, not a number", found, listed)
         close = None if name in foreign_aliases.FUNCTIONS else nearest(name, all_functions)
         hint = did_you_mean(close) if close else foreign_aliases.FUNCTIONS.get(name) or listed

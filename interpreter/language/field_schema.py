@@ -307,7 +307,7 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": "integer", "interval": Interval.read(spec)}
     if spec == "fibres":
         return {"form": spec, "kind": spec}
-    if spec in ("shape", "material", "element", "course", "stiffness"):
+    if spec in ("shape", "material", "element", "amplitude", "stiffness"):
         return {"form": "value", "kind": spec}
     if spec in ("body", "support", "contact", "load", "reference", "probe", "analysis", "metric", "model", "study"):
         return {"form": "name", "kind": spec}

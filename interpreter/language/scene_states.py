@@ -44,9 +44,9 @@ def in_last_state(scene: Scene) -> Scene:
 
 
 def find_time_dependent(scene: Scene) -> list[Declared]:
-    """Return the declarations that may have a time history (`course`): loads, supports and active materials."""
+    """Return the declarations that may have a time history (`amplitude`): loads, supports and active materials."""
     driven = [d for kind in ("load", "support") for d in scene.of_kind(kind).values()]
-    return [*driven, *(m for m in scene.of_kind("material").values() if hasattr(m.thing, "course"))]
+    return [*driven, *(m for m in scene.of_kind("material").values() if hasattr(m.thing, "amplitude"))]
 
 
 def _in_state(declared: Declared, number: int, value: float) -> Declared:

@@ -14,7 +14,7 @@ from softmark.grammar import tree
 from softmark.interpreter.language_server.text_document import Document
 
 RUN, COMPARE, STRESS = "softmark.run", "softmark.compare", "softmark.stress"
-STABILITY = "stability"  # studies run by `dsl stress`
+STABILITY = "robustness"  # studies run by `dsl stress`
 MANY = 2  # models that can be compared
 
 

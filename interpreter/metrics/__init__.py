@@ -42,15 +42,15 @@ from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.metrics.work import LoadWork
 
 METRICS: dict[str, type[Any]] = {
-    "energy_norm": RelativeDisplacementError,
+    "relative_l2_error": RelativeDisplacementError,
     "tip_error": TipError,
     "max_error": MaxError,
     "mean_error": MeanError,
-    "course_norm": TrajectoryError,
+    "trajectory_error": TrajectoryError,
     "curve_error": CurveError,
     "hysteresis": Hysteresis,
     "value_error": ErrorOfValue,
-    "strain_energy_norm": EnergyNormError,
+    "energy_norm_error": EnergyNormError,
     "surface_distance": SurfaceDistance,
     "hausdorff": Hausdorff,
     "volume_change": VolumeChange,
@@ -73,5 +73,5 @@ METRICS: dict[str, type[Any]] = {
     "outflow": Outflow,
     "period": Period,
     "frequency": Frequency,
-    "realtime": RealTimeFactor,
+    "realtime_factor": RealTimeFactor,
 }

@@ -51,7 +51,7 @@ class ContactMetric(ForceMetric):
 class ContactArea(ContactMetric):
     """Contact area of a body's surface in its deformed shape (with small strain, in its undeformed shape).
 
-    For `itself` it is half the area of both surfaces. The edge of the contact lies between a node in contact and one
+    For `self_contact` it is half the area of both surfaces. The edge of the contact lies between a node in contact and one
     out
     of contact, where pressure and gap place it. On a coarse mesh the area is the least accurate result of a contact,
     and
@@ -128,7 +128,7 @@ class ContactGap(ContactMetric):
 
     Contact points are the nodes, the midpoints of eight-node facets, in 3D also points inside facets that are longer
     than
-    the radius of curvature of the rigid body, and points that were added where facets penetrated. For `itself` it is
+    the radius of curvature of the rigid body, and points that were added where facets penetrated. For `self_contact` it is
     the
     distance between the body's flat facets.
 

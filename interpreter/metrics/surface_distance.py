@@ -40,7 +40,7 @@ class SurfaceDistance(DistanceStatistic):
 
     Either distance is a lower bound: a point may find a different part of the surface than its own, and a surface that
     slides along itself shows no error. The metric is meaningful for errors that are small compared with the body;
-    `energy_norm` and `tip_error` follow material points if a reference has them.
+    `relative_l2_error` and `tip_error` follow material points if a reference has them.
 
     Relative, as the authors of Table 1 compute it: r_i = d_i / d0_i with d0_i = |x2_i - X_i - dx0|, where x2_i is the
     point found on the measured surface and dx0 = x2_0 - X_0 is the same for one fixed point, taken as a rigid offset of

@@ -69,7 +69,7 @@ def _motion_fractions(touch: Touch, body: DrawnSurface) -> Sequence[float]:
     """
     if body.times is None:
         return (1.0,)
-    from softmark.interpreter.models.shared.solid_dynamics import course_of_rigid
+    from softmark.interpreter.models.shared.solid_dynamics import amplitude_of_rigid
 
-    course = course_of_rigid(touch)
-    return [course.at(float(t)) for t in body.times]
+    amplitude = amplitude_of_rigid(touch)
+    return [amplitude.at(float(t)) for t in body.times]

@@ -144,7 +144,7 @@ def no_judge_error(scene: Scene, at: Location | None, name: str) -> Diagnostic:
     """Return the error for a scene in which no metric can judge models."""
     references = {n: r for n, r in scene.of_kind("reference").items() if not isinstance(r.thing, TOLD)}
     against = next(iter(references), "theory")
-    help = f"declare one: `metric eta = energy_norm(PROBE, against = {against})`"
+    help = f"declare one: `metric eta = relative_l2_error(PROBE, against = {against})`"
     help += "" if references else ", and a reference such as `reference theory = simo_reissner(BODY)`"
     errors = {n: m.thing.measured_from for n, m in scene.of_kind("metric").items() if m.thing.measured_from}
     lacks = "has none" if not errors else f"has none that can: {_reason_against_judge(scene, next(iter(errors)))}"

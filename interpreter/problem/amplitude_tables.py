@@ -14,12 +14,12 @@ NEAR = 1e-9  # relative to the duration: what ends there goes to its end
 
 def table_fault(declared: Declared, duration: float) -> Diagnostic | None:
     """Return why a load or support cannot follow its table over an analysis, or None."""
-    course = declared.thing.course
-    if not isinstance(course, Table):
+    amplitude = declared.thing.amplitude
+    if not isinstance(amplitude, Table):
         return None
-    at = declared.at("course")
+    at = declared.at("amplitude")
     try:
-        times, _, _ = course.rows
+        times, _, _ = amplitude.rows
     except Unreadable as error:
         problem = f"the table of `{declared.name}` cannot be used: {error.reason}"
         return diagnostic("E409", at, problem, "no course", error.remedy)

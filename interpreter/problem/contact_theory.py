@@ -24,7 +24,7 @@ from softmark.solvers.mesh.shape import add_multiples, cross, dot
 
 NEAR = 1e-6  # relative to the body's size: how far beside the axis a plane of symmetry may lie
 SAME = 1e-9  # relative to the body's size, or of a travel: what is less is none
-ONE = "one rigid body, one `between(...)`, and nothing else that acts"
+ONE = "one rigid body, one `rigid_contact(...)`, and nothing else that acts"
 FAR = "hold the far face whole: `fixed(...)`, or its normal alone, so that it slides"
 NONE = (0.0, 0.0, 0.0)
 
@@ -273,7 +273,7 @@ def _depth_and_shift(moving: list[Any], n: Vector, t: float) -> tuple[float, flo
     total = NONE
     for support in moving:
         full = at_full_size(support.thing)
-        total = add_multiples(total, (1.0 if full.course is None else full.course.at(t), full.imposed))
+        total = add_multiples(total, (1.0 if full.amplitude is None else full.amplitude.at(t), full.imposed))
     down = dot(total, n)
     return down, math.hypot(*add_multiples(total, (-down, n)))
 

@@ -38,7 +38,7 @@ BALL = 'a `sphere(part = octant)` with one part around its centre, a `spherical_
        '`quarter_ring` that turns'  # fmt: skip
 SMALL = 0.01  # gradient of the displacement up to which small strain and rotation are said nothing of
 LARGE = "it takes strains and rotations for small, which come to {:.3g} %: a body that obeys large ones differs"
-PULLS = "`tension(...)` and `pressure(...)` on all of the outer border, and nothing else"
+PULLS = "`remote_stress(...)` and `pressure(...)` on all of the outer border, and nothing else"
 
 
 def core_of(reference: Declared, case: Case) -> RoundCore:

@@ -38,10 +38,10 @@ else:
 SAME = 1e-9  # relative tolerance
 WITHIN = 1e-6  # distance of side samples from the ends of a block, relative to its length
 EVERYWHERE, NOWHERE = (False, True), (True, False)  # bounds of a condition over a box
-PIECES = "use `apart(...)` of boxes, or of upright rectangles, of one section along one axis"
+PIECES = "use `disjoint(...)` of boxes, or of upright rectangles, of one section along one axis"
 ENDS = "hold one end along its normal, move the other along it or load all of it"
 SIDES = "leave sides free, or hold one along its normal alone: `symmetric(...)`"
-LOADS = "a `traction(...)`, `tension(...)` or `pressure(...)` along the axis, on all of the end that is not held"
+LOADS = "a `traction(...)`, `remote_stress(...)` or `pressure(...)` along the axis, on all of the end that is not held"
 ALIKE = "use one material, or `poisson = 0`"
 NONE = (0.0, 0.0, 0.0)
 
@@ -203,7 +203,7 @@ def _joint(piled: BlockPile, number: int) -> Joint:
         between = f"the joint at {'xyz'[piled.way]} = {units.format_value(low.high[piled.way], units.LENGTH)}"
         count = f"{len(met)} contacts meet" if met else "no contact meets"
         raise NotApplicable(
-            f"{count} {between}", "one `itself(...)` or `tied(...)` for each joint, on all of both faces"
+            f"{count} {between}", "one `self_contact(...)` or `tied(...)` for each joint, on all of both faces"
         )
     thing = met[0].thing
     if isinstance(thing, Itself):
@@ -311,7 +311,7 @@ def _must_narrow_alike(piled: BlockPile, joints: tuple[Joint, ...], solids: tupl
         alike = all(roots[i][c] == roots[i + 1][c] for c in piled.across)
         if solids[i] != solids[i + 1] or not alike:
             how = f"has friction of {friction:g}" if friction else "glues"
-            remedy = ALIKE + (", or leave `friction` out" if friction else ", or let them touch: `itself(...)`")
+            remedy = ALIKE + (", or leave `friction` out" if friction else ", or let them touch: `self_contact(...)`")
             raise NotApplicable(f"`{pair.name}` {how} between blocks that narrow by different amounts", remedy)
 
 

@@ -27,7 +27,7 @@ from softmark.solvers.mesh.shape import add_multiples, cross, replace_coordinate
 ALIGNED = 1e-9  # relative tolerance off the axis
 DRIVE = "hold one end along the axis and move or press the other: `displaced(...)` or `traction(...)`"
 PLATES = (
-    "hold one plate along its normal and move the other: `displaced(...)`, or `traction(...)` on what is `level(...)`"
+    "hold one plate along its normal and move the other: `displaced(...)`, or `traction(...)` on what is `rigid_plate(...)`"
 )
 SIDES = "hold its sides across them: `fixed(..., components = x)`"
 SMALL = 0.01  # strain below which no warning about small strain is given
@@ -214,7 +214,7 @@ def _moduli(case: Case) -> tuple[float, float]:
 def column_of(case: Case) -> Column:
     """Return the small strain column of a case, at its time. Raises NotApplicable if an assumption is violated."""
     analysis, ends, drains = _column(case)
-    driven = driven_by(at_full_size(ends.driving.thing).course, analysis.duration)
+    driven = driven_by(at_full_size(ends.driving.thing).amplitude, analysis.duration)
     amount = ends.amount * ends.area if ends.force else ends.amount
     return Column(ends.length, ends.area, ends.root, ends.axis, drains, _moduli(case)[1], case.material.permeability,
                   ends.force, amount, driven, analysis.now)  # fmt: skip
@@ -224,7 +224,7 @@ def pressed_column_of(case: Case) -> PressedColumn:
     """Return the finite strain column of a case. Raises NotApplicable."""
     analysis, ends, drains = _column(case)
     material = case.material
-    driven = driven_by(at_full_size(ends.driving.thing).course, analysis.duration)
+    driven = driven_by(at_full_size(ends.driving.thing).amplitude, analysis.duration)
     k = Permeability(material.permeability, material.exponent, material.stiffening, material.solid)
     times = tuple(float(t) for t in analysis.moments if 0.0 < t < analysis.now)
     return PressedColumn(ends.length, ends.area, ends.root, ends.axis, drains, skeleton_of(case), k, ends.force,
@@ -255,7 +255,7 @@ def squeezed_of(reference: Declared, case: Case) -> CompressedPorousBody:
         raise NotApplicable(f"the load `{ends.driving.name}` does not keep its plate level", PLATES)
     _check_no_fluid_pressure(case)
     dimension, half, root, across = _disc(case, ends) if reference.thing.about == "disc" else _slab(case, ends)
-    driven = driven_by(at_full_size(ends.driving.thing).course, analysis.duration)
+    driven = driven_by(at_full_size(ends.driving.thing).amplitude, analysis.duration)
     shear, modulus = _moduli(case)
     amount = ends.amount * ends.area if ends.force else ends.amount
     return CompressedPorousBody(dimension, half, ends.length, ends.area, root, ends.axis, across, shear, modulus,

@@ -29,7 +29,7 @@ def bar_of(case: Case) -> RelaxingBar:
     if not isinstance(shape, Prism):
         raise NotApplicable(f"`{name}` is no straight body of one section", "it takes a box, a cylinder or a tube")
     if case.parts or not isinstance(material, Viscous):
-        raise NotApplicable(f"`{name}` is not of one material that relaxes", "use `viscous(...)` for all of it")
+        raise NotApplicable(f"`{name}` is not of one material that relaxes", "use `viscoelastic(...)` for all of it")
     if not material.branches:
         raise NotApplicable(
             "no share of its stress relaxes", "give it some, or compare with the theory of an elastic body"
@@ -48,10 +48,10 @@ def bar_of(case: Case) -> RelaxingBar:
     sign = dot(amount, axis)
     if math.hypot(*cross(amount, axis)) > ALIGNED * math.hypot(*amount):
         raise NotApplicable(f"`{driving.name}` does not act along the axis", REMEDY)
-    course = at_full_size(driving.thing).course
+    amplitude = at_full_size(driving.thing).amplitude
     area = shape.section.area
     return RelaxingBar(shape.length, area, root, axis, _fixed_point(case, root), material.young, material.poisson, g,
-                       tau, force, sign * (area if force else 1.0), driven_by(course, now), now)  # fmt: skip
+                       tau, force, sign * (area if force else 1.0), driven_by(amplitude, now), now)  # fmt: skip
 
 
 def _ends(case: Case) -> tuple[int, Declared, Any]:
@@ -103,9 +103,9 @@ def _fixed_point(case: Case, root: Any) -> Any:
     return tuple(found)
 
 
-def driven_by(course: Any, now: float) -> Amplitude:
+def driven_by(amplitude: Any, now: float) -> Amplitude:
     """Return jumps and slopes of an amplitude up to a time."""
-    match course:
+    match amplitude:
         case None:
             return Amplitude([(0.0, 1.0)], [])
         case Ramp(over=over, start=start):
@@ -119,12 +119,12 @@ def driven_by(course: Any, now: float) -> Amplitude:
         case Pulse(start=start, until=until):
             return Amplitude([(start, 1.0), (until, -1.0)] if start < until else [], [])
         case Table():
-            times, shares, _ = course.rows
+            times, shares, _ = amplitude.rows
             rows = list(zip(times, shares, strict=True))
             slopes = [
                 AmplitudeSegment(max(0.0, a), b, (q - p) / (b - a)) for (a, p), (b, q) in pairwise(rows) if b > 0.0
             ]
-            return Amplitude([(0.0, course.at(0.0))], slopes)
+            return Amplitude([(0.0, amplitude.at(0.0))], slopes)
     raise NotApplicable("its course is not known to the theory", "use `ramp`, `smooth`, `sine`, `pulse` or `table`")
 
 

@@ -16,7 +16,7 @@ from softmark.solvers.mesh.shape import add_multiples, cross
 from softmark.solvers.mesh.shapes import Cylinder
 
 ALIGNED = 1e-9  # relative tolerance of the rotation axis
-REMEDY = "hold one end by `fixed(...)`, turn the other by `turned(...)`, and nothing else"
+REMEDY = "hold one end by `fixed(...)`, turn the other by `rotated(...)`, and nothing else"
 
 
 def cylinder_of(case: Case) -> TwistedCylinder:

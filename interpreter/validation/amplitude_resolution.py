@@ -48,19 +48,19 @@ def check_amplitude_resolution(scene: Scene) -> Iterator[Diagnostic]:
     if not isinstance(analysis, Dynamic):
         return
     for declared in find_time_dependent(scene):
-        course = declared.thing.course
-        if course is None:
+        amplitude = declared.thing.amplitude
+        if amplitude is None:
             continue
-        if isinstance(course, Table):
-            yield from _check_table(declared, course, analysis)
-        elif isinstance(course, Sine):
-            yield from _check_sine(declared, course, analysis.step)
-        elif course.start >= analysis.duration:
-            yield _begins_too_late(declared, course.start, analysis.duration)
+        if isinstance(amplitude, Table):
+            yield from _check_table(declared, amplitude, analysis)
+        elif isinstance(amplitude, Sine):
+            yield from _check_sine(declared, amplitude, analysis.step)
+        elif amplitude.start >= analysis.duration:
+            yield _begins_too_late(declared, amplitude.start, analysis.duration)
         elif declared.kind == "support":
-            yield from _check_moving_support(declared, course, analysis.step)
-        elif isinstance(course, Pulse) and _width(course) < analysis.step * (1.0 - NEAR):
-            yield diagnostic("W378", declared.at("course"), f"the pulse of `{declared.name}` is shorter than a step",
+            yield from _check_moving_support(declared, amplitude, analysis.step)
+        elif isinstance(amplitude, Pulse) and _width(amplitude) < analysis.step * (1.0 - NEAR):
+            yield diagnostic("W378", declared.at("amplitude"), f"the pulse of `{declared.name}` is shorter than a step",
                              f"{_time(_width(course))} of a step of {_time(analysis.step)}",
                              "its impulse is right, and so is what is slow; to see how it acts, take a step of"
                              f" {_time(_round(_width(course) / SHOWN))} or less")  # fmt: skip
@@ -71,22 +71,22 @@ def _check_quasistatic(scene: Scene, analysis: Quasistatic) -> Iterator[Diagnost
     materials = [m.thing for m in scene.of_kind("material").values()]
     remembers = any(getattr(thing, "branches", ()) or porous(thing) for thing in materials)
     for declared in find_time_dependent(scene):
-        course = at_full_size(declared.thing).course
-        if isinstance(course, Sine) and remembers:
-            yield from _check_sine(declared, course, analysis.step)
-        elif isinstance(course, Table):
-            yield from _check_column_unit(declared, course)
-        elif isinstance(course, Pulse | Ramp | Smooth) and course.start >= analysis.duration:
-            yield _begins_too_late(declared, course.start, analysis.duration)
-        elif isinstance(course, Pulse) and not _width(course):
-            yield diagnostic("W378", declared.at("course"), f"the pulse of `{declared.name}` ends before it begins",
+        amplitude = at_full_size(declared.thing).amplitude
+        if isinstance(amplitude, Sine) and remembers:
+            yield from _check_sine(declared, amplitude, analysis.step)
+        elif isinstance(amplitude, Table):
+            yield from _check_column_unit(declared, amplitude)
+        elif isinstance(amplitude, Pulse | Ramp | Smooth) and amplitude.start >= analysis.duration:
+            yield _begins_too_late(declared, amplitude.start, analysis.duration)
+        elif isinstance(amplitude, Pulse) and not _width(amplitude):
+            yield diagnostic("W378", declared.at("amplitude"), f"the pulse of `{declared.name}` ends before it begins",
                              f"from {_time(course.start)} until {_time(course.until)}",
                              "it plays no part; `until` is the time at which it ends")  # fmt: skip
 
 
 def _begins_too_late(declared: Declared, start: float, end: float) -> Diagnostic:
     """Return the warning for an amplitude that begins after the analysis ends."""
-    return diagnostic("W378", declared.at("course"), f"`{declared.name}` begins after the end of the analysis",
+    return diagnostic("W378", declared.at("amplitude"), f"`{declared.name}` begins after the end of the analysis",
                       f"at {_time(start)}, and the end is at {_time(end)}",
                       "it plays no part; analyse a longer `duration`")  # fmt: skip
 
@@ -94,91 +94,91 @@ def _begins_too_late(declared: Declared, start: float, end: float) -> Diagnostic
 def is_resolved_by_step(case: Case, step: float) -> bool:
     """Return whether steps of this length resolve all amplitudes of a case."""
     things = [d.thing for d in (*case.loads, *case.muscles, *case.supports)]
-    swings = [t.course for t in things if isinstance(t.course, Sine)]
-    tables = [t.course for t in things if isinstance(t.course, Table)]
+    swings = [t.amplitude for t in things if isinstance(t.amplitude, Sine)]
+    tables = [t.amplitude for t in things if isinstance(t.amplitude, Table)]
     end = case.analysis.duration if isinstance(case.analysis, Dynamic) else 0.0
-    followed = all(_table_deviation(course, step, end) <= MISSED for course in tables)
+    followed = all(_table_deviation(amplitude, step, end) <= MISSED for amplitude in tables)
     return followed and all(1.0 / (c.frequency * step) >= SEEN for c in swings)
 
 
-def _check_table(declared: Declared, course: Table, analysis: Dynamic) -> Iterator[Diagnostic]:
+def _check_table(declared: Declared, amplitude: Table, analysis: Dynamic) -> Iterator[Diagnostic]:
     """Check the deviation of a table from straight lines between the ends of steps."""
-    if course.path.startswith("data:"):
+    if amplitude.path.startswith("data:"):
         return  # checked by the run
     if (fault := table_fault(declared, analysis.duration)) is not None:
         yield fault
         return
-    yield from _check_column_unit(declared, course)
-    left = _table_deviation(course, analysis.step, analysis.duration)
+    yield from _check_column_unit(declared, amplitude)
+    left = _table_deviation(amplitude, analysis.step, analysis.duration)
     label = f"between the ends of steps of {_time(analysis.step)} it goes up to {100.0 * left:.2g} % of it elsewhere"
     if left > MISSED and declared.kind == "support":
-        yield diagnostic("E316", declared.at("course"), f"the step does not show the table of `{declared.name}`", label,
+        yield diagnostic("E316", declared.at("amplitude"), f"the step does not show the table of `{declared.name}`", label,
                          "where a support is between two steps is not seen: take a shorter step")  # fmt: skip
     elif left > OFF:
         held = "where a support is between two steps is not seen"
         acts = "its impulse is right, and so is what is slow; how it acts within a step is not seen"
         help = held if declared.kind == "support" else acts
-        yield diagnostic("W329", declared.at("course"), f"the step does not show all of the table of `{declared.name}`",
+        yield diagnostic("W329", declared.at("amplitude"), f"the step does not show all of the table of `{declared.name}`",
                          label, f"{help}: take a shorter step, or a table without what does not matter")  # fmt: skip
 
 
-def _check_column_unit(declared: Declared, course: Table) -> Iterator[Diagnostic]:
+def _check_column_unit(declared: Declared, amplitude: Table) -> Iterator[Diagnostic]:
     """Check the unit in the name of a table's time column."""
-    if units.has_conflicting_unit(course.at_, course.time_unit, units.TIME):
-        yield diagnostic("W334", declared.at("course"), f"the column `{course.at_}` names another unit",
+    if units.has_conflicting_unit(amplitude.at_, amplitude.time_unit, units.TIME):
+        yield diagnostic("W334", declared.at("amplitude"), f"the column `{course.at_}` names another unit",
                          f"{_time(course.time_unit)} here",
                          "one of the two is wrong, unless the column has the wrong name: give `time_unit`")  # fmt: skip
 
 
-def _table_deviation(course: Table, step: float, duration: float) -> float:
+def _table_deviation(amplitude: Table, step: float, duration: float) -> float:
     """Return the largest deviation of a table from straight lines between steps, relative to its largest value."""
-    return max((off for _, off in deviations_between_steps(course.rows, step, duration)), default=0.0)
+    return max((off for _, off in deviations_between_steps(amplitude.rows, step, duration)), default=0.0)
 
 
-def _check_sine(declared: Declared, course: Sine, step: float) -> Iterator[Diagnostic]:
+def _check_sine(declared: Declared, amplitude: Sine, step: float) -> Iterator[Diagnostic]:
     """Check the steps per period of a sine."""
-    count = 1.0 / (course.frequency * step)
+    count = 1.0 / (amplitude.frequency * step)
     if count >= SHOWN * (1.0 - NEAR):
         return
     label = f"{count:.3g} steps of {_time(step)} to a swing of {_time(1.0 / course.frequency)}"
-    better = _time(_round(1.0 / (SHOWN * course.frequency)))
+    better = _time(_round(1.0 / (SHOWN * amplitude.frequency)))
     if count < SEEN:
-        yield diagnostic("E381", declared.at("course"),
+        yield diagnostic("E381", declared.at("amplitude"),
                          f"the step does not show the swings of `{declared.name}`", label,
                          "what is computed would be another, slower swing: take a step of"
                          f" {better} or less")  # fmt: skip
     else:
-        yield diagnostic("W377", declared.at("course"), f"there are few steps to a swing of `{declared.name}`", label,
+        yield diagnostic("W377", declared.at("amplitude"), f"there are few steps to a swing of `{declared.name}`", label,
                          "its size and its phase are off by several percent: take a step of"
                          f" {better} or less")  # fmt: skip
 
 
-def _check_moving_support(declared: Declared, course: Pulse | Ramp | Smooth, step: float) -> Iterator[Diagnostic]:
+def _check_moving_support(declared: Declared, amplitude: Pulse | Ramp | Smooth, step: float) -> Iterator[Diagnostic]:
     """Check the amplitude of a moving support, whose motion within a step is lost."""
-    if not isinstance(course, Pulse):
-        if course.over < step * (1.0 - NEAR):
-            yield diagnostic("W378", declared.at("course"), f"`{declared.name}` moves all the way within a step",
+    if not isinstance(amplitude, Pulse):
+        if amplitude.over < step * (1.0 - NEAR):
+            yield diagnostic("W378", declared.at("amplitude"), f"`{declared.name}` moves all the way within a step",
                              f"{_time(course.over)} of a step of {_time(step)}",
                              "how quickly it does is not seen: take a step of"
                              f" {_time(_round(course.over / SHOWN))} or less")  # fmt: skip
         return
-    width = _width(course)
+    width = _width(amplitude)
     if width < HELD * step * (1.0 - NEAR):
-        yield diagnostic("E382", declared.at("course"), f"the step does not show the pulse of `{declared.name}`",
+        yield diagnostic("E382", declared.at("amplitude"), f"the step does not show the pulse of `{declared.name}`",
                          f"{width / step:.2g} steps of {_time(step)}",
                          "where a support is between two steps is not seen: take a step of"
                          f" {_time(_round(width / SHOWN))} or less")  # fmt: skip
-    elif width < SHOWN * step and not (_is_whole(course.start / step) and _is_whole(course.until / step)):
-        yield diagnostic("W378", declared.at("course"),
+    elif width < SHOWN * step and not (_is_whole(amplitude.start / step) and _is_whole(amplitude.until / step)):
+        yield diagnostic("W378", declared.at("amplitude"),
                          f"the pulse of `{declared.name}` begins or ends between two steps",
                          f"{width / step:.3g} steps of {_time(step)}",
                          "a support is moved for whole steps: take one that divides its times, or one of"
                          f" {_time(_round(width / SHOWN))} or less")  # fmt: skip
 
 
-def _width(course: Pulse) -> float:
+def _width(amplitude: Pulse) -> float:
     """Return the duration of a pulse, s."""
-    return max(0.0, course.until - course.start)
+    return max(0.0, amplitude.until - amplitude.start)
 
 
 def _is_whole(number: float) -> bool:

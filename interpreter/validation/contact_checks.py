@@ -41,7 +41,7 @@ PULLED = (
     "what pulls at a rigid body is gravity and a `point_force(...)`: of one with a `density` or a `mass` in a dynamic "
     "analysis, where a `torque(...)` turns it as well, and at rest along the one way that is left to it"
 )
-MOVED = "a rigid body is `fixed(...)`, `displaced(...)` or `turned(...)` as a whole, and a `contact` lets it act"
+MOVED = "a rigid body is `fixed(...)`, `displaced(...)` or `rotated(...)` as a whole, and a `contact` lets it act"
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
@@ -71,7 +71,7 @@ def _check_deformable(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
     body, kind = scene.declared[contact.thing.body], contact.constructor.name
     if is_rigid(body):
         yield diagnostic("E652", contact.at("body"), f"`{body.name}` is rigid, and `{kind}(...)` is about a body that "
-                         "deforms", "a rigid body", "name the body that deforms; what presses on it is `between("
+                         "deforms", "a rigid body", "name the body that deforms; what presses on it is `rigid_contact("
                          f"{body.name}, BODY)`")  # fmt: skip
 
 
@@ -99,16 +99,16 @@ def _check_bodies(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
     if not is_rigid(first):
         label = "itself, where a rigid one is due" if first is second else "not rigid"
         if is_rigid(second):
-            help = f"the rigid body comes first: `between({second.name}, {first.name})`"
+            help = f"the rigid body comes first: `rigid_contact({second.name}, {first.name})`"
         elif first is second:
-            help = f"touch a rigid body: `body plate = rigid(...)`, or keep it clear of itself: `itself({first.name})`"
+            help = f"touch a rigid body: `body plate = rigid(...)`, or keep it clear of itself: `self_contact({first.name})`"
         else:
             help = (f"an instrument, a plate or a floor is rigid: `body {first.name} = rigid(...)`, without a material;"
-                    " two that deform are one body, `solid(apart(...), ...)`, with `itself(...)`")  # fmt: skip
-        yield diagnostic("E652", contact.at("rigid"), f"`{first.name}` deforms, and `between(...)` takes a rigid body "
+                    " two that deform are one body, `solid(disjoint(...), ...)`, with `self_contact(...)`")  # fmt: skip
+        yield diagnostic("E652", contact.at("rigid"), f"`{first.name}` deforms, and `rigid_contact(...)` takes a rigid body "
                          "first", label, help)  # fmt: skip
     elif is_rigid(second):
-        problem = "`between(...)` takes a body that deforms second"
+        problem = "`rigid_contact(...)` takes a body that deforms second"
         what = "a rigid body and itself" if first is second else "two rigid bodies"
         yield diagnostic("E652", contact.at("body"), f"`{second.name}` is rigid, and {problem}", what,
                          "what presses is found by how a body deforms: rigid bodies do not meet")  # fmt: skip
@@ -130,7 +130,7 @@ def _check_geometry(scene: Scene, contact: Declared, first: Declared, second: De
     if not isinstance(shape, DISTANT) or (isinstance(shape, RoundBody) and shape.kept):
         yield diagnostic("E653", first.at("shape"), f"how far points are from `{first.name}` is not known of its shape",
                          "not a shape of rigid bodies", "take a `half_space`, a whole `sphere`, `box`, `rounded_box`, "
-                         "`cylinder`, `tube`, `cone`, `punch`, `tip`, `extruded` or `filled(...)`")  # fmt: skip
+                         "`cylinder`, `tube`, `cone`, `punch`, `tip`, `extruded` or `tetrahedralized(...)`")  # fmt: skip
         return
     if shape.prebuilt or shape.enclosed or shape.bounds is None:
         return  # its file is only read when needed

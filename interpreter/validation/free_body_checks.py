@@ -54,7 +54,7 @@ def _reasons(scene: Scene, body: Declared) -> Iterator[Reason]:
             body.at("shape"),
             f"the moments of inertia of `{name}` are not known of its shape",
             "not of a free body",
-            "take a `sphere`, `box`, `cylinder`, `tube`, `cone`, `revolved(...)` or `filled(...)`",
+            "take a `sphere`, `box`, `cylinder`, `tube`, `cone`, `revolved(...)` or `tetrahedralized(...)`",
         )
     for support in scene.acting("support", name)[:1]:
         yield (
@@ -198,7 +198,7 @@ def _check_contacts(scene: Scene, body: Declared) -> Iterator[Reason]:
     known = (c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between))
     contacts = [c for c in known if c.thing.rigid == body.name]
     if not contacts:
-        yield body.at(), f"`{body.name}` is free and meets nothing", "no contact", "`contact NAME = between(...)`"
+        yield body.at(), f"`{body.name}` is free and meets nothing", "no contact", "`contact NAME = rigid_contact(...)`"
         return
     first = contacts[0].thing.body
     if is_rigid(scene.declared[first]):
@@ -211,7 +211,7 @@ def _check_contacts(scene: Scene, body: Declared) -> Iterator[Reason]:
                 f"`{body.name}` is free and meets `{first}` and `{contact.thing.body}`, each "
                 "of which is solved by itself",
                 "more than one body",
-                "make one body of them: `apart(...)`",
+                "make one body of them: `disjoint(...)`",
             )
     for support in (s for s in case.supports if isinstance(s.thing, Symmetric)):
         yield (

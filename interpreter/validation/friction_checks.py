@@ -50,7 +50,7 @@ def check_rotations(scene: Scene) -> Iterator[Diagnostic]:
                     f" `{contact.name}` has friction",
                     "slip along a straight line",
                     "in each state points slide along a straight line: let it turn by 15 deg at most from one to the "
-                    "next, `course = state` and `static(states = [...])`",
+                    "next, `amplitude = per_state` and `static(states = [...])`",
                 )
 
 

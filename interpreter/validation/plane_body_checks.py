@@ -105,7 +105,7 @@ def check_actions(scene: Scene) -> Iterator[Diagnostic]:
             continue
         if flat and declared.kind == "load" and isinstance(declared.thing.action, MomentLoad):
             yield diagnostic("E544", declared.at(), f"`{declared.name}` is a moment, and a plane body takes forces",
-                             "not for plane bodies", "turn an edge by `turned(..., axis = +z)`")  # fmt: skip
+                             "not for plane bodies", "turn an edge by `rotated(..., axis = +z)`")  # fmt: skip
         elif flat and abs(_z_component(declared)) > 0.0:
             does = "moves" if declared.kind == "support" else "pulls"
             yield diagnostic("E544", declared.at(), f"`{declared.name}` {does} a plane body out of its plane",
@@ -243,7 +243,7 @@ def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
         yield from _check_axisymmetric_model(thing, declared, case)
 
 
-PLAIN = {"rotation": "point", "precision": "double", "mass": "consistent", "start": None}
+PLAIN = {"rotation": "point", "precision": "double", "mass": "consistent", "initial_guess": None}
 
 
 def _check_axisymmetric_model(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnostic]:

@@ -253,7 +253,7 @@ def _build_plugin(read: PluginSource) -> Plugin:
             programs.append(entry.word)
         else:
             words.setdefault(entry.kind, {})[entry.word] = thing
-    choices = {("model", "outside", "program"): tuple(programs)} if programs else {}
+    choices = {("model", "external_solver", "program"): tuple(programs)} if programs else {}
     table = getattr(module, NAME, None)
     given = table.get(EXAMPLES) if isinstance(table, dict) else None
     examples = {str(k): str(v) for k, v in given.items()} if isinstance(given, dict) else {}

@@ -392,7 +392,7 @@ def _refined(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     yield from doubts_of_refined(scene)
 
 
-def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _amplitudes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check that moving supports of a body share one amplitude in dynamics, and that steps resolve all amplitudes."""
     moved: dict[str, Declared] = {}
     analyses = list(scene.of_kind("analysis").values())
@@ -402,8 +402,8 @@ def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         if not support.thing.moves or support.thing.tracked is not None:
             continue
         first = moved.setdefault(support.thing.body, support)
-        if first.thing.course != support.thing.course:
-            yield diagnostic("E501", support.at("course"),
+        if first.thing.amplitude != support.thing.amplitude:
+            yield diagnostic("E501", support.at("amplitude"),
                              f"`{support.name}` and `{first.name}` move by different courses",
                              "another course", "all supports that move share one course")  # fmt: skip
     yield from check_amplitude_resolution(scene)
@@ -485,7 +485,7 @@ LOCAL: tuple[Check, ...] = (
 )  # fmt: skip
 WHOLE: tuple[Check, ...] = (
     _touched, _bodies, _regions, _directed, _graded, _given, _held, _loaded, _paths, _models, _references, _refined,
-    _metrics, _fluid, _comparisons, _curves, _courses, _published, _expectations, _use,
+    _metrics, _fluid, _comparisons, _curves, _amplitudes, _published, _expectations, _use,
 )  # fmt: skip
 
 

@@ -46,10 +46,10 @@ def _state_factor(scene: Scene, state: float) -> float:
     """Return the factor of loads in a state; for a time, the largest share that an amplitude has reached."""
     if not isinstance(state, Moment):
         return abs(state)
-    moved = (d.thing.course for d in find_time_dependent(scene))
-    courses = (c for c in moved if c is not None and not isinstance(c, State))
+    moved = (d.thing.amplitude for d in find_time_dependent(scene))
+    amplitudes = (c for c in moved if c is not None and not isinstance(c, State))
     try:
-        return max((abs(c.at(state)) for c in courses), default=1.0)
+        return max((abs(c.at(state)) for c in amplitudes), default=1.0)
     except Unreadable:  # an unreadable table is reported elsewhere
         return 0.0
 
@@ -61,7 +61,7 @@ def _has_times(scene: Scene) -> bool:
 
 def _state_driven(scene: Scene) -> list[Declared]:
     """Return the loads and supports whose amplitude is the state."""
-    return [d for d in find_time_dependent(scene) if isinstance(d.thing.course, State)]
+    return [d for d in find_time_dependent(scene) if isinstance(d.thing.amplitude, State)]
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
@@ -89,12 +89,12 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
         return
     if not states:
         moving = any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values())
-        yield from (_without(d, "course", "has the course of a state", moving) for d in driven)
+        yield from (_without(d, "amplitude", "has the course of a state", moving) for d in driven)
         yield from (_without(r, "states", "has been measured in several states", moving) for r in tables)
         return
     if _has_times(scene):
         yield from _times(scene, states)
-        yield from (_without(d, "course", "has the course of a state", True) for d in driven)
+        yield from (_without(d, "amplitude", "has the course of a state", True) for d in driven)
     yield from (wrong for r in tables if (wrong := _whole(r) or _as_many(r, len(states))) is not None)
     if len(states) > 1:
         yield from (_single_state_error(r) for r in scene.of_kind("reference").values() if _measured_once(r))
@@ -106,34 +106,34 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 def _muscles(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
     """Check for muscle tensions whose amplitude turns negative, and fibres that it shortens too far."""
     for muscle in scene.of_kind("material").values():
-        course = getattr(muscle.thing, "course", None)
-        if course is None:
+        amplitude = getattr(muscle.thing, "amplitude", None)
+        if amplitude is None:
             continue
-        least, most = _amplitude_range(scene, course, states)
+        least, most = _amplitude_range(scene, amplitude, states)
         if muscle.thing.pulls:
             if least < 0.0:
-                yield diagnostic("W398", muscle.at("course"), f"`{muscle.name}` pushes in a part of its course",
+                yield diagnostic("W398", muscle.at("amplitude"), f"`{muscle.name}` pushes in a part of its course",
                                  f"down to {100.0 * least:.3g} % of its tension", "muscle pulls, or does nothing: use a"
                                  " course that does not change its sign")  # fmt: skip
         elif isinstance(s := muscle.thing.shortening, float) and max(abs(least * s), abs(most * s)) > SHORTEST:
-            yield diagnostic("E379", muscle.at("course"), f"`{muscle.name}` shortens beyond its range in a part of its"
+            yield diagnostic("E379", muscle.at("amplitude"), f"`{muscle.name}` shortens beyond its range in a part of its"
                              " course", f"from {100.0 * least:.3g} to {100.0 * most:.3g} % of {100.0 * s:.3g} %",
                              f"fibres shorten or lengthen by {100.0 * SHORTEST:g} % at most: use smaller shares"
                              )  # fmt: skip
 
 
-def _amplitude_range(scene: Scene, course: Any, states: tuple[float, ...]) -> tuple[float, float]:
+def _amplitude_range(scene: Scene, amplitude: Any, states: tuple[float, ...]) -> tuple[float, float]:
     """Return the least and largest share of an amplitude in an analysis, including 0; 0 for an unreadable table."""
-    if isinstance(course, State):
+    if isinstance(amplitude, State):
         return min(states, default=0.0), max(states, default=0.0)
-    if isinstance(course, Sine):
-        swings = course.frequency * max(
+    if isinstance(amplitude, Sine):
+        swings = amplitude.frequency * max(
             (getattr(a.thing, "duration", 0.0) for a in scene.of_kind("analysis").values()), default=0.0
         )
         ends = math.sin(2.0 * math.pi * swings)
         return (-1.0 if swings >= 0.75 else min(0.0, ends)), (1.0 if swings >= 0.25 else max(0.0, ends))
     try:
-        return (min(course.rows[1]), max(course.rows[1])) if isinstance(course, Table) else (0.0, 1.0)
+        return (min(amplitude.rows[1]), max(amplitude.rows[1])) if isinstance(amplitude, Table) else (0.0, 1.0)
     except Unreadable:
         return 0.0, 0.0
 
@@ -261,4 +261,4 @@ def _alike(scene: Scene) -> Diagnostic:
     values = ", ".join(map(format_state, states_of(scene)[:6]))
     return diagnostic("W325", analysis.at("states"), f"the states of `{analysis.name}` are all the same",
                       f"nothing changes from one to another of {values}",
-                      "give a load or a support `course = state`, or leave `states` out")  # fmt: skip
+                      "give a load or a support `amplitude = per_state`, or leave `states` out")  # fmt: skip

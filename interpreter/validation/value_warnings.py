@@ -135,13 +135,13 @@ def _registered(scene: Scene) -> Iterator[Diagnostic]:
                              "errors that look like a motion disappear; `clamp` registers the held face")  # fmt: skip
 
 
-def _courses(scene: Scene) -> Iterator[Diagnostic]:
+def _amplitudes(scene: Scene) -> Iterator[Diagnostic]:
     """Warn about amplitudes over time in a static analysis."""
     if any(isinstance(a.thing, Dynamic | Quasistatic) for a in scene.of_kind("analysis").values()):
         return
     for declared in find_time_dependent(scene):
-        if declared.thing.course is not None and not isinstance(declared.thing.course, State):
-            yield diagnostic("W317", declared.at("course"),
+        if declared.thing.amplitude is not None and not isinstance(declared.thing.amplitude, State):
+            yield diagnostic("W317", declared.at("amplitude"),
                              f"the course of `{declared.name}` plays no part in a static analysis",
                              "a state of rest has no time",
                              "it acts in full; declare `analysis NAME = dynamic(...)` to follow"
@@ -184,6 +184,6 @@ def find_unused_names(scene: Scene) -> Iterator[Diagnostic]:
 
 
 LINTS: tuple[Callable[[Scene], Iterator[Diagnostic]], ...] = (
-    _densities, _stiffnesses, _convexities, _gravities, _dashpots, _registered, _courses, _predetermined,
+    _densities, _stiffnesses, _convexities, _gravities, _dashpots, _registered, _amplitudes, _predetermined,
     _check_half_models,
 )  # fmt: skip

@@ -56,26 +56,26 @@ REGIONS: dict[str, type[Any]] = {
 SUPPORTS: dict[str, type[Any]] = {
     "fixed": Fixed,
     "displaced": Displaced,
-    "turned": Turned,
-    "follows": Follows,
+    "rotated": Turned,
+    "measured_motion": Follows,
     "symmetric": Symmetric,
-    "hinged": Hinged,
-    "bedded": Bedded,
-    "level": Level,
+    "pinned": Hinged,
+    "elastic_foundation": Bedded,
+    "rigid_plate": Level,
     "drained": Drained,
     "pore_pressure": PorePressure,
 }
 
 CONTACTS: dict[str, type[Any]] = {
-    "between": Between,
-    "itself": Itself,
+    "rigid_contact": Between,
+    "self_contact": Itself,
     "tied": Tied,
 }
 
 LOADS: dict[str, type[Any]] = {
     "gravity": Gravity,
     "traction": Traction,
-    "tension": Tension,
+    "remote_stress": Tension,
     "pressure": Pressure,
     "point_force": PointForce,
     "torque": Torque,
@@ -89,13 +89,13 @@ ANALYSES: dict[str, type[Any]] = {
     "quasistatic": Quasistatic,
 }
 
-COURSES: dict[str, type[Any]] = {
+AMPLITUDES: dict[str, type[Any]] = {
     "ramp": Ramp,
     "smooth": Smooth,
     "pulse": Pulse,
     "sine": Sine,
     "table": Table,
-    "state": State,
+    "per_state": State,
 }
 
 PROBES: dict[str, type[Any]] = {
@@ -103,7 +103,7 @@ PROBES: dict[str, type[Any]] = {
     "line": Line,
     "surface": Surface,
     "volume": Volume,
-    "nodes": Nodes,
+    "mesh_nodes": Nodes,
     "markers": Markers,
 }
 
@@ -115,5 +115,5 @@ STUDIES: dict[str, type[Any]] = {
     "sweep": Sweep,
     "convergence": Convergence,
     "pareto": Pareto,
-    "stability": Stability,
+    "robustness": Stability,
 }

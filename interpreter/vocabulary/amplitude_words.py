@@ -1,4 +1,4 @@
-"""Amplitudes (`course = ...`): change of a load or an imposed motion in time, or from state to state.
+"""Amplitudes (`amplitude = ...`): change of a load or an imposed motion in time, or from state to state.
 
 A static analysis without states applies loads in full. To add an amplitude: a class with `at(t)` and `mean(begin,
 end)`, the exact mean over a time interval; a line in COURSES; and in validation/amplitude_resolution.py whether time
@@ -198,7 +198,7 @@ def _read_table(path: str, changed: int, at: str, value: str, unit: float, whole
 
 @dataclass(frozen=True)
 class State:
-    """Scales with the value of each state of a static analysis: `course = state`.
+    """Scales with the value of each state of a static analysis: `amplitude = per_state`.
 
     In the state `12.5 %` of `static(states = [5, 12.5, 18.25] %)` a load acts with an eighth of its size, and a support
     moves by an eighth of its displacement. Loads and supports without this amplitude act in full in every state.
@@ -216,13 +216,13 @@ class AtOneTime:
 
     def at(self, t: float) -> float:
         """Return the fraction of the full size at time t, s."""
-        share: float = self.of.course.at(t)
+        share: float = self.of.amplitude.at(t)
         return share
 
 
 def at_full_size(thing: Any) -> Any:
     """Return a load, support or material at full size with its amplitude, also if it was evaluated at one time."""
-    return thing.course.of if isinstance(getattr(thing, "course", None), AtOneTime) else thing
+    return thing.amplitude.of if isinstance(getattr(thing, "amplitude", None), AtOneTime) else thing
 
 
 def with_full_material(declared: Any) -> Any:

@@ -18,7 +18,7 @@ from softmark.records import dataclass
 
 Vector3 = tuple[float, float, float]
 
-COURSE = "amplitude over time or from state to state; default: full load from the start"
+AMPLITUDE = "amplitude over time or from state to state; default: full load from the start"
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ class Load:
     """Base class of loads."""
 
     strength = ""  # name of the field with the size of the load
-    course: Any = None  # amplitude over time, or from state to state
+    amplitude: Any = None  # amplitude over time, or from state to state
 
     @property
     def action(self) -> Any:
@@ -126,17 +126,17 @@ class Load:
 
 
 def in_state_of_value(thing: Any, value: float) -> Any:
-    """Return a load, support or material in a state of this value; it is unchanged without `course = state`.
+    """Return a load, support or material in a state of this value; it is unchanged without `amplitude = per_state`.
 
-    If `value` is a time of a quasistatic analysis, the result is scaled by the amplitude at that time, and its `course`
+    If `value` is a time of a quasistatic analysis, the result is scaled by the amplitude at that time, and its `amplitude`
     (`AtOneTime`) keeps the original at full size.
     """
     if isinstance(value, Moment):
-        full, course = thing, thing.course
-        if course is None or isinstance(course, State):  # validation refuses `course = state` here
+        full, amplitude = thing, thing.amplitude
+        if amplitude is None or isinstance(amplitude, State):  # validation refuses `amplitude = per_state` here
             return thing
-        return replace(thing.part(course.at(value)), course=AtOneTime(full))
-    return replace(thing.part(value), course=None) if isinstance(thing.course, State) else thing
+        return replace(thing.part(amplitude.at(value)), amplitude=AtOneTime(full))
+    return replace(thing.part(value), amplitude=None) if isinstance(thing.amplitude, State) else thing
 
 
 class HasMaterial:
@@ -146,7 +146,7 @@ class HasMaterial:
 
     def in_state(self, number: int, value: float) -> Self:
         """Return the body or region in one state, which has this value."""
-        if getattr(self.material, "course", None) is None:
+        if getattr(self.material, "amplitude", None) is None:
             return self
         made: Self = replace(self, material=in_state_of_value(self.material, value))  # type: ignore[type-var]
         return made
@@ -167,7 +167,7 @@ class Gravity(Load):
 
     magnitude: Annotated[float, "m/s^2 in [0, inf)", "gravitational acceleration, 9.81 m/s^2 on Earth"]
     direction: Annotated[Vector3, "direction", "direction of gravity"] = (0.0, 0.0, -1.0)
-    course: Annotated[Any | None, "course", COURSE] = None
+    amplitude: Annotated[Any | None, "amplitude", AMPLITUDE] = None
 
     @property
     def action(self) -> BodyForce:
@@ -189,7 +189,7 @@ class Traction(Load):
     body: Annotated[str, "body", "the body that is loaded"]
     where: Annotated[Any, "condition", "loaded part of its surface, by undeformed coordinates"]
     vector: Annotated[Vector3, "Pa", "force per undeformed area"]
-    course: Annotated[Any | None, "course", COURSE] = None
+    amplitude: Annotated[Any | None, "amplitude", AMPLITUDE] = None
 
     @property
     def action(self) -> SurfaceTraction:
@@ -214,7 +214,7 @@ class Tension(Load):
     where: Annotated[Any, "condition", "loaded part of its surface, by undeformed coordinates"]
     magnitude: Annotated[float, "Pa", "stress, positive in tension"]
     direction: Annotated[Vector3, "direction", "direction of the stress; `+x` and `-x` mean the same"]
-    course: Annotated[Any | None, "course", COURSE] = None
+    amplitude: Annotated[Any | None, "amplitude", AMPLITUDE] = None
 
     @property
     def action(self) -> RemoteStress:
@@ -236,7 +236,7 @@ class Pressure(Load):
     body: Annotated[str, "body", "the body that is loaded"]
     where: Annotated[Any, "condition", "loaded part of its surface, by undeformed coordinates"]
     magnitude: Annotated[float, "Pa", "pressure, positive inward"]
-    course: Annotated[Any | None, "course", COURSE] = None
+    amplitude: Annotated[Any | None, "amplitude", AMPLITUDE] = None
 
     @property
     def action(self) -> PressureLoad:
@@ -259,7 +259,7 @@ class PointForce(Load):
     body: Annotated[str, "body", "the body that is loaded"]
     at: Annotated[Vector3, "m", "point, by its undeformed coordinates"]
     vector: Annotated[Vector3, "N", "force vector"]
-    course: Annotated[Any | None, "course", COURSE] = None
+    amplitude: Annotated[Any | None, "amplitude", AMPLITUDE] = None
 
     @property
     def action(self) -> PointLoad:
@@ -285,7 +285,7 @@ class Torque(Load):
     moment: Annotated[Vector3, "N*m", "moment vector, right-hand rule"]
     where: Annotated[Any, "condition", "loaded part of its surface, by undeformed coordinates; omit it for a"
                      " rigid body"] = EVERYWHERE  # fmt: skip
-    course: Annotated[Any | None, "course", COURSE] = None
+    amplitude: Annotated[Any | None, "amplitude", AMPLITUDE] = None
 
     @property
     def action(self) -> MomentLoad:
@@ -311,7 +311,7 @@ class LineLoad(Load):
     from_: Annotated[Vector3, "m", "start of the line, by undeformed coordinates"]
     to: Annotated[Vector3, "m", "end of the line"]
     vector: Annotated[Vector3, "N/m", "force per undeformed length"]
-    course: Annotated[Any | None, "course", COURSE] = None
+    amplitude: Annotated[Any | None, "amplitude", AMPLITUDE] = None
 
     @property
     def action(self) -> LineForce:
@@ -350,7 +350,7 @@ class Tendon(Load):
     guides: Annotated[
         int | None, "1 in [2, 200]", "number of guides, both ends included; default: guided continuously"
     ] = None
-    course: Annotated[Any | None, "course", COURSE] = None
+    amplitude: Annotated[Any | None, "amplitude", AMPLITUDE] = None
 
     @property
     def action(self) -> TendonLoad:

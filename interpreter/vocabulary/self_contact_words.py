@@ -12,7 +12,7 @@ REACH = 1e-2  # default largest gap of tied surfaces, as a fraction of the body 
 
 @dataclass(frozen=True)
 class Itself:
-    """Self-contact of a body: separate pieces of `apart(...)` with each other, and the folds of one piece.
+    """Self-contact of a body: separate pieces of `disjoint(...)` with each other, and the folds of one piece.
 
     Both surfaces deform and nothing penetrates: no triangle of the surface crosses another one, in any intermediate
     state. A barrier enforces this (incremental potential contact, Li et al. 2020). It acts only at gaps below
@@ -48,7 +48,7 @@ class Itself:
 
 @dataclass(frozen=True)
 class Tied:
-    """Tie constraint between pieces of `apart(...)` where they touch at the start; their meshes need not match.
+    """Tie constraint between pieces of `disjoint(...)` where they touch at the start; their meshes need not match.
 
     It consists of springs between the two surfaces, integrated over the exact intersections of their facets, so a
     uniform stress is transmitted exactly. A stress s opens the joint by s / stiffness, which is part of the stated

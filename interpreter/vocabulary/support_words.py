@@ -29,7 +29,7 @@ class Support:
     """Base class of supports."""
 
     moves = False  # True if it imposes a motion
-    course: Any = None  # amplitude over time, or from state to state
+    amplitude: Any = None  # amplitude over time, or from state to state
     components: tuple[int, ...]  # directions (0 x, 1 y, 2 z) that are held
 
     @property
@@ -171,9 +171,9 @@ class Displaced(ByVector, Holding):
     where: Annotated[Any, "condition", "selected points, by undeformed coordinates"]
     by: Annotated[Vector3, "m", "displacement at full load"]
     components: Annotated[tuple[int, ...], "components", "directions in which displacements are imposed"] = (0, 1, 2)
-    course: Annotated[
+    amplitude: Annotated[
         Any | None,
-        "course",
+        "amplitude",
         "amplitude over time or from state to state; default: full motion from the start",
     ] = None
 
@@ -186,7 +186,7 @@ class Turned(Holding):
     rotation in steps of at most 15 degrees from rest, and raises the loads with them, so a rotation of 360 degrees
     differs from none. With all components held the part keeps its shape; with `components = (y, z)` a part that rotates
     about x may slide along x. `moment(NAME, along = +x)` is the torque of the support, `force(NAME, along = +x)` its
-    axial force. On a beam whole cross-sections rotate. Because of the load steps, `path = arc_length`, `cap`, reduced
+    axial force. On a beam whole cross-sections rotate. Because of the load steps, `path = arc_length`, `max_iterations`, reduced
     models and `disturbed` starts are refused. In small strain a large rotation would appear as growth of the body.
     """
 
@@ -198,9 +198,9 @@ class Turned(Holding):
     angle: Annotated[float, "rad in [-62.831854, 62.831854]", "angle of rotation at full load: `180 deg`"]
     through: Annotated[Vector3, "m", "point on the axis"] = (0.0, 0.0, 0.0)
     components: Annotated[tuple[int, ...], "components", "directions in which displacements are imposed"] = (0, 1, 2)
-    course: Annotated[
+    amplitude: Annotated[
         Any | None,
-        "course",
+        "amplitude",
         "amplitude over time or from state to state; default: full rotation from the start",
     ] = None
 
@@ -261,7 +261,7 @@ class Hinged(ByVector):
     axis: Annotated[Vector3 | None, "direction", "axis about which sections may rotate; default: all axes"] = None
     by: Annotated[Vector3, "m", "displacement at full load"] = (0.0, 0.0, 0.0)
     components: Annotated[tuple[int, ...], "components", "directions that are held"] = (0, 1, 2)
-    course: Annotated[Any | None, "course", "amplitude from state to state; default: full motion from the start"] = None
+    amplitude: Annotated[Any | None, "amplitude", "amplitude from state to state; default: full motion from the start"] = None
 
     @property
     def moves(self) -> bool:  # type: ignore[override]
@@ -349,7 +349,7 @@ class PorePressure(Drain):
     body: Annotated[str, "body", "biphasic body"]
     where: Annotated[Any, "condition", "part of its surface, by undeformed coordinates"]
     value: Annotated[float, "Pa", "pore pressure at full size"]
-    course: Annotated[Any | None, "course", "amplitude over time; default: full pressure from the start"] = None
+    amplitude: Annotated[Any | None, "amplitude", "amplitude over time; default: full pressure from the start"] = None
 
     @property
     def pressure(self) -> float:

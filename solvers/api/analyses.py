@@ -97,7 +97,7 @@ def march(
     integrator: str = "trapezoidal",
     damping: tuple[float, float] = (0.0, 0.0),
     velocity: Floats | tuple[float, float, float] = (0.0, 0.0, 0.0),
-    courses: Sequence[Amplitude] = (),
+    amplitudes: Sequence[Amplitude] = (),
     tolerance: float = 1e-6,
 ) -> InMotion:
     """Return the motion of a solid from its undeformed shape, for `duration` in steps of `step`, s.
@@ -118,7 +118,7 @@ def march(
         np.broadcast_to(np.asarray(velocity, dtype=np.float64), solid.points.shape).ravel(),
         fixed,
         target,
-        courses=tuple(courses),
+        amplitudes=tuple(amplitudes),
         damping=Rayleigh(*damping),
         integrator=way,
         tolerance=tolerance,

@@ -40,7 +40,7 @@ class FreeRigidBody:
 
 class FreeBodyChart:
     """Rotation chart of the free bodies among the unknowns (dynamics/rotational_inertia.py): rotations are relative to
-    `turned`.
+    `rotated`.
     """
 
     def __init__(self, bodies: list[FreeRigidBody]) -> None:

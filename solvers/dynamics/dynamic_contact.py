@@ -58,14 +58,14 @@ class DynamicContacts:
     def __init__(
         self,
         contacts: Sequence[RigidContact],
-        courses: Sequence[Amplitude],
+        amplitudes: Sequence[Amplitude],
         slots: Sequence[Ints],
         meets: Sequence[DynamicPatternEnergy] = (),
         couple: Callable[[Ints], Ints] | None = None,
     ) -> None:
         self.contacts: list[Any] = list(contacts)
         self.meets: list[Any] = list(meets)
-        self.courses, self.slots = tuple(courses), list(slots)
+        self.amplitudes, self.slots = tuple(amplitudes), list(slots)
         # first unknown of free rigid bodies
         self.free = min((c.free.first for c in self.contacts if hasattr(c, "free")), default=None)
         self.rubs = any(c.rubs for c in (*contacts, *meets))
@@ -80,7 +80,7 @@ class DynamicContacts:
 
     def at(self, time: float) -> ContactsAtTime:
         """Return all contacts with the rigid bodies at their positions at a time, s."""
-        posed = [c.at(course.at(time)) for c, course in zip(self.contacts, self.courses, strict=True)]
+        posed = [c.at(amplitude.at(time)) for c, amplitude in zip(self.contacts, self.amplitudes, strict=True)]
         return ContactsAtTime(posed, self.slots, self.meets)
 
     def contact_changed(self, start: Motion, end: Motion) -> bool:
@@ -111,7 +111,7 @@ class DynamicContacts:
         self.mass = mass
         for i, own in enumerate(self.contacts):  # drop added points without contact force
             if own.extra is not None:
-                contact = own.at(self.courses[i].at(motion.time))
+                contact = own.at(self.amplitudes[i].at(motion.time))
                 left = replace(contact, earlier=contact.body).shed(motion.x)
                 if left.extra is not contact.extra:
                     self._take(i, left)

@@ -41,8 +41,8 @@ class DynamicForces:
         self.dofs, self.internal, self.loads = assembly.dofs, assembly.internal, assembly.loads[:plain]
         self.contacts = assembly.loads[plain:]
         self.now: tuple[Energy, ...] | None = None  # viscoelastic energies at the start of a step
-        courses: tuple[Amplitude, ...] = problem.courses or (Constant(),) * len(assembly.loads)
-        self.courses = courses[:plain]
+        amplitudes: tuple[Amplitude, ...] = problem.amplitudes or (Constant(),) * len(assembly.loads)
+        self.amplitudes = amplitudes[:plain]
         self.conservative = all(e.conservative for e in (*self.internal, *self.loads))  # friction is lagged
         self.fixed = np.asarray(problem.fixed, dtype=np.int64)
         self.free = np.setdiff1d(np.arange(self.dofs), self.fixed)
@@ -51,12 +51,12 @@ class DynamicForces:
         self.M = sparse.diags(mass).tocsr() if isinstance(mass, np.ndarray) else mass.tocsr()
         self.M_free = _sorted(self.M[self.free][:, self.free])
         self.pattern, self._mass_slots = _with_mass(assembly.pattern, self)
-        self.impact = self._impact(courses[plain:], problem.meets) if self.contacts or problem.meets else None
+        self.impact = self._impact(amplitudes[plain:], problem.meets) if self.contacts or problem.meets else None
         self._repeats = problem.remembering is None and problem.turning is None  # forces depend on the state alone
         self._last: tuple[bytes, Floats] = (b"", np.zeros(0))
         self._blocks = _block_places(self.pattern, self.free, problem.turning.where) if problem.turning else None
 
-    def _impact(self, courses: Sequence[Amplitude], meets: Sequence[DynamicPatternEnergy]) -> DynamicContacts:
+    def _impact(self, amplitudes: Sequence[Amplitude], meets: Sequence[DynamicPatternEnergy]) -> DynamicContacts:
         """Return the contacts with rigid bodies, moved by `courses`, and between deformable surfaces."""
         from softmark.solvers.dynamics.dynamic_contact import DynamicContacts
 
@@ -64,7 +64,7 @@ class DynamicForces:
         slots = self.pattern.slots[len(self.internal) + len(self.loads) :]
         number = np.full(self.dofs, -1)
         number[self.free] = np.arange(len(self.free))
-        return DynamicContacts(known, courses, slots, meets, lambda stencils: self.pattern.places(number, stencils))
+        return DynamicContacts(known, amplitudes, slots, meets, lambda stencils: self.pattern.places(number, stencils))
 
     @property
     def turns(self) -> bool:
@@ -84,15 +84,15 @@ class DynamicForces:
 
     def factors(self, time: float) -> Floats:
         """Return the factor of each load at a time (l,)."""
-        return np.array([course.at(time) for course in self.courses])
+        return np.array([amplitude.at(time) for amplitude in self.amplitudes])
 
     def graded(self, begin: float, end: float, weight: float = 0.5, ahead: float = 0.0) -> StepLoad:
         """Return the loads of a step (see load_amplitudes.py)."""
-        return linear_step_load(self.courses, begin, end, weight, ahead)
+        return linear_step_load(self.amplitudes, begin, end, weight, ahead)
 
     def mean(self, begin: float, end: float) -> Floats:
         """Return the mean load factors (l,) over a time interval."""
-        return mean_factors(self.courses, begin, end)
+        return mean_factors(self.amplitudes, begin, end)
 
     def scaled(self, factors: Floats) -> list[tuple[Energy, float]]:
         """Return every energy with its factor, in the order of the pattern's slots."""

@@ -87,8 +87,8 @@ class Dynamics:
     first tried with one lagged tangent: same tolerance, faster. If that does not converge, Newton's method takes the
     step.
 
-    `cap` is a number of iterations after which an implicit step is accepted although it has not converged, as many
-    real-time codes do; the trajectory records such steps and their residuals. With cap = 1 and without `lagged` a step
+    `max_iterations` is a number of iterations after which an implicit step is accepted although it has not converged, as many
+    real-time codes do; the trajectory records such steps and their residuals. With max_iterations = 1 and without `lagged` a step
     is linearly implicit (Baraff and Witkin 1998).
 
     The last `pulling` of the loads are muscle, whose work is reported separately. With `remembering`, its viscoelastic
@@ -104,8 +104,8 @@ class Dynamics:
     velocity: Floats  # (dofs,)
     fixed: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))  # (c,)
     target: Floats = field(default_factory=lambda: np.zeros(0))  # (c,) m
-    support_course: Amplitude = CONSTANT
-    courses: tuple[Amplitude, ...] = ()
+    support_amplitude: Amplitude = CONSTANT
+    amplitudes: tuple[Amplitude, ...] = ()
     damping: Rayleigh = Rayleigh()
     integrator: Integrator = field(default_factory=Trapezoidal)
     tolerance: float = 1e-8
@@ -140,7 +140,7 @@ class Dynamics:
         if self.cap is not None and self.cap < 1:
             raise ValueError("a cap of less than one iteration")
         loads = len(self.assembly.loads)
-        if self.courses and len(self.courses) != loads:
+        if self.amplitudes and len(self.amplitudes) != loads:
             raise ValueError(f"{len(self.courses)} courses for {loads} loads")
         if len(self.target) not in (0, len(self.fixed)):
             raise ValueError(f"{len(self.target)} targets for {len(self.fixed)} supports")

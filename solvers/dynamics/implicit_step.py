@@ -112,8 +112,8 @@ class DynamicSystem:
             return 0.0
         if self.problem.way is not None:
             return (self._imposed(time + self.step) - self._imposed(time - self.step)) / (2.0 * self.step)
-        course, h = self.problem.support_course.at, self.step
-        return (course(time + h) - course(time - h)) / (2.0 * h) * self.problem.target
+        amplitude, h = self.problem.support_amplitude.at, self.step
+        return (amplitude(time + h) - amplitude(time - h)) / (2.0 * h) * self.problem.target
 
     def support_acceleration(self, time: float) -> Floats | float:
         """Return the acceleration (c,) of the supports, m/s^2; a kink of their amplitude is spread over a step."""
@@ -122,12 +122,12 @@ class DynamicSystem:
         if self.problem.way is not None:
             at, h = self._imposed, self.step
             return (at(time + h) - 2.0 * at(time) + at(time - h)) / h**2
-        course, h = self.problem.support_course.at, self.step
-        return (course(time + h) - 2.0 * course(time) + course(time - h)) / h**2 * self.problem.target
+        amplitude, h = self.problem.support_amplitude.at, self.step
+        return (amplitude(time + h) - 2.0 * amplitude(time) + amplitude(time - h)) / h**2 * self.problem.target
 
     def _imposed(self, time: float) -> Floats:
         """Return the prescribed support increments (c,) at a time."""
-        return self.problem.imposed(self.problem.support_course.at(time))
+        return self.problem.imposed(self.problem.support_amplitude.at(time))
 
     # ------------------------------------------------------------------ accelerations
 

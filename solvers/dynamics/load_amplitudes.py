@@ -65,13 +65,13 @@ def constant_step_load(factors: Floats) -> StepLoad:
     return StepLoad(factors, factors, factors, factors, factors)
 
 
-def mean_factors(courses: Sequence[Amplitude], begin: float, end: float) -> Floats:
+def mean_factors(amplitudes: Sequence[Amplitude], begin: float, end: float) -> Floats:
     """Return the means (l,) of amplitudes."""
-    return np.array([course.mean(begin, end) for course in courses])
+    return np.array([amplitude.mean(begin, end) for amplitude in amplitudes])
 
 
 def linear_step_load(
-    courses: Sequence[Amplitude], begin: float, end: float, weight: float = 0.5, ahead: float = 0.0
+    amplitudes: Sequence[Amplitude], begin: float, end: float, weight: float = 0.5, ahead: float = 0.0
 ) -> StepLoad:
     """Return load factors that vary linearly over the step, shifted so that the integrator gets the exact impulse.
 
@@ -83,9 +83,9 @@ def linear_step_load(
     generalised-alpha.
     """
     inside = INSIDE * (end - begin)
-    first = np.array([course.at(begin + inside) for course in courses])
-    last = np.array([course.at(end - inside) for course in courses])
-    mean = mean_factors(courses, begin, end)
+    first = np.array([amplitude.at(begin + inside) for amplitude in amplitudes])
+    last = np.array([amplitude.at(end - inside) for amplitude in amplitudes])
+    mean = mean_factors(amplitudes, begin, end)
     lift, slope = mean - (first + weight * (last - first)), ahead * (last - first)
     start, stop = first + lift, last + lift
     return StepLoad(start, stop, mean, start + slope, stop + slope)

@@ -76,15 +76,15 @@ def estimate_step_error(problem: Dynamics, points: Floats, duration: float, step
     found = _modes(forces, problem, points)
     if found is None:
         return None
-    w, shapes, pushes, courses, speed = found
+    w, shapes, pushes, amplitudes, speed = found
     recurrence = _recurrence(problem.integrator)
     if recurrence is None:
         return None
     times = np.minimum(step * np.arange(steps + 1), duration)
     drag = problem.damping.alpha + problem.damping.beta * w**2
     with np.errstate(over="ignore", invalid="ignore"):
-        exact = _exact(w, drag, pushes, courses, speed, times)
-        own = recurrence(_Modal(w, problem.damping.alpha, drag, pushes, courses), speed, times)
+        exact = _exact(w, drag, pushes, amplitudes, speed, times)
+        own = recurrence(_Modal(w, problem.damping.alpha, drag, pushes, amplitudes), speed, times)
     if not (np.all(np.isfinite(exact)) and np.all(np.isfinite(own))):
         return None
     whole = np.zeros((forces.dofs, len(w)))
@@ -100,7 +100,7 @@ def _modes(
 ) -> tuple[Floats, Floats, Floats, list[Amplitude], Floats] | None:
     """Return frequencies (k,), shapes (free, k), modal loads (k, l), amplitudes, initial modal velocities (k,)."""
     free = forces.free
-    patterns, courses = _excitation_forces(forces, problem, points)
+    patterns, amplitudes = _excitation_forces(forces, problem, points)
     K, M = forces.tangent(problem.rest, forces.factors(0.0)), forces.M_free
     speed = problem.velocity[free]
     starts = [f for f in (*patterns, M @ speed) if np.any(f)]
@@ -120,7 +120,7 @@ def _modes(
         return None
     shapes = V @ mixing[:, good]
     pushes = np.column_stack([shapes.T @ f for f in patterns]) if patterns else np.zeros((shapes.shape[1], 0))
-    return np.sqrt(squares[good]), shapes, pushes, courses, shapes.T @ (M @ speed)
+    return np.sqrt(squares[good]), shapes, pushes, amplitudes, shapes.T @ (M @ speed)
 
 
 def _excitation_forces(
@@ -128,20 +128,20 @@ def _excitation_forces(
 ) -> tuple[list[Floats], list[Amplitude]]:
     """Return the forces (free,), N, of every load at full size, and of moving supports, with their amplitudes."""
     patterns: list[Floats] = []
-    courses: list[Amplitude] = []
-    for load, course in zip(forces.loads, forces.courses, strict=True):
+    amplitudes: list[Amplitude] = []
+    for load, amplitude in zip(forces.loads, forces.amplitudes, strict=True):
         f = np.zeros(forces.dofs)
         load.add_gradient(problem.rest, f)
         patterns.append(-f[forces.free])
-        courses.append(course)
+        amplitudes.append(amplitude)
     if np.any(begun := problem.direction):
         moved = problem.rest.astype(np.float64)
         eps = 1e-6 * float(np.ptp(points)) / float(np.abs(begun).max())
         moved[forces.fixed] += eps * begun
         f = (forces.within(moved) - forces.within(problem.rest)) / eps
         patterns.append(-f[forces.free])
-        courses.append(problem.support_course)
-    return patterns, courses
+        amplitudes.append(problem.support_amplitude)
+    return patterns, amplitudes
 
 
 def _ritz_vectors(
@@ -182,24 +182,24 @@ class _Modal:
     alpha: float  # mass-proportional part of the damping, 1/s
     drag: Floats  # (k,) 1/s
     pushes: Floats  # (k, l)
-    courses: list[Amplitude]
+    amplitudes: list[Amplitude]
 
     def loads(self, begin: float, end: float, weight: float = 0.5, ahead: float = 0.0) -> list[Floats]:
         """Return modal loads (k,) of a step: at start and end, mean, and those of first and last acceleration."""
-        load = linear_step_load(self.courses, begin, end, weight, ahead)
+        load = linear_step_load(self.amplitudes, begin, end, weight, ahead)
         return [self.pushes @ f for f in (load.start, load.end, load.mean, load.first, load.last)]
 
     def at_first(self, speed: Floats) -> Floats:
         """Return the accelerations (k,) at time 0."""
-        found: Floats = self.pushes @ np.array([c.at(0.0) for c in self.courses]) - self.drag * speed
+        found: Floats = self.pushes @ np.array([c.at(0.0) for c in self.amplitudes]) - self.drag * speed
         return found
 
 
-def _exact(w: Floats, drag: Floats, pushes: Floats, courses: list[Amplitude], speed: Floats, times: Floats) -> Floats:
+def _exact(w: Floats, drag: Floats, pushes: Floats, amplitudes: list[Amplitude], speed: Floats, times: Floats) -> Floats:
     """Return modal displacements (t, k), exact for loads that are linear in each part of a step."""
-    modal, z = _Modal(w, 0.0, drag, pushes, courses), np.zeros((len(w), 2))
+    modal, z = _Modal(w, 0.0, drag, pushes, amplitudes), np.zeros((len(w), 2))
     z[:, 1] = speed
-    steady = all(isinstance(c, Constant) for c in courses)
+    steady = all(isinstance(c, Constant) for c in amplitudes)
     parts = 1 if steady else PARTS
     found, known = [z[:, 0].copy()], (0.0, np.zeros(0))
     constant = modal.loads(0.0, 1.0) if steady else None
@@ -308,7 +308,7 @@ def _newmark(
     for begin, end in itertools.pairwise(times):
         h = float(end - begin)
         start, stop, _, first, last = modal.loads(begin, end, weight, m - f)
-        a = a + (first - (modal.pushes @ np.array([k.at(0.0) for k in modal.courses]) if factors is None else factors))
+        a = a + (first - (modal.pushes @ np.array([k.at(0.0) for k in modal.amplitudes]) if factors is None else factors))
         factors = last
         coast = x + h * v + h**2 * (0.5 - beta) * a
         soon = v + h * (1.0 - gamma) * a
@@ -327,7 +327,7 @@ def _leapfrog(modal: _Modal, speed: Floats, times: Floats) -> Floats:
     for begin, end in itertools.pairwise(times):
         h = float(end - begin)
         *_, first, last = modal.loads(begin, end)
-        a = a + (first - (modal.pushes @ np.array([k.at(0.0) for k in modal.courses]) if factors is None else factors))
+        a = a + (first - (modal.pushes @ np.array([k.at(0.0) for k in modal.amplitudes]) if factors is None else factors))
         factors = last
         half = v + 0.5 * h * a
         x = x + h * half

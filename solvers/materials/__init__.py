@@ -77,7 +77,7 @@ DIRECTED: dict[str, type[Any]] = {  # anisotropic materials
 }
 
 # words for materials in scenes: laws, and materials that wrap another one
-WORDS: Mapping[str, type[Any]] = ChainMap({"viscous": Viscous, "biphasic": Biphasic}, DIRECTED, MATERIALS)
+WORDS: Mapping[str, type[Any]] = ChainMap({"viscoelastic": Viscous, "biphasic": Biphasic}, DIRECTED, MATERIALS)
 
 
 class NoFiniteLaw(Exception):

@@ -26,7 +26,7 @@ class ActiveStrain(ActiveMaterial):
     Where nothing holds it, it is free of stress at F = Fa: its fibres are shorter by `shortening` s, and it is thicker
     across them, for Fa keeps the volume. Held at its length it pulls, with the stress that its law has in fibres of the
     stretch 1 / (1 - s). So what it pulls is what its law resists, and grows less where it has shortened; a tension that
-    is given (`active`) does not know how far it has. Less than nothing makes it longer. By a `course` it shortens from
+    is given (`active`) does not know how far it has. Less than nothing makes it longer. By a `amplitude` it shortens from
     state to state, or in the time of a quasistatic analysis; in a motion it is short from the start, and a course is
     refused. It may vary in space. Its stress comes at once and not with the loads: where one step is too long, take
     several states.
@@ -37,7 +37,7 @@ class ActiveStrain(ActiveMaterial):
     law: Annotated[Any, "material", "the material that it is when it is not shortened"]
     shortening: Annotated[float, "1 in [-0.5, 0.5]", "s, by which part of their length fibres that are free shorten"]
     own: Annotated[Any, "fibres", FIBRES + "; those of the law without"] = None
-    course: Annotated[Any | None, "course", "how it shortens and lengthens; whole without"] = None
+    amplitude: Annotated[Any | None, "amplitude", "how it shortens and lengthens; whole without"] = None
     varying = ("density", "shortening")
     does = "shortening"
 

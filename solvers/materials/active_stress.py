@@ -84,7 +84,7 @@ class Active(ActiveMaterial):
 
     S = S of the law + T f (x) f, the second Piola-Kirchhoff stress; f are the fibres before deformation
     The tension grows with the loads: in a static analysis both come in the same steps, to their full size. By a
-    `course` it grows and falls as loads do, in the states of a static analysis, in the time of a quasistatic one or of
+    `amplitude` it grows and falls as loads do, in the states of a static analysis, in the time of a quasistatic one or of
     a motion; without one it is whole from the start. What it does in a motion is in the balance of energy, and told by
     itself: `muscle_work`, a part of `load_work`. As it is Ta f (x) f, force per area before deformation over stretch,
     stress along stretched fibres grows with the square of their stretch. It may vary in space, by an expression or a
@@ -95,7 +95,7 @@ class Active(ActiveMaterial):
     law: Annotated[Any, "material", "the material that it is when it does not pull"]
     tension: Annotated[float, "Pa in [0, inf)", "T, of the second Piola-Kirchhoff stress along the fibres"]
     own: Annotated[Any, "fibres", FIBRES + "; those of the law without"] = None
-    course: Annotated[Any | None, "course", "how the tension grows and falls; whole without"] = None
+    amplitude: Annotated[Any | None, "amplitude", "how the tension grows and falls; whole without"] = None
     varying = ("density", "tension")
     does = "tension"
     pulls = True  # the active stress is applied together with the loads

@@ -17,7 +17,7 @@ class ActiveMaterial(Anisotropic):
 
     law: Any
     own: Any
-    course: Any
+    amplitude: Any
     does = ""
 
     @property

@@ -91,6 +91,6 @@ def _solid(manifold: Any, points: Floats, triangles: Ints) -> Any:
     if found.status() != manifold.Error.NoError:
         raise UnreadableMesh(
             f"the surface of one of its parts is no closed manifold ({found.status().name})",
-            UNFIT, "mend it in the program that made it, or fill it alone, with `filled`",
+            UNFIT, "mend it in the program that made it, or fill it alone, with `tetrahedralized`",
         )  # fmt: skip
     return found

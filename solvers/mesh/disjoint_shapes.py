@@ -22,7 +22,7 @@ else:
 class Apart(Shape):
     """One body of two separate shapes: they share no node, whether they touch or not.
 
-    Each has its own mesh, and the meshes need not match. `contact c = itself(BODY)` keeps them from penetrating each
+    Each has its own mesh, and the meshes need not match. `contact c = self_contact(BODY)` keeps them from penetrating each
     other, `contact c = tied(BODY)` glues them where they touch; without either, nothing connects them. `region upper =
     part(BODY, where = ..., material = ...)` gives one its own material. For three shapes, write two apart from a third.
     Both are solids, or both plane regions.
@@ -120,7 +120,7 @@ class Apart(Shape):
         made = Mesh(points, cells, a.kind, skin)
         if (found := find_overlap(made)) is not None:
             raise UnreadableMesh(
-                f"the shapes that `apart(...)` is to hold apart overlap: {format_position(found[0])} lies in both",
+                f"the shapes that `disjoint(...)` is to hold apart overlap: {format_position(found[0])} lies in both",
                 "E569", "move one of them: matter there would count twice",
             )  # fmt: skip
         return made

@@ -22,7 +22,7 @@ def fault(corners: Corners) -> str:
     if len(corners) < 3:
         return f"a polygon has three corners at least, and {len(corners)} are given"
     if len(corners) > MOST:
-        return f"it has {len(corners)} corners, and {MOST} are looked at: take fewer, or a `filled` surface"
+        return f"it has {len(corners)} corners, and {MOST} are looked at: take fewer, or a `tetrahedralized` surface"
     size = extent(corners)
     for (i, a), (j, b) in combinations(enumerate(corners, 1), 2):
         if math.dist(a, b) <= SAME * size:

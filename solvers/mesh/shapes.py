@@ -198,7 +198,7 @@ class MeshFile(Shape):
     (nearer than 1e-6 of the extent and a hundredth of the shortest edge) separate parts of a mesh that looks connected:
     they are an error, unless `coincident = merge` joins them or `keep` declares a slit.
     Parts that share no face, faces of three cells and self-intersecting meshes are errors. Pieces that share no node
-    are an error too, unless `pieces = keep` declares a body in several pieces: only supports, contact (`itself(BODY)`)
+    are an error too, unless `pieces = keep` declares a body in several pieces: only supports, contact (`self_contact(BODY)`)
     or glue (`tied(BODY)`) then connect one piece to another.
     """
 
@@ -258,16 +258,16 @@ SHAPES: dict[str, type[Shape]] = {
     "spherical_shell": SphericalShell,
     "quadrilateral": Quadrilateral,
     "quarter_ring": QuarterRing,
-    "bowl": Bowl,
-    "bowl_section": BowlSection,
+    "truncated_ellipsoid_shell": Bowl,
+    "truncated_ellipsoid_section": BowlSection,
     "mesh": MeshFile,
-    "filled": Filled,
+    "tetrahedralized": Filled,
     "union": Union,
     "difference": Difference,
     "intersection": Intersection,
-    "apart": Apart,
+    "disjoint": Apart,
     "half_space": HalfSpace,
     "rounded_box": RoundedBox,
     "punch": Punch,
-    "tip": Tip,
+    "rounded_cone": Tip,
 }

@@ -42,7 +42,7 @@ load weight = gravity({weight!r} m/s^2, direction = -z)
 model rod = beam6dof(segments = 80)
 model solid = fem(tet10, strain = finite, size = {depth / 3} mm)
 probe axis = line(b, from = (0, {side}, {up}) mm, to = ({length}, {side}, {up}) mm, points = 17)
-metric error = energy_norm(axis, against = solid)
+metric error = relative_l2_error(axis, against = solid)
 """
 
 

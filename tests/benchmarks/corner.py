@@ -35,7 +35,7 @@ def main(steps: int, integrator: str, uncut: bool = True, friction: float = 0.0)
 
     problem, edge = dropped(_law, _elastic, integrator, uncut, friction)
     impact = DynamicContacts(
-        [e for e in problem.assembly.loads if isinstance(e, RigidContact)], problem.courses[1:], ()
+        [e for e in problem.assembly.loads if isinstance(e, RigidContact)], problem.amplitudes[1:], ()
     )
     known: dict[str, Any] = {"number": 0, "least": np.inf, "cut": 0.0}
 

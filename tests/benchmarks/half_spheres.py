@@ -18,7 +18,7 @@ SCENE = """softmark 1
 scene "Half-spheres"
 material rubber = neo_hookean(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)
 body spheres = axisymmetric(
-    apart(
+    disjoint(
         quarter_ring(inner = 10 mm, outer = 12 mm),
         quarter_ring(inner = {inner} mm, outer = {outer} mm),
         coarser = {coarser},
@@ -27,9 +27,9 @@ body spheres = axisymmetric(
 )
 body     plate   = rigid(half_space(origin = (0, {outer}, 0) mm, normal = -y))
 support  floor   = symmetric(spheres, where = y <= 0 mm)
-support  press   = displaced(plate, by = (0, -5, 0) mm, course = state)
-contact  lid     = between(plate, spheres, distance = 0.01 mm)
-contact  rub     = itself(spheres, where = x^2 + y^2 > (11.5 mm)^2 and x^2 + y^2 < (12.5 mm)^2, friction = {friction})
+support  press   = displaced(plate, by = (0, -5, 0) mm, amplitude = per_state)
+contact  lid     = rigid_contact(plate, spheres, distance = 0.01 mm)
+contact  rub     = self_contact(spheres, where = x^2 + y^2 > (11.5 mm)^2 and x^2 + y^2 < (12.5 mm)^2, friction = {friction})
 analysis squeeze = static(states = [{states}] %, tolerance = 1e-6)
 model    rings   = fem({element}, strain = finite, size = {size} mm)
 metric   force   = force(lid, along = -y)

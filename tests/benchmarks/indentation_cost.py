@@ -35,12 +35,12 @@ analysis press = static(states = [{states}] %)
 model   cells = fem({element}, strain = {strain}, size = {size} mm)
 """
 SPHERE = """body    ball  = rigid(sphere(radius = 10 mm, origin = (20, 20, 50) mm))
-support hand  = displaced(ball, by = (0, 0, -1) mm, course = state)
-contact touch = between(ball, block, where = z >= 40 mm)
+support hand  = displaced(ball, by = (0, 0, -1) mm, amplitude = per_state)
+contact touch = rigid_contact(ball, block, where = z >= 40 mm)
 metric  push  = force(touch, along = -z)"""
 SPREAD = """load push = traction(block, where = z >= 40 mm and abs(x - 20 mm) <= {half} mm
     and abs(y - 20 mm) <= {half} mm,
-    vector = (0, 0, -{stress}) Pa, course = state)
+    vector = (0, 0, -{stress}) Pa, amplitude = per_state)
 metric held = force(floor, along = +z)"""
 
 

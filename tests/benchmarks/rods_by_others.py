@@ -36,7 +36,7 @@ load weight = gravity(9.81 m/s^2, direction = -z)
 analysis fall = dynamic(duration = 0.12 s, step = 0.5 ms, integrator = bdf2)
 model ours = beam6dof(segments = 80)
 probe tip = point(beam, at = (178, 0, 0) mm)
-metric off = course_norm(tip, against = ours)
+metric off = trajectory_error(tip, against = ours)
 """
 SEGMENTS = (10, 20, 40)
 
@@ -52,7 +52,7 @@ def main() -> None:
         (p, h, n) for p, h in (("mujoco", "1 ms"), ("mujoco", "0.1 ms"), ("pyelastica", explicit)) for n in SEGMENTS
     ]
     models = "".join(
-        f"model m{i} = outside_rod({p}, segments = {n}, step = {h}, time = 500 s)\n" for i, (p, h, n) in enumerate(runs)
+        f"model m{i} = external_rod({p}, segments = {n}, step = {h}, time = 500 s)\n" for i, (p, h, n) in enumerate(runs)
     )
     loaded = softmark.loads(SCENE.format(young=asked.young, radius=asked.radius) + models)
     found: dict[str, Any] = dict(run_pipeline.run_scene(loaded.scene, [], run_pipeline.RunOptions(draw=False)).models)

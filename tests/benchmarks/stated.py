@@ -64,7 +64,7 @@ class Case:
             f"model truth = fem(hex8, formulation = mean_dilatation, strain = finite, size = {fine})",
             f"probe line = line(b, from = {tip.replace('60,', '0,').replace('80,', '0,').replace('20, 10', '0, 10')}, "
             f"to = {tip}, points = 9)",
-            "metric error = energy_norm(line, against = truth)",
+            "metric error = relative_l2_error(line, against = truth)",
         ]  # fmt: skip
         for n, element in enumerate(SOLIDS):
             for strain in STRAINS:

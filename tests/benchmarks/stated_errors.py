@@ -64,7 +64,7 @@ class Problem:
             f"body b = solid({self.body}, m)", f"support w = fixed(b, where = {self.where})", f"load l = {self.load}",
             f"model truth = {self.truth}",
             f"probe line = line(b, from = {self.root}, to = {self.tip}, points = 9)",
-            "metric error = energy_norm(line, against = truth)",
+            "metric error = relative_l2_error(line, against = truth)",
             "metric tip = tip_error(line, against = truth)",
         ]  # fmt: skip
         lines += [f"model m{i} = {made}" for i, (_, made) in enumerate(self.models(small))]

@@ -55,7 +55,7 @@ WORDS = [(kind, name, cls) for kind in CATALOGUE for name, cls in CATALOGUE[kind
 FULL = "model full = fem(hex8, strain = corotational, size = 10 mm, mass = lumped)\n"
 MODELLED = {
     "fem": [("fem(hex8, strain = corotational, size = 10 mm)", ""),
-            ("fem(tet4, strain = finite, size = 10 mm, mass = lumped, cap = 3)", ""),
+            ("fem(tet4, strain = finite, size = 10 mm, mass = lumped, max_iterations = 3)", ""),
             ("fem(tet10, strain = finite, size = 20 mm, formulation = mixed)", "")],
     "beam6dof": [("beam6dof(segments = 4)", "")],
     "frame6dof": [("frame6dof(segments = 4)", "")],

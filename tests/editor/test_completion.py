@@ -120,8 +120,8 @@ def test_files_are_those_of_the_folder_of_the_scene(tmp_path: Path) -> None:
     (tmp_path / "inner").mkdir()
     (tmp_path / "inner" / "part.stl").touch()
     (tmp_path / "other.scene").touch()
-    assert "inner/" in labels('body b = solid(filled("|', tmp_path)
-    assert "inner/part.stl" in labels('body b = solid(filled("inner/p|', tmp_path)
+    assert "inner/" in labels('body b = solid(tetrahedralized("|', tmp_path)
+    assert "inner/part.stl" in labels('body b = solid(tetrahedralized("inner/p|', tmp_path)
     assert "other.scene" in labels('use "|', tmp_path)
     assert "inner/part.stl" not in labels('use "inner/|', tmp_path)
 

@@ -35,7 +35,7 @@ model rod = beam6dof(segments = 4)
 model fine = beam6dof(segments = 8)
 reference theory = simo_reissner(beam)
 probe axis = line(beam, from = (0, 0, 0) mm, to = (L, 0 mm, 0 mm))
-metric eta = energy_norm(axis, against = theory)
+metric eta = relative_l2_error(axis, against = theory)
 metric etalon = displacement(tip, along = -z)
 probe tip = point(beam, at = (L, 0 mm, 0 mm))
 expect rod.eta < 1e-9 %
@@ -85,7 +85,7 @@ def test_the_last_number_and_its_verdict_stand_beside_what_is_expected(measured:
     assert number == pytest.approx(100 * report["models"]["rod"]["metrics"]["eta"]["value"], rel=1e-3)
     assert "±" in expected  # what the model states of it
     assert found["expect rod.etalon  >  1 um"].startswith("met: ")
-    metric = found["metric eta = energy_norm(axis, against = theory)"]
+    metric = found["metric eta = relative_l2_error(axis, against = theory)"]
     assert metric.startswith("rod ")
     assert ", fine " in metric
     assert metric.endswith("expected: 1 NOT MET")
@@ -96,7 +96,7 @@ def test_what_was_measured_of_an_earlier_text_says_so_wherever_its_line_is_now(m
     now = "# more\n" + SCENE.replace("178 mm", "180 mm")
     found = beside(Document(now, measured.parent, measured))
     assert found["expect rod.eta < 1e-9 %"].startswith("of an earlier text: NOT MET: ")
-    assert found["metric eta = energy_norm(axis, against = theory)"].startswith("of an earlier text: rod ")
+    assert found["metric eta = relative_l2_error(axis, against = theory)"].startswith("of an earlier text: rod ")
     changed = beside(Document(SCENE.replace("< 1e-9 %", "< 2 %"), measured.parent, measured))
     assert not any(line.startswith("expect rod.eta ") for line in changed)
     line = types.Range(types.Position(17, 0), types.Position(17, 9))
@@ -155,11 +155,11 @@ def test_what_a_metric_says_of_its_own_value_is_there(tmp_path: Path) -> None:
     }  # fmt: skip
     (tmp_path / "a-report").mkdir()
     (tmp_path / "a-report/report.json").write_text(json.dumps(report), encoding="utf-8")
-    text = "metric clock = realtime()\nmetric gap = g()\nmetric off = f()\nmetric none = f()\n"
+    text = "metric clock = realtime_factor()\nmetric gap = g()\nmetric off = f()\nmetric none = f()\n"
     found = beside(marked(text, tmp_path, "a.scene").document)
     earlier = "of an earlier text, with L=3mm: m"
     assert found == {
-        "metric clock = realtime()": f"{earlier} 150\u00a0%, NOT in time",
+        "metric clock = realtime_factor()": f"{earlier} 150\u00a0%, NOT in time",
         "metric gap = g()": f"{earlier} 1\u00a0µm, within the uncertainty of the reference",
         "metric off = f()": f"{earlier} no value: nothing moved",
     }

@@ -36,7 +36,7 @@ HOSTILE = {
     "form feeds": SCENE.replace("\n", "\f\n\v\u2028") + "param a = 5\u00a0",
     "open quotes": 'use "' + "../" * 200,
     "folders": 'use "/proc/self/',
-    "a null in a name": 'body a = solid(filled("a\0b',
+    "a null in a name": 'body a = solid(tetrahedralized("a\0b',
     "a hundred errors": "param a = 60 mm\n" + "".join(f"param p{i} = q{i}\n" for i in range(150)),
     "dots": "expect a.b.c.d. < ..",
     "many": "param a = 1\n" * 3000,

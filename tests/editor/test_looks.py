@@ -40,7 +40,7 @@ model two = beam6dof(segments = 2)
 metric end = displacement(p, along = -z)
 expect one.end < 1 mm
 study s = sweep(a, over = [10, 5] mm)
-study edges = stability(over = [a])
+study edges = robustness(over = [a])
 """
 NOTHING: Any = None
 

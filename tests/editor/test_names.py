@@ -25,7 +25,7 @@ model small = fem(tet4, strain = small, size = 20 mm)
 model rod = beam6dof(segments = 10)
 reference theory = simo_reissner(beam)
 probe axis = line(beam, from = (0, 0, 0) mm, to = (L, 0 mm, 0 mm))
-metric eta = energy_norm(axis, against = theory)
+metric eta = relative_l2_error(axis, against = theory)
 expect rod.eta < 5 % and small.eta > 1 %
 study finer = sweep(rod.segments, over = [4, 8])
 """

@@ -167,7 +167,7 @@ material m = neo_hookean(young = 60 kPa, poisson = 0.49
 body beam = solid(cylinder(length = L), m)
 support wall : fixed(beam)
 expect rod.eta < 5 %
-metric eta = energy_norm(axis, against = )
+metric eta = relative_l2_error(axis, against = )
 """
 
 
@@ -266,7 +266,7 @@ model springs = mass_spring(size = h^2, stiffness = calibrated)
 
 reference theory = elastica(beam)
 study     refine = sweep(h, over = [10, 5, 2.5] mm)
-metric    eta    = energy_norm(axis, against = theory)
+metric    eta    = relative_l2_error(axis, against = theory)
 
 expect rod.eta < 5 %
 expect 1 mm < sag.tip < -(2 + 3) * 4 mm or tissue.liver == 3

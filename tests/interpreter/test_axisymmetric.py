@@ -302,8 +302,8 @@ model    nine = fem(quad9, strain = finite, formulation = mixed, size = h)
 model    six  = fem(tri6, strain = finite, size = h)
 reference fine = self_converged(methods = [nine, four], sizes = [5, 2.5, 1.25] mm)
 probe    wall = line(tube, from = (10, 2, 0) mm, to = (20, 2, 0) mm)
-metric   off  = energy_norm(wall, against = fine)
-study    edges = stability(over = [nu, four.element], models = [four], metric = off, within = 2 %)
+metric   off  = relative_l2_error(wall, against = fine)
+study    edges = robustness(over = [nu, four.element], models = [four], metric = off, within = 2 %)
 """)
     for command in (["stress", "--timeout", "20"], ["compare", "--repeats", "1"]):
         call = [sys.executable, "-m", "softmark.interpreter", *command, str(file), "--out", str(tmp_path / command[0])]

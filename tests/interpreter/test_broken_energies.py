@@ -52,7 +52,7 @@ FRAME = """material stuff = linear_elastic(young = 1 MPa, poisson = 0.3, density
 body bar = network(points = [(0, 0, 0), (1, 0, 0), (1, 1, 0)] m, members = [(1, 2), (2, 3)], material = stuff,
     side = 50 mm)
 support wall = fixed(bar, where = x <= 0 m)
-support pin = hinged(bar, where = y >= 1 m)
+support pin = pinned(bar, where = y >= 1 m)
 load weight = gravity(1 m/s^2, direction = -z)
 model one = frame6dof(segments = 4)
 probe tip = point(bar, at = (1, 0, 0) m)
@@ -75,7 +75,7 @@ PRESSED = (
 body ball = rigid(sphere(radius = 6 mm, origin = (5, 5, 11.05) mm){more})
 support wall = fixed(bar, where = z <= 0 mm)
 {moved}
-contact press = between(ball, bar{friction})
+contact press = rigid_contact(ball, bar{friction})
 model one = fem(hex8, strain = finite, size = 2.5 mm)
 probe tip = point(bar, at = (5, 5, 5) mm)
 metric down = displacement(tip, along = -z)
@@ -84,7 +84,7 @@ metric down = displacement(tip, along = -z)
 DOWN = "support push = displaced(ball, by = (0.2, 0, -0.5) mm)"
 PAIR = (
     GEL
-    + """body bar = solid(apart(box(size = (10, 10, 5) mm), box(size = (10, 10, 5) mm, origin = (0, 0, {z}) mm),
+    + """body bar = solid(disjoint(box(size = (10, 10, 5) mm), box(size = (10, 10, 5) mm, origin = (0, 0, {z}) mm),
     coarser = 0.7), gel)
 support wall = fixed(bar, where = z <= 0 mm)
 {load}
@@ -210,7 +210,7 @@ def test_wrong_forces_are_seen(name: str, monkeypatch: pytest.MonkeyPatch) -> No
 RUBS = PRESSED.format(nu=0.3, more="", moved=DOWN, friction=", friction = 0.4")
 HEXES = BAR.format(nu=0.3, model="fem(hex8, strain = finite, size = 10 mm)")
 RELAXES = "analysis wait = quasistatic(duration = 2 s, step = 1 s, times = [2] s)\n" + HEXES.replace(
-    "load pull", "material soft = viscous(gel, g = [0.5], tau = [1] s, of = whole)\nload pull"
+    "load pull", "material soft = viscoelastic(gel, g = [0.5], tau = [1] s, of = whole)\nload pull"
 ).replace("mm), gel)", "mm), soft)")
 AT_A_POINT = HEXES.replace(
     "traction(bar, where = x >= 20 mm, vector = (1000, 400, 0) Pa)",

@@ -40,7 +40,7 @@ def changed(*changes: tuple[str, str], more: str = "") -> str:
 
 def test_a_good_scene_is_not_complained_about() -> None:
     assert codes(BEAM) == []
-    judged = "metric eta = energy_norm(tip, against = theory)\nexpect rod.eta < 5 %\n"
+    judged = "metric eta = relative_l2_error(tip, against = theory)\nexpect rod.eta < 5 %\n"
     assert codes(BEAM + TET + THEORY + judged) == []
 
 
@@ -277,7 +277,7 @@ def test_a_rigid_body_may_be_held_where_another_support_leaves_it_free(component
         "support floor = fixed(block, where = z <= 0 mm)\n"
         "support still = fixed(ball, components = (y, z))\n"
         f"support hand = displaced(ball, by = (1, 0, -1) mm, components = {components})\n"
-        "contact touch = between(ball, block)\n"
+        "contact touch = rigid_contact(ball, block)\n"
         "model bricks = fem(hex8, strain = finite, size = 5 mm)\n"
         "metric push = force(touch, along = -z)\n"
     ) == both  # fmt: skip

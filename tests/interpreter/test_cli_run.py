@@ -30,7 +30,7 @@ load weight = gravity(9.81 m/s^2)
 model rod = beam6dof(segments = 10)
 reference theory = simo_reissner(beam)
 probe axis = line(beam, from = (0, 0, 0) mm, to = (100, 0, 0) mm, points = 5)
-metric eta = energy_norm(axis, against = theory)
+metric eta = relative_l2_error(axis, against = theory)
 """
 
 

@@ -18,7 +18,7 @@ model    rod    = beam6dof(segments = 4)
 reference theory = simo_reissner(beam)
 reference beads = markers("beads.csv", unit = 1 mm, uncertainty = 1 mm)
 probe    axis   = line(beam, from = (0, 0, 0) mm, to = (200, 0, 0) mm, points = 5)
-metric   eta    = energy_norm(axis, against = theory)
+metric   eta    = relative_l2_error(axis, against = theory)
 """
 TISSUES = "material gel = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)\n"
 OTHER = 'markers("beads.csv"', 'surface("my-report/vtu/rod.vtu"'

@@ -179,7 +179,7 @@ def test_parts_from_files_are_held_against_finer_facets(tmp_path: Path) -> None:
 
     points, triangles = Box((20.0, 20.0, 10.0)).surface(20.0)
     meshio.write(tmp_path / "block.stl", meshio.Mesh(points, [("triangle", triangles)]))
-    text = BLOCK.format(more="", shape=f'difference(filled("block.stl", unit = 1 mm), {HOLE})')
+    text = BLOCK.format(more="", shape=f'difference(tetrahedralized("block.stl", unit = 1 mm), {HOLE})')
     (tmp_path / "my.scene").write_text(text, encoding="utf-8")
     found: Any = softmark.load(tmp_path / "my.scene").run().models["solid"].loads["blow"]
     true = found.area / (PI * 5 * 9.8e-6)

@@ -19,8 +19,8 @@ material firm = st_venant_kirchhoff(young = 600 kPa, poisson = 0.25, density = 2
 body     bar  = solid(box(size = (40, 20, 20) mm), gel)
 region   half = part(bar, where = x >= 20 mm, material = firm)
 support  wall = fixed(bar, where = x <= 0 mm)
-support  grip = displaced(bar, where = half and x >= 40 mm, by = (2, 1, 0) mm, course = state)
-load     weight = gravity(9.81 m/s^2, course = state)
+support  grip = displaced(bar, where = half and x >= 40 mm, by = (2, 1, 0) mm, amplitude = per_state)
+load     weight = gravity(9.81 m/s^2, amplitude = per_state)
 load     push = traction(bar, where = half and z >= 20 mm, vector = (0, 0, -100) Pa)
 analysis test = static(states = [20, 100, 60] %)
 model    hexes = fem(hex8, strain = finite, size = 10 mm)
@@ -53,7 +53,7 @@ def test_an_image_in_states_is_its_expression(tmp_path: Path) -> None:
     nrrd.write(str(tmp_path / "f.nrrd"), values, header)
     rest = (
         "body bar = solid(box(size = (20, 10, 10) mm), gel)\nsupport wall = fixed(bar, where = x <= 0 mm)\n"
-        "support grip = displaced(bar, where = x >= 20 mm, by = (2, 0, 0) mm, course = state)\n"
+        "support grip = displaced(bar, where = x >= 20 mm, by = (2, 0, 0) mm, amplitude = per_state)\n"
         "analysis test = static(states = [25, 100, 50] %)\nmodel hexes = fem(hex20, strain = finite, size = 10 mm)\n"
         "probe mid = point(bar, at = (10, 5, 5) mm)\nmetric u = displacement(mid, along = +x)\n"
         "metric pull = force(grip, along = +x)\nmetric sigma = stress(mid, component = xx)\n"

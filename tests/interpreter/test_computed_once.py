@@ -54,7 +54,7 @@ model     solid   = fem(hex8, strain = corotational, size = 20 mm)
 model     rod     = beam6dof(segments = 8)
 reference theory  = simo_reissner(beam)
 probe  axis = line(beam, from = (0, 0, 0) mm, to = (80, 0, 0) mm)
-metric eta  = energy_norm(axis, against = theory)
+metric eta  = relative_l2_error(axis, against = theory)
 """
 STUDIES = """
 study mesh     = sweep(solid.size, over = [20, 10] mm, models = [solid])
@@ -115,7 +115,7 @@ def test_a_file_is_read_and_a_selection_swept_once_for_all_states(scene: Path) -
     """Of three states the curve was read three times, and the selection swept in each: on the mesh of the model, and on
     the finer one of the error that it states."""
     (scene.parent / "rig.csv").write_text("x,f\n0,0\n-1,1\n-9,2\n")
-    text = BEAM.partition("model     rod")[0].replace(", direction = -z)", ", course = state)")
+    text = BEAM.partition("model     rod")[0].replace(", direction = -z)", ", amplitude = per_state)")
     scene.write_text(
         text.replace(
             "load     weight   = gravity(9.81 m/s^2",

@@ -20,8 +20,8 @@ material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^
 body     block = solid(box(size = (40, 40, 20) mm, origin = (-20, -20, -20) mm), gel)
 body     tool  = rigid({tool})
 support  floor = fixed(block, where = z <= -20 mm)
-support  hand  = displaced(tool, by = (0, 0, -2) mm, course = state)
-contact  touch = between(tool, block, where = z >= 0 mm, friction = {friction})
+support  hand  = displaced(tool, by = (0, 0, -2) mm, amplitude = per_state)
+contact  touch = rigid_contact(tool, block, where = z >= 0 mm, friction = {friction})
 analysis press = static(states = [50, 100] %)
 model    cells = fem({element}, size = 10 mm, strain = finite)
 metric   push  = force(touch, along = -z)
@@ -33,8 +33,8 @@ body     block = plane_strain(
     quadrilateral((-20, -20, 0) mm, (20, -20, 0) mm, (20, 0, 0) mm, (-20, 0, 0) mm), gel, thickness = 10 mm)
 body     tool  = rigid(box(size = (13, 10, 40) mm, origin = (-6.3, 0, -20) mm))
 support  floor = fixed(block, where = y <= -20 mm)
-support  hand  = displaced(tool, by = (0, -2, 0) mm, course = state)
-contact  touch = between(tool, block, where = y >= 0 mm, friction = {friction})
+support  hand  = displaced(tool, by = (0, -2, 0) mm, amplitude = per_state)
+contact  touch = rigid_contact(tool, block, where = y >= 0 mm, friction = {friction})
 analysis press = static(states = [50, 100] %)
 model    cells = fem({element}, size = 10 mm, strain = finite)
 metric   push  = force(touch, along = -y)
@@ -52,17 +52,17 @@ SLOW = pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "tool", "element", "friction"),
     [
-        (SOLID, 'filled("tip.obj", unit = 1 mm)', "hex8", 0.3),
+        (SOLID, 'tetrahedralized("tip.obj", unit = 1 mm)', "hex8", 0.3),
         (PLANE, BOX, "quad4", 0.3),
         pytest.param(PLANE, BOX, "quad8", 0.0, marks=SLOW),
         *(
             pytest.param(SOLID, tool, element, friction, marks=SLOW)
-            for tool in ('filled("tip.obj", unit = 1 mm)', BOX)
+            for tool in ('tetrahedralized("tip.obj", unit = 1 mm)', BOX)
             for element in ("hex8", "tet4")
             for friction in (0.0, 0.3)
         ),
         *(
-            pytest.param(SOLID, 'filled("tip.obj", unit = 1 mm)', e, f, marks=SLOW)
+            pytest.param(SOLID, 'tetrahedralized("tip.obj", unit = 1 mm)', e, f, marks=SLOW)
             for e in ("hex20", "tet10")
             for f in (0.0, 0.3)
         ),

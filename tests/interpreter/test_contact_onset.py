@@ -41,7 +41,7 @@ support wall = fixed(beam, where = x <= 0 mm)
 load weight = gravity(9.81 m/s^2, direction = -z)
 probe axis = line(beam, from = (0, 0, 0) mm, to = (178, 0, 0) mm)
 reference theory = simo_reissner(beam)
-metric eta = energy_norm(axis, against = theory)
+metric eta = relative_l2_error(axis, against = theory)
 """
 
 

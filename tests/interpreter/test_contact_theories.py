@@ -22,7 +22,7 @@ BLOCK = """
 material gel   = linear_elastic(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
 body     block = solid(box(size = (400, 300, 200) mm, origin = (-200, -150, -200) mm), gel)
 body     ball  = rigid(sphere(radius = 10 mm, origin = (1, 2, 10.1) mm))
-contact  touch = between(ball, block)
+contact  touch = rigid_contact(ball, block)
 support  base  = fixed(block, where = z <= -200 mm)
 support  hand  = displaced(ball, by = (0, 0, -0.6) mm)
 model    tets  = fem(tet10, strain = small, size = 50 mm)
@@ -35,7 +35,7 @@ material gel   = neo_hookean(young = 10 kPa, poisson = 0.5, density = 1000 kg/m^
 body     block = axisymmetric(quadrilateral(first = (0, 0, 0) mm, second = (80, 0, 0) mm, third = (80, 20, 0) mm,
     fourth = (0, 20, 0) mm), gel)
 body     ball  = rigid(sphere(radius = 10 mm, origin = (0, 30, 0) mm))
-contact  touch = between(ball, block)
+contact  touch = rigid_contact(ball, block)
 support  base  = fixed(block, where = y <= 0 mm)
 support  hand  = displaced(ball, by = (0, -0.5, 0) mm)
 model    quads = fem(quad9, strain = finite, size = 5 mm, formulation = mixed)
@@ -47,7 +47,7 @@ material gel   = linear_elastic(young = 200 Pa, poisson = 0.3, density = 1000 kg
 body     block = plane_strain(quadrilateral(first = (0, 0, 0) m, second = (80, 0, 0) m, third = (80, 20, 0) m,
     fourth = (0, 20, 0) m), gel, thickness = 2 m)
 body     roll  = rigid(cylinder(radius = 8 m, length = 10 m, axis = +z, origin = (40, 28.02, -5) m))
-contact  touch = between(roll, block)
+contact  touch = rigid_contact(roll, block)
 support  base  = fixed(block, where = y <= 0 m)
 support  hand  = displaced(roll, by = (0, -0.12, 0) m)
 model    quads = fem(quad8, strain = small, size = 5 m)
@@ -59,7 +59,7 @@ BAR = """
 material gel   = linear_elastic(young = 10 kPa, poisson = 0.25, density = 1000 kg/m^3)
 body     block = solid(box(size = (100, 20, 10) mm), gel)
 body     wall  = rigid(half_space(origin = (101, 0, 0) mm, normal = (-1, 0, 0)))
-contact  touch = between(wall, block)
+contact  touch = rigid_contact(wall, block)
 support  base  = fixed(block, where = x <= 0 mm, components = x)
 support  side  = symmetric(block, where = y <= 0 mm)
 support  below = symmetric(block, where = z <= 0 mm)
@@ -127,7 +127,7 @@ def test_from_any_side_and_at_any_state() -> None:
     assert own.normal == (1.0, 0.0, 0.0)
     assert (own.around.thickness, own.around.width) == pytest.approx((0.4, 0.1))
     states = "analysis press = static(states = [50, 100] %)\n"
-    moved = BLOCK.replace("-0.6) mm)", "-0.6) mm, course = state)") + states
+    moved = BLOCK.replace("-0.6) mm)", "-0.6) mm, amplitude = per_state)") + states
     assert problem_of(*_in_state(moved, 0)).depth == pytest.approx(0.2e-3)
 
 
@@ -253,8 +253,8 @@ def test_a_bar_that_a_wall_stops() -> None:
         (BLOCK, ("between(ball, block)", "between(ball, block, friction = 0.2)"), "friction of 0.2"),
         (BLOCK, ("fixed(block, where = z <= -200 mm)", "fixed(block, where = x <= -200 mm)"), "not the far face"),
         (BLOCK, ("-200 mm)\nsup", "-200 mm)\nload weight = gravity(9.81 m/s^2)\nsup"), "`weight` acts as well"),
-        (BLOCK, ("contact  touch = between(ball, block)", "contact touch = between(ball, block)\n"
-                 "contact again = between(ball, block)"), "has 2 contacts"),
+        (BLOCK, ("contact  touch = rigid_contact(ball, block)", "contact touch = rigid_contact(ball, block)\n"
+                 "contact again = rigid_contact(ball, block)"), "has 2 contacts"),
         (BLOCK, ("origin = (1, 2, 10.1)", "origin = (1, 2, 310.1)"), ""),
         (BLOCK, ("origin = (1, 2, 10.1)", "origin = (300, 2, 10.1)"), "above no flat face"),
         (BLOCK, ("by = (0, 0, -0.6) mm", "by = (0, 0, -7) mm"), "0.69 of its radius"),
@@ -312,7 +312,7 @@ def test_forces_of_a_theory_stand_beside_those_of_models_and_are_of_the_same_par
     material gel   = linear_elastic(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
     body     block = solid(box(size = (40, 40, 40) mm), gel)
     body     ball  = rigid(sphere(radius = 10 mm, origin = (0, 0, 50) mm))
-    contact  touch = between(ball, block)
+    contact  touch = rigid_contact(ball, block)
     support  base  = fixed(block, where = z <= 0 mm)
     support  left  = symmetric(block, where = x <= 0 mm)
     support  front = symmetric(block, where = y <= 0 mm)
@@ -353,8 +353,8 @@ def test_a_force_is_told_by_its_size_where_that_is_what_a_metric_along_it_says()
 
 @pytest.mark.parametrize(("start", "askew"), [("10 s", False), ("2 s", True)])
 def test_courses_that_drag_while_they_press(start: str, askew: bool) -> None:
-    text = DRAGGED.replace("-0.6) mm)", "-0.6) mm, course = ramp(over = 5 s))")
-    text += f"support drag = displaced(ball, by = (0.1, 0, 0) mm, course = ramp(over = 5 s, start = {start}))\n"
+    text = DRAGGED.replace("-0.6) mm)", "-0.6) mm, amplitude = ramp(over = 5 s))")
+    text += f"support drag = displaced(ball, by = (0.1, 0, 0) mm, amplitude = ramp(over = 5 s, start = {start}))\n"
     text += "analysis press = quasistatic(duration = 20 s, step = 1 s)\n"
     if askew:
         assert "dragged while" in refused(text)

@@ -18,7 +18,7 @@ body     block = solid(box(size = (20, 20, 20) mm), gel)
 body     tool  = rigid(sphere(radius = 20 mm, origin = (10, 10, 40) mm))
 support  floor = fixed(block, where = z <= 0 mm)
 support  hand  = displaced(tool, by = (0, 0, -1) mm)
-contact  touch = between(tool, block, where = z >= 20 mm and x <= {to} mm)
+contact  touch = rigid_contact(tool, block, where = z >= 20 mm and x <= {to} mm)
 model    hexes = fem(hex8, strain = small, size = 5 mm)
 metric   push  = force(touch, along = -z)
 """
@@ -45,7 +45,7 @@ body     block = axisymmetric(quadrilateral((0, -40, 0) mm, (20, -40, 0) mm, (20
 body     ball  = rigid(sphere(radius = 10 mm, origin = (0, 10, 0) mm))
 support  floor = fixed(block, where = y <= -40 mm)
 support  hand  = displaced(ball, by = (0, -1, 0) mm)
-contact  touch = between(ball, block, where = y >= 0 mm)
+contact  touch = rigid_contact(ball, block, where = y >= 0 mm)
 model    quads = fem({how}, strain = small)
 metric   push  = force(touch, along = -y)
 metric   area  = contact_area(touch)
@@ -84,7 +84,7 @@ def test_a_force_is_no_more_than_area_times_pressure(how: str, told: str) -> Non
 
 GLUED = """softmark 1
 material foam = linear_elastic(young = 100 kPa, poisson = 0, density = 1000 kg/m^3)
-body     both = plane_strain(apart(
+body     both = plane_strain(disjoint(
     quadrilateral((0, 0, 0) mm, (10, 0, 0) mm, (10, 10, 0) mm, (0, 10, 0) mm),
     quadrilateral((0, 10, 0) mm, (10, 10, 0) mm, (10, 20, 0) mm, (0, 20, 0) mm), coarser = 0.7),
     foam, thickness = 10 mm)
@@ -116,7 +116,7 @@ body     block = plane_strain(
 body     roll  = rigid(cylinder(radius = 5 mm, length = 50 mm, axis = +z, origin = (10, 15.05, -25) mm))
 support  bed   = fixed(block, where = y <= 0 mm)
 support  hand  = displaced(roll, by = (0, -0.2, 0) mm)
-contact  top   = between(roll, block, where = y >= 10 mm)
+contact  top   = rigid_contact(roll, block, where = y >= 10 mm)
 model    quads = fem(quad4, size = 2.5 mm, strain = small)
 metric   area  = contact_area(top)
 """

@@ -170,7 +170,7 @@ PULL = (
 support left   = fixed(bar, where = x <= 0 mm, components = x)
 support front  = fixed(bar, where = y <= 0 mm, components = y)
 support bottom = fixed(bar, where = z <= 0 mm, components = z)
-support grip   = displaced(bar, where = x >= 40 mm, by = (40, 0, 0) mm, components = x, course = state)
+support grip   = displaced(bar, where = x >= 40 mm, by = (40, 0, 0) mm, components = x, amplitude = per_state)
 analysis pull  = static(states = [10, 20, 30, 40, 50] %)
 metric  travel = displacement(end, along = +x)
 metric  force  = force(grip, along = +x)
@@ -291,7 +291,7 @@ def test_a_table_moves_a_body_as_the_ramp_that_it_tells(tmp_path: Path) -> None:
         BAR
         + """
 support  wall = fixed(bar, where = x <= 0 mm)
-load     pull = traction(bar, where = x >= 40 mm, vector = (0, 0, -300) Pa, course = COURSE)
+load     pull = traction(bar, where = x >= 40 mm, vector = (0, 0, -300) Pa, amplitude = COURSE)
 analysis push = dynamic(duration = 60 ms, step = 6 ms, integrator = generalized_alpha)
 metric   drop = displacement(end, along = -z)
 """

@@ -97,7 +97,7 @@ def test_what_has_no_words_is_not_told() -> None:
          "turned(bar, where = x >= 30 mm, axis = +x, angle = 30 deg)", "support `pull`"),
         ("traction(bar, where = z >= 10 mm, vector = (0, 20, 5) Pa)",
          "pressure(bar, where = z >= 10 mm, magnitude = 5 Pa)", "load `push`"),
-        ("strain = finite,", "strain = finite, cap = 3,", "cap"),
+        ("strain = finite,", "strain = finite, max_iterations = 3,", "cap"),
         ("young = 10 kPa", "young = 10 kPa * (2 + x / 15 mm)", "NeoHookean"),
     ],
 )  # fmt: skip

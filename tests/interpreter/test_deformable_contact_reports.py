@@ -20,7 +20,7 @@ support  floor = fixed(pair, where = {up} <= 0 mm, components = {up})
 support  left  = fixed(pair, where = x <= 0 mm, components = x)
 {front}
 support  lid   = displaced(pair, where = {up} >= 20 mm, by = {by}, components = {up})
-contact  touch = itself(pair, where = {up} >= 9.9 mm and {up} <= 10.1 mm{rough})
+contact  touch = self_contact(pair, where = {up} >= 9.9 mm and {up} <= 10.1 mm{rough})
 model    cells = fem({element}, strain = finite, size = 2.5 mm)
 probe    face  = line(pair, from = {start}, to = {end}, points = 9)
 metric   push  = force(touch, along = +{up})
@@ -31,7 +31,7 @@ metric   open  = gap(touch)
 """
 FLAT = BLOCKS.format(
     body="""plane_strain(
-    apart(
+    disjoint(
         quadrilateral((0, 0, 0) mm, (10, 0, 0) mm, (10, 10, 0) mm, (0, 10, 0) mm),
         quadrilateral((0, 10.005, 0) mm, (10, 10.005, 0) mm, (10, 20, 0) mm, (0, 20, 0) mm),
         coarser = 0.7), gel, thickness = 5 mm)""",
@@ -40,7 +40,7 @@ FLAT = BLOCKS.format(
 )  # fmt: skip
 SOLID = BLOCKS.format(
     body="""solid(
-    apart(
+    disjoint(
         box(size = (10, 10, 10) mm),
         box(size = (10, 10, 10) mm, origin = (0, 0, 10.005) mm),
         coarser = 0.7), gel)""",
@@ -88,7 +88,7 @@ PADS = """softmark 1
 scene "What a block does to its mirror image, a plane does"
 material gel = neo_hookean(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)
 body two = axisymmetric(
-    apart(
+    disjoint(
         quadrilateral((0, -4.01, 0) mm, (3, -4.01, 0) mm, (3, -0.005, 0) mm, (0, -0.005, 0) mm),
         quadrilateral((0, 0.005, 0) mm, (3, 0.005, 0) mm, (3, 4.01, 0) mm, (0, 4.01, 0) mm)), gel)
 body one = axisymmetric(
@@ -97,8 +97,8 @@ body     wall = rigid(half_space(origin = (0, 0, 0) mm, normal = -y))
 support  feet = fixed(two, where = y <= -4.01 mm)
 support  lid  = displaced(two, where = y >= 4.01 mm, by = (0, -0.4, 0) mm)
 support  foot = displaced(one, where = y <= -4.01 mm, by = (0, 0.2, 0) mm)
-contact  pair = itself(two, where = abs(y) <= 0.1 mm)
-contact  flat = between(wall, one, where = y >= -0.1 mm, distance = 0.005 mm)
+contact  pair = self_contact(two, where = abs(y) <= 0.1 mm)
+contact  flat = rigid_contact(wall, one, where = y >= -0.1 mm, distance = 0.005 mm)
 model    both = fem({element}, strain = finite, size = 1 mm, body = two)
 model    half = fem({element}, strain = finite, size = 1 mm, body = one)
 probe    up   = line(two, from = (0, -0.005, 0) mm, to = (2, -0.005, 0) mm, points = 5)

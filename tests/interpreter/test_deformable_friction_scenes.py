@@ -18,14 +18,14 @@ SCENE = """softmark 1
 scene "Two blocks"
 material gel  = neo_hookean(young = 10 kPa, poisson = 0, density = 1000 kg/m^3)
 body     pair = plane_strain(
-    apart(
+    disjoint(
         quadrilateral((0, 0, 0) mm, (40, 0, 0) mm, (40, 5, 0) mm, (0, 5, 0) mm),
         quadrilateral((10, 5.02, 0) mm, (30, 5.02, 0) mm, (30, 10, 0) mm, (10, 10, 0) mm),
         coarser = 0.8,
     ), gel, thickness = 10 mm)
 support  bed  = fixed(pair, where = y <= 0 mm)
 support  lid  = displaced(pair, where = y >= 10 mm, by = (0, -0.12, 0) mm, components = y)
-support  hand = displaced(pair, where = y >= 10 mm, by = (2, 0, 0) mm, components = x, course = state)
+support  hand = displaced(pair, where = y >= 10 mm, by = (2, 0, 0) mm, components = x, amplitude = per_state)
 contact  rub  = CONTACT
 analysis drag = static(states = [0, 50, 100] %)
 model    quads = fem(quad4, size = 2.5 mm, strain = finite, integration = selective)
@@ -112,7 +112,7 @@ def test_what_sticks_is_as_if_it_were_glued() -> None:
 CUBES = """softmark 1
 scene "Two blocks above each other"
 material gel  = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
-body     pair = solid(apart(box(size = (10, 10, 5) mm), box(size = (10, 10, 5) mm, origin = (0, 0, 5.05) mm)), gel)
+body     pair = solid(disjoint(box(size = (10, 10, 5) mm), box(size = (10, 10, 5) mm, origin = (0, 0, 5.05) mm)), gel)
 support  bed  = fixed(pair, where = z <= 0 mm)
 support  lid  = displaced(pair, where = z >= 10.05 mm, by = BY mm)
 contact  rub  = CONTACT
@@ -154,10 +154,10 @@ def test_the_gap_between_pieces_that_move_is_a_part_of_it_too(friction: str) -> 
     """The mean gap where it presses, less than the distance of the barrier."""
     text = SCENE.replace("CONTACT", f"itself(pair, where = y >= 5 mm and y <= 5.02 mm{friction})")
     text = text.replace("static(states = [0, 50, 100] %)", "dynamic(duration = 1 ms, step = 0.5 ms)")
-    text = text.replace(", course = state", "").replace("size = 2.5", "size = 5").replace("support  hand", "# ")
+    text = text.replace(", amplitude = per_state", "").replace("size = 2.5", "size = 5").replace("support  hand", "# ")
     text = text[: text.index("metric")] + "probe mid = point(pair, at = (20, 10, 0) mm)\n"
     text += "metric way = displacement(mid, along = -y)\n"
-    loaded = loads(text.replace("components = y)", "components = y, course = ramp(over = 1 ms))"))
+    loaded = loads(text.replace("components = y)", "components = y, amplitude = ramp(over = 1 ms))"))
     model = run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(free=True)).models[
         "quads"
     ]

@@ -21,7 +21,7 @@ SEEN = """probe low = point(block, at = (20, 15, 0) mm)
 metric sink = displacement(low, along = -z)
 metric carry = force(bed, along = +z)
 """
-WHOLE = "support bed = bedded(block, where = z <= 0 mm, stiffness = 10 kPa/mm)\n"
+WHOLE = "support bed = elastic_foundation(block, where = z <= 0 mm, stiffness = 10 kPa/mm)\n"
 THEORY = "reference r = elastica(block)\n"
 SMALL = "model m = fem(hex8, strain = small, size = 10 mm)\n"
 
@@ -64,8 +64,8 @@ def test_a_bed_under_a_part_of_a_face_has_the_area_that_is_selected() -> None:
 
     13.7 mm is no border of the 10 mm cells: what is cut is integrated. To 1e-4: the block gives way by 1e-5 of 0.06 mm.
     """
-    beds = """support bed = bedded(block, where = z <= 0 mm and x <= 13.7 mm, stiffness = 20 kPa/mm)
-support rest = bedded(block, where = z <= 0 mm and x >= 13.7 mm, stiffness = 10 kPa/mm)
+    beds = """support bed = elastic_foundation(block, where = z <= 0 mm and x <= 13.7 mm, stiffness = 20 kPa/mm)
+support rest = elastic_foundation(block, where = z <= 0 mm and x >= 13.7 mm, stiffness = 10 kPa/mm)
 support side = fixed(block, where = x <= 0 mm, components = (x, y))
 support back = fixed(block, where = x >= 40 mm, components = (x, y))
 """
@@ -87,7 +87,7 @@ def test_a_pin_in_a_bed_all_around(directions: str, share: float) -> None:
 scene "a pin"
 material steel = linear_elastic(young = 1e5 MPa, poisson = 0.3, density = 8000 kg/m^3)
 body pin = solid(cylinder(length = 20 mm, radius = 5 mm, axis = +x), steel)
-support bed = bedded(pin, where = sqrt(y^2 + z^2) >= 5 mm, stiffness = 1 kPa/mm, directions = {directions})
+support bed = elastic_foundation(pin, where = sqrt(y^2 + z^2) >= 5 mm, stiffness = 1 kPa/mm, directions = {directions})
 support slide = fixed(pin, where = x <= 0 mm, components = x)
 support still = fixed(pin, where = abs(y) <= 0 mm and abs(z) <= 0 mm, components = y)
 load pull = gravity(9.81 m/s^2, direction = -z)
@@ -108,7 +108,7 @@ scene "a disc"
 material stiff = linear_elastic(young = 100 MPa, poisson = 0, density = 1000 kg/m^3)
 shape half = quadrilateral((0, 0, 0) mm, (20, 0, 0) mm, (20, 5, 0) mm, (0, 5, 0) mm)
 body disc = axisymmetric(half, stiff)
-support bed = bedded(disc, where = y <= 0 mm, stiffness = 10 kPa/mm)
+support bed = elastic_foundation(disc, where = y <= 0 mm, stiffness = 10 kPa/mm)
 load push = pressure(disc, where = y >= 5 mm, magnitude = 1 kPa)
 model m = fem(quad9, strain = small, size = 2.5 mm)
 probe low = point(disc, at = (10, 0, 0) mm)
@@ -125,7 +125,7 @@ metric carry = force(bed, along = +y)
 @pytest.mark.slow
 def test_a_block_let_go_on_springs_and_dashpots() -> None:
     """m u'' + c u' + k u = p per area has a closed form, met to 1e-3: (w h)^2 / 12 of 11 rad in steps of 1 ms."""
-    bed = "support bed = bedded(block, where = z <= 0 mm, stiffness = 0.01 kPa/mm, damping = 40 Pa*s/m)\n"
+    bed = "support bed = elastic_foundation(block, where = z <= 0 mm, stiffness = 0.01 kPa/mm, damping = 40 Pa*s/m)\n"
     push = "load push = traction(block, where = z >= 20 mm, vector = (0, 0, -10) Pa)\n"
     motion = "analysis swing = dynamic(duration = 0.5 s, step = 1 ms, integrator = trapezoidal)\n"
     seen = "probe low = point(block, at = (20, 15, 0) mm)\nmetric sink = displacement(low, along = -z)\n"
@@ -151,7 +151,7 @@ def test_a_block_let_go_on_springs_and_dashpots() -> None:
 
 def test_a_block_on_springs_sounds() -> None:
     """A rigid block on k per area swings with sqrt(k A / m); upright here, its sides slide. To 1e-4 of its softness."""
-    bed = "support bed = bedded(block, where = z <= 0 mm, stiffness = 0.01 kPa/mm, directions = normal)\n"
+    bed = "support bed = elastic_foundation(block, where = z <= 0 mm, stiffness = 0.01 kPa/mm, directions = normal)\n"
     sides = """support side = fixed(block, where = x <= 0 mm, components = x)
 support back = fixed(block, where = y <= 0 mm, components = y)
 metric tone = frequency(block, mode = 1)
@@ -201,7 +201,7 @@ def test_a_bed_along_normals_of_one_plane_lets_a_body_slide() -> None:
 RING = """softmark 1
 scene "a quarter of a ring on a bed"
 material stiff = linear_elastic(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)
-support foam = bedded(ring, where = x^2 + y^2 >= (20 mm)^2, stiffness = 1 kPa/mm)
+support foam = elastic_foundation(ring, where = x^2 + y^2 >= (20 mm)^2, stiffness = 1 kPa/mm)
 load blow = pressure(ring, where = x^2 + y^2 <= (10 mm)^2, magnitude = 1 kPa)
 probe out = point(ring, at = (20, 0, 0) mm)
 metric grown = displacement(out, along = +x)

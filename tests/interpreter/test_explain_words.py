@@ -95,7 +95,7 @@ def _measured(text: str) -> tuple[list[float], tuple[int, ...]]:
 
 @pytest.mark.parametrize("one", constructors(), ids=lambda one: f"{one.kind}-{one.name}")
 def test_what_an_example_gives_is_of_its_dimension_and_in_its_range(one: Constructor) -> None:
-    """The times of `viscous` were in mm."""
+    """The times of `viscoelastic` were in mm."""
     for field in one.fields:
         if field.form in ("quantity", "each", "list", "vector", "vectors", "points") and field.dimension is not None:
             values, dimension = _measured(sample(field))

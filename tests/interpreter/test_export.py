@@ -165,7 +165,7 @@ scene "A bar in states"
 material soft = linear_elastic(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
 body bar = solid(box(size = (30, 10, 10) mm), soft)
 support wall = fixed(bar, where = x <= 0 mm)
-load push = traction(bar, where = x >= 30 mm, vector = (0, 20, 5) Pa, course = state)
+load push = traction(bar, where = x >= 30 mm, vector = (0, 20, 5) Pa, amplitude = per_state)
 analysis rest = static(states = [25, 50, 100] %)
 model small = fem(hex8, strain = small, size = 5 mm)
 """
@@ -184,7 +184,7 @@ def test_states_are_steps_of_one_deck_where_they_are_parts_of_one_load(tmp_path:
 
 
 def test_what_another_program_solves_goes_out_as_it_is_told(tmp_path: Path) -> None:
-    theirs = STATES + "model theirs = outside(calculix, element = hex8, strain = small, size = 5 mm)\n"
+    theirs = STATES + "model theirs = external_solver(calculix, element = hex8, strain = small, size = 5 mm)\n"
     assert exported(theirs, "calculix", tmp_path) == 0
     small, other = ((tmp_path / "out" / name / "job.inp").read_text() for name in ("small", "theirs"))
     assert small == other
@@ -253,7 +253,7 @@ load pull = traction(beam, where = x >= 60 mm, vector = (300, 0, 0) Pa)
 analysis fall = dynamic(duration = 20 ms, step = 1 ms, integrator = implicit_euler, damping_mass = 5 Hz)
 probe tip = point(beam, at = (60, 10, 10) mm)
 metric drop = displacement(tip, along = -z)
-model theirs = outside(mujoco, tet4, strain = finite, size = 10 mm, step = 0.5 ms)
+model theirs = external_solver(mujoco, tet4, strain = finite, size = 10 mm, step = 0.5 ms)
 model full = fem(tet4, strain = finite, size = 10 mm)
 """
 
@@ -262,7 +262,7 @@ model full = fem(tet4, strain = finite, size = 10 mm)
 def test_a_model_of_mujoco_moves_as_its_adapter_says(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The file alone, stepped as often as it says, ends where `outside(mujoco, ...)` does: it is the same model."""
+    """The file alone, stepped as often as it says, ends where `external_solver(mujoco, ...)` does: it is the same model."""
     mujoco = pytest.importorskip("mujoco")
     monkeypatch.chdir(tmp_path)  # where it leaves its log
     assert exported(FALLS, "mujoco", tmp_path) == 0

@@ -61,7 +61,7 @@ HOW = {  # what a stand-in does, its status, and what is said of it
 @pytest.fixture(scope="module")
 def solved() -> Solved:
     """A scene with models of all of them, and our displacements (n, 3), m."""
-    models = "".join(f"model {p} = outside({p}, tet4, strain = finite, size = 5 mm)\n" for p in ANSWERING)
+    models = "".join(f"model {p} = external_solver({p}, tet4, strain = finite, size = 5 mm)\n" for p in ANSWERING)
     scene = softmark.loads(BLOCK + models).scene
     return scene, np.asarray(prepared(scene, "ours").solve(lambda *_: None).mesh.displacement)
 
@@ -107,14 +107,14 @@ def test_an_answer_is_read_and_judged(
 def test_what_its_deck_does_not_write_is_said_before_anything_is_run() -> None:
     """Quadratic cells at finite strain, by `dsl check` and by the plan."""
     lines = [line for line in BLOCK.splitlines() if not line.startswith("model")]
-    theirs = "model theirs = outside(polyfem, tet10, strain = finite, size = 10 mm)\n"
+    theirs = "model theirs = external_solver(polyfem, tet10, strain = finite, size = 10 mm)\n"
     found = softmark.loads("\n".join([*lines, theirs])).warnings
     assert any("tet10 at finite strain" in w.message for w in found), found
 
 
 def test_quadratic_cells_have_the_nodes_between_their_corners(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its mesh has corners alone, and its answer the nodes that it makes between them, which are ours."""
-    models = "ours = fem(tet10", "polyfem = outside(polyfem, tet10"
+    models = "ours = fem(tet10", "polyfem = external_solver(polyfem, tet10"
     lines = [f"model {own}, strain = small, size = 10 mm)" for own in models]
     text = "\n".join([line for line in BLOCK.splitlines() if not line.startswith("model")] + lines)
     scene = softmark.loads(text + "\n").scene

@@ -38,7 +38,7 @@ load weight = gravity(9.81 m/s^2, direction = -z)
 probe middle = point(bar, at = (30, 5, 5) mm)
 metric drop = displacement(middle, along = -z)
 model ours = fem(hex8, strain = finite, size = 10 mm)
-model theirs = outside(dolfinx, hex8, strain = finite, size = 10 mm)
+model theirs = external_solver(dolfinx, hex8, strain = finite, size = 10 mm)
 """
 
 

@@ -27,8 +27,8 @@ analysis fall = dynamic(duration = 60 ms, step = 1 ms, integrator = {integrator}
     damping_stiffness = {b})
 probe tip = point(beam, at = (120, 15, 15) mm)
 metric drop = displacement(tip, along = -z)
-metric strayed = course_norm(tip, against = ours)
-metric frame = realtime(rate = 1000 Hz)
+metric strayed = trajectory_error(tip, against = ours)
+metric frame = realtime_factor(rate = 1000 Hz)
 model ours = fem(tet4, strain = finite, size = 15 mm, mass = lumped)
 """
 
@@ -51,7 +51,7 @@ def test_mujoco_moves_the_same_tetrahedra(integrator: str, step: str, most: floa
     pytest.importorskip("mujoco")
     b = "0.5 ms" if integrator == "implicit_euler" else "0 ms"
     text = FALL.format(law="st_venant_kirchhoff", integrator=integrator, b=b).replace("step = 1 ms", f"step = {step}")
-    report = run(text + "model theirs = outside(mujoco, tet4, strain = finite, size = 15 mm)\n")
+    report = run(text + "model theirs = external_solver(mujoco, tet4, strain = finite, size = 15 mm)\n")
     ours, theirs = (report.models[n] for n in ("ours", "theirs"))
     assert (ours.status, theirs.status) == ("converged", "converged"), theirs.message
     assert ours.metrics["drop"].value > 0.015
@@ -70,9 +70,9 @@ def test_mujoco_with_its_own_step_and_a_step_too_long_for_it() -> None:
     )
     report = run(
         text
-        + "model fine = outside(mujoco, tet4, strain = finite, size = 15 mm, step = 0.05 ms)\n"
-        + "model coarse = outside(mujoco, tet4, strain = finite, size = 15 mm, step = 4 ms)\n"
-        + "model odd = outside(mujoco, tet4, strain = finite, size = 15 mm, step = 7 ms)\n"
+        + "model fine = external_solver(mujoco, tet4, strain = finite, size = 15 mm, step = 0.05 ms)\n"
+        + "model coarse = external_solver(mujoco, tet4, strain = finite, size = 15 mm, step = 4 ms)\n"
+        + "model odd = external_solver(mujoco, tet4, strain = finite, size = 15 mm, step = 7 ms)\n"
     )
     fine, coarse, odd = (report.models[n] for n in ("fine", "coarse", "odd"))
     assert (fine.status, fine.solve["steps"]) == ("converged", 1200)
@@ -85,7 +85,7 @@ def test_mujoco_with_its_own_step_and_a_step_too_long_for_it() -> None:
 def test_mujoco_says_when_its_iterations_do_not_solve_a_step() -> None:
     pytest.importorskip("mujoco")
     text = FALL.format(law="st_venant_kirchhoff", integrator="implicit_euler", b="0 ms")
-    few = "model few = outside(mujoco, tet4, strain = finite, size = 15 mm, iterations = 3)\n"
+    few = "model few = external_solver(mujoco, tet4, strain = finite, size = 15 mm, iterations = 3)\n"
     theirs = run(text + few).models["few"]
     assert theirs.status == "capped"
     assert theirs.message == "60 of 60 steps ran out of iterations"
@@ -140,7 +140,7 @@ def test_what_steps_through_time_is_not_asked_for_rest() -> None:
     text = FALL.format(law="neo_hookean", integrator="implicit_euler", b="0 ms")
     moving = ("analysis", "    damping", "metric strayed", "metric frame")
     rest = "\n".join(line for line in text.splitlines() if not line.startswith(moving))
-    found = softmark.loads(f"{rest}\nmodel theirs = outside(mujoco, tet4, strain = finite, size = 15 mm)\n")
+    found = softmark.loads(f"{rest}\nmodel theirs = external_solver(mujoco, tet4, strain = finite, size = 15 mm)\n")
     (warning,) = [w for w in found.warnings if w.code == "W710"]
     assert "it steps through time and solves for no state of rest" in warning.message
 
@@ -161,7 +161,7 @@ load weight = gravity(1 m/s^2, direction = -z)
 probe tip = point(beam, at = (90, 0, 0) mm)
 metric drop = displacement(tip, along = -z)
 model ours = fem(tet10, strain = small, size = 20 mm)
-model theirs = outside(ngsolve, tet10, strain = small, size = 20 mm)
+model theirs = external_solver(ngsolve, tet10, strain = small, size = 20 mm)
 """)
     ours, theirs = (report.models[n] for n in ("ours", "theirs"))
     assert theirs.status == "converged", theirs.message

@@ -44,7 +44,7 @@ load weight = gravity(9.81 m/s^2, direction = -z)
 probe middle = point(block, at = (10, 5, 5) mm)
 metric drop = displacement(middle, along = -z)
 model ours = fem(hex8, strain = small, size = 5 mm)
-model theirs = outside(scikit_fem, hex8, strain = small, size = 5 mm, time = 1 s, memory = 0.5)
+model theirs = external_solver(scikit_fem, hex8, strain = small, size = 5 mm, time = 1 s, memory = 0.5)
 expect ours.drop > 0 mm
 expect theirs.drop > 0 mm
 """
@@ -68,7 +68,7 @@ def agree(law: str, nu: float, element: str, strain: str, size: str, programs: S
     if not there:
         pytest.skip("none of them is installed")
     models = f"model ours = fem({element}, strain = {strain}, size = {size})\n"
-    models += "".join(f"model {p} = outside({p}, {element}, strain = {strain}, size = {size})\n" for p in there)
+    models += "".join(f"model {p} = external_solver({p}, {element}, strain = {strain}, size = {size})\n" for p in there)
     report = run(BEAM.format(law=law, nu=nu) + models)
     ours = report.models["ours"].mesh
     for program in there:
@@ -211,7 +211,7 @@ def test_what_is_not_tried_is_no_failure(why: str, monkeypatch: pytest.MonkeyPat
         status, message = "skipped", "scikit-fem is not installed: pip install it"
     elif why == "unsupported":
         text = BLOCK.replace(
-            "theirs = outside(scikit_fem, hex8, strain = small", "theirs = outside(scikit_fem, hex8, strain = finite"
+            "theirs = external_solver(scikit_fem, hex8, strain = small", "theirs = external_solver(scikit_fem, hex8, strain = finite"
         )
         message = "scikit-fem is not asked for strain = finite (its adapter has strain = small)"
     else:
@@ -282,7 +282,7 @@ def test_a_page_says_what_is_a_bound_what_is_left_out_and_which_versions(tmp_pat
         .replace("time = 1 s", "time = 60 s")
         .replace("memory = 0.5", "memory = 4")
     )
-    report = run(f"{text}model other = outside(scikit_fem, hex20, strain = small, size = 5 mm)\n")
+    report = run(f"{text}model other = external_solver(scikit_fem, hex20, strain = small, size = 5 mm)\n")
     page, shown = render(report), table(report, terminal=False)
     assert report.models["theirs"].time["solve_s"].most
     assert "≤ " in page

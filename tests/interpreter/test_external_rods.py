@@ -23,7 +23,7 @@ load weight = gravity(9.81 m/s^2, direction = (0, -1, -2))
 analysis swing = dynamic(duration = 60 ms, step = 0.5 ms, integrator = bdf2{damping})
 probe tip = point(beam, at = (178, 0, 0) mm)
 metric drop = displacement(tip, along = -z)
-metric strayed = course_norm(tip, against = ours)
+metric strayed = trajectory_error(tip, against = ours)
 model ours = beam6dof(segments = 40)
 """
 ROUND = "cylinder(length = 178 mm, radius = 10 mm, axis = +x)"
@@ -37,7 +37,7 @@ def run(text: str) -> Any:
 
 def rods(*models: tuple[int, str]) -> str:
     """Of so many segments each, with steps of their own."""
-    each = "model n{} = outside_rod(pyelastica, segments = {}, step = {}, time = 500 s)\n"
+    each = "model n{} = external_rod(pyelastica, segments = {}, step = {}, time = 500 s)\n"
     return "".join(each.format(n, n, step) for n, step in models)
 
 
@@ -145,8 +145,8 @@ def test_mujoco_moves_the_same_slender_rod() -> None:
     pytest.importorskip("mujoco")
     text = SWING.format(shape=SLENDER, damping=", damping_mass = 5 Hz").replace("600 kPa", "6 MPa")
     text += "load pull = point_force(beam, (178, 0, 0) mm, (0, 0.02, 0) N)\n"
-    text += "probe off = point(beam, at = (178, 4, 2) mm)\nmetric astray = course_norm(off, against = ours)\n"
-    text += "model theirs = outside_rod(mujoco, segments = 20, step = 0.1 ms)\n"
+    text += "probe off = point(beam, at = (178, 4, 2) mm)\nmetric astray = trajectory_error(off, against = ours)\n"
+    text += "model theirs = external_rod(mujoco, segments = 20, step = 0.1 ms)\n"
     for own in (text, "\n".join(line for line in text.splitlines() if "support" not in line)):
         report = run(own)
         theirs = report.models["theirs"]
@@ -156,6 +156,6 @@ def test_mujoco_moves_the_same_slender_rod() -> None:
 
 def test_what_keeps_its_length_is_not_held_at_both_ends() -> None:
     text = SWING.format(shape=SLENDER, damping="").replace("x <= 0 mm", "x <= 0 mm or x >= 178 mm")
-    (warning,) = [w for w in softmark.loads(text + "model n = outside_rod(mujoco, segments = 4)\n").warnings
+    (warning,) = [w for w in softmark.loads(text + "model n = external_rod(mujoco, segments = 4)\n").warnings
                   if w.code == "W710"]  # fmt: skip
     assert "it keeps its length" in warning.message

@@ -27,14 +27,14 @@ THEORY = "reference theory = goodier(ball)\n"
 OUTER = "x^2 + y^2 + z^2 >= (15 mm)^2"
 BALL = f"""{GELS}body ball = solid(sphere(radius = 15 mm, part = octant), gel)
 region core = part(ball, where = x^2 + y^2 + z^2 <= (5 mm)^2, material = bead)
-{PLANES}load pull = tension(ball, where = {OUTER}, magnitude = 100 Pa, direction = +x)
+{PLANES}load pull = remote_stress(ball, where = {OUTER}, magnitude = 100 Pa, direction = +x)
 reference theory = goodier(ball)
 probe place = point(ball, at = (6, 3, 2) mm)
 """
 PLATE = f"""{GELS}body plate = plane_stress(quarter_ring(inner = 5 mm, outer = 20 mm), gel, thickness = 1 mm)
 support mid_x = symmetric(plate, where = x <= 0 mm)
 support mid_y = symmetric(plate, where = y <= 0 mm)
-load pull = tension(plate, where = x^2 + y^2 >= (20 mm)^2, magnitude = 100 Pa, direction = +x)
+load pull = remote_stress(plate, where = x^2 + y^2 >= (20 mm)^2, magnitude = 100 Pa, direction = +x)
 reference theory = kirsch(plate)
 probe place = point(plate, at = (0, 5, 0) mm)
 """
@@ -43,7 +43,7 @@ SHELL = BALL.replace("sphere(radius = 15 mm,", "spherical_shell(radius = 15 mm, 
 )
 TURNED = f"""{GELS}body ball = axisymmetric(quarter_ring(inner = 5 mm, outer = 20 mm), gel)
 support level = symmetric(ball, where = y <= 0 mm)
-load pull = tension(ball, where = x^2 + y^2 >= (20 mm)^2, magnitude = 100 Pa, direction = +y)
+load pull = remote_stress(ball, where = x^2 + y^2 >= (20 mm)^2, magnitude = 100 Pa, direction = +y)
 reference theory = goodier(ball)
 probe place = point(ball, at = (5, 0, 0) mm)
 metric along = stress(place, component = yy)
@@ -85,11 +85,11 @@ def test_on_a_whole_surface_it_makes_a_uniform_stress() -> None:
         "support side = fixed(block, where = x <= 0 mm and y >= 10 mm and z <= 0 mm, components = z)\n"
     )
     block = f"{GELS}body block = solid(box(size = (20, 10, 10) mm), gel)\n{corners}"
-    block += "load pull = tension(block, where = x >= -1 mm, magnitude = 100 Pa, direction = (2, 1, 2))\n"
+    block += "load pull = remote_stress(block, where = x >= -1 mm, magnitude = 100 Pa, direction = (2, 1, 2))\n"
     block += "model m = fem(hex8, strain = small, size = 5 mm)\n"
     block += "probe inside = line(block, from = (1, 2, 3) mm, to = (20, 10, 10) mm)\n"
     ball = f"{GELS}body ball = solid(sphere(radius = 15 mm, part = octant), gel)\n{PLANES}"
-    ball += f"load pull = tension(ball, where = {OUTER}, magnitude = 100 Pa, direction = -y)\n"
+    ball += f"load pull = remote_stress(ball, where = {OUTER}, magnitude = 100 Pa, direction = -y)\n"
     ball += "model m = fem(hex20, strain = small, size = 8 mm)\n"
     ball += "probe inside = line(ball, from = (0, 0, 0) mm, to = (9, 9, 7) mm)\n"
     for text, d in ((block, np.array([2.0, 1.0, 2.0]) / 3.0), (ball, np.array([0.0, 1.0, 0.0]))):
@@ -159,7 +159,7 @@ def test_a_plane_of_symmetry_has_no_surface_to_pull() -> None:
 
 def test_beams_take_none(tmp_path: Any) -> None:
     text = f"{GELS}body bar = solid(box(size = (100, 10, 10) mm), gel)\nsupport root = fixed(bar, where = x <= 0 mm)\n"
-    text += "load pull = tension(bar, where = x >= 100 mm, magnitude = 1 Pa, direction = +x)\n"
+    text += "load pull = remote_stress(bar, where = x >= 100 mm, magnitude = 1 Pa, direction = +x)\n"
     assert refused(text + "model m = beam6dof(segments = 4)\n")[0] == "E501"
 
 
@@ -183,7 +183,7 @@ def test_the_body_is_read_from_the_scene() -> None:
 
 def test_tensions_and_pressures_add_up() -> None:
     more = f"load squeeze = pressure(ball, where = {OUTER}, magnitude = 30 Pa)\n"
-    more += "load across = tension(ball, where = x^2 + y^2 + z^2 >= (15 mm)^2, magnitude = 5 Pa, direction = -z)\n"
+    more += "load across = remote_stress(ball, where = x^2 + y^2 + z^2 >= (15 mm)^2, magnitude = 5 Pa, direction = -z)\n"
     assert core(BALL + more).stress == pytest.approx((70.0, -30.0, -25.0))
     more = "load squeeze = pressure(plate, where = x^2 + y^2 >= (20 mm)^2, magnitude = 30 Pa)\n"
     assert core(PLATE + more).stress == pytest.approx((70.0, -30.0, 0.0))
@@ -215,7 +215,7 @@ WRONG = {
                            "fixed(ball, where = z <= 0 mm, components = z)\n"),
     "a force": BALL + "load push = point_force(ball, at = (6, 3, 2) mm, vector = (1, 0, 0) mN)\n",
     "a part of it": BALL.replace(f"where = {OUTER}", f"where = {OUTER} and x > 3 mm"),
-    "nothing": BALL.replace(f"load pull = tension(ball, where = {OUTER}, magnitude = 100 Pa, direction = +x)\n", ""),
+    "nothing": BALL.replace(f"load pull = remote_stress(ball, where = {OUTER}, magnitude = 100 Pa, direction = +x)\n", ""),
     "the hollow": SHELL.replace("(15 mm)^2, mag", "(4 mm)^2, mag"),
     "in motion": BALL + "analysis a = dynamic(duration = 1 s, step = 10 ms)\n",
     "an ellipse": PLATE.replace("inner = 5 mm", "inner = 5 mm, inner_y = 4 mm"),

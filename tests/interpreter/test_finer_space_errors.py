@@ -30,7 +30,7 @@ load     down = gravity(1 m/s^2, direction = -z)
 model    fine = fem(tet10, strain = finite, {fine})
 {models}
 probe    line = line(b, from = (0, 5, 5) mm, to = (40, 5, 5) mm, points = 9)
-metric   eta  = energy_norm(line, against = fine)
+metric   eta  = relative_l2_error(line, against = fine)
 metric   sag  = displacement(line, along = -z)
 """
 BOX = "box(size = (40, 10, 10) mm)"
@@ -129,7 +129,7 @@ load     pull = traction(b, where = x >= 40 mm, vector = (0, 0, 20) Pa)
 model    fine = fem(tet10, strain = corotational, size = 2 mm)
 model    hex  = fem(hex8, strain = corotational, formulation = mean_dilatation, size = 4 mm)
 probe    line = line(b, from = (0, 0, 0) mm, to = (40, 0, 0) mm, points = 9)
-metric   eta  = energy_norm(line, against = fine)
+metric   eta  = relative_l2_error(line, against = fine)
 """)
     report = run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=("hex",)))
     assert 1.0 <= ratio(report, "hex") <= 6.0
@@ -248,7 +248,7 @@ load     push = {load}
 model    m    = fem({model}, strain = small, size = 2 mm)
 model    fine = fem(quad9, strain = small, formulation = mixed, size = 1 mm)
 probe    line = line(b, from = {begin} mm, to = {end} mm, points = 9)
-metric   eta  = energy_norm(line, against = fine)
+metric   eta  = relative_l2_error(line, against = fine)
 """
 
 
@@ -297,7 +297,7 @@ probe    tip  = point(b, at = (20, 10, 10) mm)
 probe    root = point(b, at = (0, 10, 10) mm)
 metric   off  = tip_error(tip, against = fine)
 metric   way  = displacement(tip, along = -x)
-metric   eta  = energy_norm(tip, against = fine)
+metric   eta  = relative_l2_error(tip, against = fine)
 metric   held = displacement(root, along = -x)
 metric   side = displacement(tip, along = +y)
 """)

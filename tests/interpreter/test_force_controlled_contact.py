@@ -18,7 +18,7 @@ material gel   = neo_hookean(young = 25 kPa, poisson = 0.45, density = 1000 kg/m
 body     pad   = axisymmetric(quadrilateral((0, -12, 0) mm, (24, -12, 0) mm, (24, 0, 0) mm, (0, 0, 0) mm), gel)
 body     ball  = rigid(sphere(radius = 8 mm, origin = (0, 9, 0) mm){mass})
 support  table = fixed(pad, where = y <= -12 mm)
-contact  touch = between(ball, pad, where = y >= 0 mm{friction})
+contact  touch = rigid_contact(ball, pad, where = y >= 0 mm{friction})
 analysis rest  = static(states = [25, 100, 60] %)
 model    quads = fem({element}, strain = finite, size = 1.5 mm{formulation})
 metric   push  = force(touch, along = -y)
@@ -30,12 +30,12 @@ body     block = solid(box(size = (20, 20, 20) mm, origin = (0, 0, -20) mm), gel
 body     ball  = rigid(sphere(radius = 5 mm, origin = (11, 10, 5.5) mm))
 support  table = fixed(block, where = z <= -20 mm)
 support  guide = {guide}
-contact  touch = between(ball, block{friction})
+contact  touch = rigid_contact(ball, block{friction})
 analysis rest  = static(states = [30, 100] %)
 model    cubes = fem(hex8, strain = finite, size = 5 mm)
 metric   push  = force(touch, along = -z)
 """
-PRESSED = "load hand = point_force(ball, at = {at} mm, vector = {vector} mN, course = state)\n"
+PRESSED = "load hand = point_force(ball, at = {at} mm, vector = {vector} mN, amplitude = per_state)\n"
 GUIDE = "fixed(ball, components = (x, y))"
 
 
@@ -113,7 +113,7 @@ def test_a_force_that_is_wrong_by_a_thousandth_is_found_by_other_formulas(monkey
 
     monkeypatch.setattr(force_driven_rigid_bodies, "force_on", wrong)
     text = re.sub(r"static\(.*\)", "static()", SOLID).format(guide=GUIDE, friction="")
-    found = solved(text + PRESSED.format(at="(11, 10, 5)", vector="(0, 0, -20)").replace(", course = state", ""))
+    found = solved(text + PRESSED.format(at="(11, 10, 5)", vector="(0, 0, -20)").replace(", amplitude = per_state", ""))
     assert found.models["cubes"].status == "failed"
     assert "what `ball` meets does not bear it: 1.0e-03" in str(found.models["cubes"].message)
 
@@ -122,7 +122,7 @@ def test_weight_and_forces_add_up_and_friction_goes_from_state_to_state() -> Non
     """A ball of 1 g that is dragged aside while 5 mN press it: the force along z is both, to the tolerance."""
     text = SOLID.format(guide="fixed(ball, components = y)", friction=", friction = 0.3")
     text = text.replace("10, 5.5) mm))", "10, 5.5) mm), mass = 1 g)")
-    text += "support drag = displaced(ball, by = (0.5, 0, 0) mm, components = x, course = state)\n"
+    text += "support drag = displaced(ball, by = (0.5, 0, 0) mm, components = x, amplitude = per_state)\n"
     text += (
         "load weight = gravity(9.81 m/s^2)\n"
         + "load hand = point_force(ball, at = (11, 10, 5) mm, vector = (0, 0, -5) mN)\n"
@@ -146,8 +146,8 @@ body     rod   = rigid(cylinder(length = 10 mm, radius = 5 mm, axis = +z, origin
 support  floor = fixed(strip, where = y <= -20 mm)
 support  guide = fixed(rod, components = x)
 support  side  = displaced(strip, where = y <= -20 mm, by = (0, 0.1, 0) mm)
-load     hand  = point_force(rod, at = (10, 6, 0) mm, vector = (0, -20, 0) mN, course = state)
-contact  touch = between(rod, strip, where = y >= 0 mm)
+load     hand  = point_force(rod, at = (10, 6, 0) mm, vector = (0, -20, 0) mN, amplitude = per_state)
+contact  touch = rigid_contact(rod, strip, where = y >= 0 mm)
 analysis rest  = static(states = [100, 0] %)
 model    quads = fem(quad4, size = 4 mm, strain = finite)
 metric   push  = force(touch, along = -y)
@@ -168,8 +168,8 @@ material gel   = neo_hookean(young = 10 MPa, poisson = 0.3, density = 1000 kg/m^
 body     dome  = axisymmetric(quadrilateral((0, 5, 0) mm, (50, 0, 0) mm, (50, 1, 0) mm, (0, 6, 0) mm), gel)
 body     ball  = rigid(sphere(radius = 8 mm, origin = (0, 14.01, 0) mm))
 support  rim   = fixed(dome, where = x >= 50 mm)
-load     hand  = point_force(ball, at = (0, 14, 0) mm, vector = (0, -0.2, 0) N, course = state)
-contact  touch = between(ball, dome, where = y >= 1 mm)
+load     hand  = point_force(ball, at = (0, 14, 0) mm, vector = (0, -0.2, 0) N, amplitude = per_state)
+contact  touch = rigid_contact(ball, dome, where = y >= 1 mm)
 analysis rest  = static(states = [50, 100] %)
 model    quads = fem(quad8, strain = finite, size = 1 mm)
 metric   push  = force(touch, along = -y)

@@ -31,7 +31,7 @@ support wall = fixed(beam, where = x <= 0 mm)
 load weight = gravity(9.81 m/s^2, direction = -z)
 reference theory = simo_reissner(beam)
 probe axis = line(beam, from = (0, 0, 0) mm, to = (100, 0, 0) mm, points = 5)
-metric eta = energy_norm(axis, against = theory)
+metric eta = relative_l2_error(axis, against = theory)
 metric mean = mean_error(axis, against = theory)
 metric drop = displacement(axis, along = -z)
 """

@@ -16,7 +16,7 @@ body     bar   = solid(box(size = (10, 10, 40) mm), gel)
 body     plate = rigid(box(size = (20, 20, 5) mm, origin = (-5, -5, 40.01) mm), mass=10 g, velocity = (0, 0, -0.2) m/s)
 support  floor = fixed(bar, where = z <= 0 mm)
 load     fall  = gravity(9.81 m/s^2)
-contact  hit   = between(plate, bar)
+contact  hit   = rigid_contact(plate, bar)
 analysis fly   = dynamic(duration = 26 ms, step = 0.2 ms, integrator = {integrator})
 model    hexes = fem(hex8, strain = small, size = 10 mm)
 probe    top   = point(bar, at = (5, 5, 40) mm)
@@ -28,7 +28,7 @@ scene "a free ball and a free block"
 material gel   = neo_hookean(young = 200 kPa, poisson = 0.3, density = 1000 kg/m^3)
 body     block = solid(box(size = (20, 20, 20) mm), gel)
 body     stone = rigid({shape}, density = 3000 kg/m^3, velocity = (0.3, 0, -1) m/s, spin = (5, 0, 20) rad/s)
-contact  hit   = between(stone, block)
+contact  hit   = rigid_contact(stone, block)
 analysis fly   = dynamic(duration = {end}, step = {step}, integrator = {integrator})
 model    hexes = fem(hex8, strain = finite, size = 10 mm)
 probe    top   = point(block, at = (10, 10, 20) mm)
@@ -144,9 +144,9 @@ scene "a free stone is pushed and turned"
 material gel   = neo_hookean(young = 200 kPa, poisson = 0.3, density = 1000 kg/m^3)
 body     block = solid(box(size = (20, 20, 20) mm), gel)
 body     stone = rigid(box(size = (30, 20, 10) mm, origin = (100, 0, 0) mm), mass = 12 g, spin = (3, -2, 5) rad/s)
-contact  hit   = between(stone, block)
+contact  hit   = rigid_contact(stone, block)
 load     push  = point_force(stone, at = (130, 20, 10) mm, vector = (0.02, 0.01, 0.03) N)
-load     turn  = torque(stone, moment = (1e-4, 2e-4, -1e-4) N*m, course = ramp(over = 50 ms))
+load     turn  = torque(stone, moment = (1e-4, 2e-4, -1e-4) N*m, amplitude = ramp(over = 50 ms))
 analysis fly   = dynamic(duration = 100 ms, step = 2 ms, integrator = {integrator})
 model    hexes = fem(hex8, strain = finite, size = 10 mm)
 probe    top   = point(block, at = (10, 10, 20) mm)
@@ -209,7 +209,7 @@ body     slab   = solid(box(size = (30, 20, 5) mm, origin = (0, 0, -5) mm), rubb
 body     plate  = rigid(box(size = (60, 40, 2) mm, origin = (-18.4, -10, 0) mm), mass=10 g, velocity = (0.2, 0, 0) m/s)
 support  floor  = fixed(slab, where = z <= -5 mm)
 load     weight = gravity(9.81 m/s^2)
-contact  rub    = between(plate, slab, friction = 0.3)
+contact  rub    = rigid_contact(plate, slab, friction = 0.3)
 analysis slide  = dynamic(duration = 80 ms, step = 0.5 ms)
 model    hexes  = fem(hex8, size = 10 mm, strain = small)
 metric   push   = force(rub, along = -z)
@@ -260,7 +260,7 @@ def test_rigid_bodies_that_pass_through_each_other_are_told(turned: bool) -> Non
     text = text.replace("velocity = (0.3, 0, -1) m/s, spin = (5, 0, 20) rad/s",
                         f"velocity = (0.5, 0, 0) m/s, spin = (0, 0, {spin}) rad/s")  # fmt: skip
     text += "body wall = rigid(half_space(normal = (-1, 0, 0), origin = (150, 0, 0) mm))\n"
-    text += "contact stays = between(wall, block)\n"
+    text += "contact stays = rigid_contact(wall, block)\n"
     report = loads(text).run()
     said = [w.message for w in report.warnings if w.code == "W639"]
     assert said == ([] if turned else ["`stone` passes through `wall`: rigid bodies do not keep clear of each other"])

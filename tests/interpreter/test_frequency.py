@@ -152,7 +152,7 @@ metric many   = frequency(bar, mode = 8)
             "fem(hex8, strain = small, size = 10 mm)",
             "tangent of small strain",
         ),  # 1.27 Hz was said of 6.19 under tension
-        ("fem(hex8, strain = finite, size = 10 mm, cap = 1)", "before it came to an equilibrium"),
+        ("fem(hex8, strain = finite, size = 10 mm, max_iterations = 1)", "before it came to an equilibrium"),
     ],
 )
 def test_loads_without_a_tangent_or_an_equilibrium_leave_no_frequency(model: str, reason: str) -> None:

@@ -27,7 +27,7 @@ SLOPE = (
     HEAD
     + """
 body     hill  = rigid(half_space(normal = (0, 0, 1)))
-contact  touch = between(hill, block, friction = 0.3)
+contact  touch = rigid_contact(hill, block, friction = 0.3)
 load     sag   = gravity(9.81 m/s^2, direction = ({x}, 0, {z}))
 analysis rest  = static()
 """
@@ -37,9 +37,9 @@ DRAGGED = (
     HEAD
     + """
 body     plane = rigid(half_space(normal = (0, 0, 1)))
-contact  touch = between(plane, block, friction = 0.3)
+contact  touch = rigid_contact(plane, block, friction = 0.3)
 support  grip  = fixed(block, where = z >= 10 mm)
-support  hand  = displaced(plane, by = (8, 0, 0.4) mm, course = state)
+support  hand  = displaced(plane, by = (8, 0, 0.4) mm, amplitude = per_state)
 analysis press = static(states = [25, 50, 75, 100] %)
 metric   heat  = dissipation(block)
 metric   way   = slip(touch)
@@ -113,8 +113,8 @@ body     block = plane_strain(
 body     roll  = rigid(cylinder(radius = 8 mm, length = 20 mm, axis = +z, origin = (10, 28, -10) mm))
 support  floor = fixed(block, where = y <= 0 mm)
 support  down  = displaced(roll, by = (0, -1, 0) mm)
-support  spin  = turned(roll, angle = {angle} deg, axis = +z, through = (10, 28, 0) mm, course = state)
-contact  touch = between(roll, block, friction = 0.3)
+support  spin  = rotated(roll, angle = {angle} deg, axis = +z, through = (10, 28, 0) mm, amplitude = per_state)
+contact  touch = rigid_contact(roll, block, friction = 0.3)
 analysis press = static(states = {states} %)
 model    quads = fem(quad4, strain = finite, size = 2 mm)
 metric   drag  = force(touch, along = +x)
@@ -153,7 +153,7 @@ body     block = axisymmetric(
 body     ball  = rigid(sphere(radius = 10 mm, origin = (0, 10, 0) mm))
 support  floor = fixed(block, where = y <= -20 mm)
 support  hand  = displaced(ball, by = (0, -1, 0) mm)
-contact  touch = between(ball, block, where = y >= 0 mm{friction})
+contact  touch = rigid_contact(ball, block, where = y >= 0 mm{friction})
 model    quads = fem(quad8, size = 4 mm, strain = small)
 metric   push  = force(touch, along = -y)
 """
@@ -174,7 +174,7 @@ FLAT = """softmark 1
 material gel   = linear_elastic(young = 100 kPa, poisson = 0, density = 1000 kg/m^3)
 body     block = solid(box(size = (20, 20, 20) mm), gel)
 body     wall  = rigid(half_space(normal = (0, 0, 1)))
-contact  hit   = between(wall, block, friction = 0.5)
+contact  hit   = rigid_contact(wall, block, friction = 0.5)
 support  lid   = displaced(block, where = z >= 20 mm, by = (0, 0, -0.2) mm)
 model    cells = fem(hex8, size = 5 mm, strain = small)
 metric   still = stick_area(hit)

@@ -110,7 +110,7 @@ probe half = volume(bar, where = hard and y >= 3 mm)
 metric down = displacement(end, along = -z)
 metric all = displacement(face, along = -z)
 metric mean = strain(half, component = xx, over = mean)
-metric apart = strain_energy_norm(half, against = quads)
+metric apart = energy_norm_error(half, against = quads)
 {more}"""
 
 

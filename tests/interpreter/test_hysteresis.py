@@ -162,7 +162,7 @@ BAR = """
 material gel  = linear_elastic(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)
 body     bar  = solid(box(size = (20, 10, 10) mm), gel)
 support  wall = fixed(bar, where = x <= 0 mm)
-support  grip = displaced(bar, where = x >= 20 mm, by = (2, 0, 0) mm, course = state)
+support  grip = displaced(bar, where = x >= 20 mm, by = (2, 0, 0) mm, amplitude = per_state)
 analysis test = static(states = [25, 50, 100, 50, 25] %)
 model    one  = fem(hex8, strain = small, size = 5 mm)
 probe    end  = point(bar, at = (20, 0, 0) mm)

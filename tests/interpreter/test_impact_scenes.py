@@ -14,7 +14,7 @@ BAR = """
 material rod  = linear_elastic(young = 1 MPa, poisson = 0, density = 1000 kg/m^3)
 body     bar  = solid(box(size = (10, 10, 40) mm, origin = (0, 0, {away}) mm), rod)
 body     wall = rigid(half_space(normal = (0, 0, 1)))
-{more}contact  hit  = between(wall, bar)
+{more}contact  hit  = rigid_contact(wall, bar)
 analysis fly  = dynamic(duration = {end}, step = 0.1 ms, velocity = (0, 0, {speed}) m/s, integrator = trapezoidal)
 model    hexes = fem(hex8, size = 10 mm, strain = small)
 probe    head = point(bar, at = (5, 5, {away}) mm)
@@ -49,7 +49,7 @@ def test_a_report_tells_of_impacts_and_energies(tmp_path: Path, report_of: Calla
 def test_a_wall_follows_its_course_and_works(tmp_path: Path, report_of: Callable[[Path], softmark.Report]) -> None:
     """A wall that comes at .1 m/s brings 1/2 m (2 v)^2 = 8e-5 J to a bar of 4 g at rest: to 10 %, of which the
     integrator has lost what is missing."""
-    more = "support  hand = displaced(wall, by = (0, 0, 1) mm, course = ramp(over = 10 ms))\n"
+    more = "support  hand = displaced(wall, by = (0, 0, 1) mm, amplitude = ramp(over = 10 ms))\n"
     solve = report_of(written(tmp_path, speed=0, more=more)).models["hexes"].solve
     assert solve["energies"]["contact_work"][-1] == pytest.approx(8e-5, rel=0.1)
     assert [bounce["restitution"] for bounce in solve["impacts"]] == [None]  # as seen from the wall it would be one

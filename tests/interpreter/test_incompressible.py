@@ -79,9 +79,9 @@ def test_a_start_from_another_model_and_a_cap() -> None:
     """A mixed model starts from a coarse one of displacements, which has no pressures; a cap stops it as any other."""
     text = """
 model coarse = fem(hex8, strain = finite, integration = selective, size = 10 mm)
-model begun  = fem(tet10, strain = finite, formulation = mixed, size = 10 mm, start = coarse)
+model begun  = fem(tet10, strain = finite, formulation = mixed, size = 10 mm, initial_guess = coarse)
 model plain  = fem(tet10, strain = finite, formulation = mixed, size = 10 mm)
-model capped = fem(tet10, strain = finite, formulation = mixed, size = 10 mm, cap = 2)
+model capped = fem(tet10, strain = finite, formulation = mixed, size = 10 mm, max_iterations = 2)
 """
     report = solved(text)
     assert drop(report.models["begun"]) == pytest.approx(drop(report.models["plain"]), rel=1e-7)

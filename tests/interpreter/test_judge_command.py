@@ -139,7 +139,7 @@ def test_a_motion_is_that_of_the_series(tmp_path: Path) -> None:
 
 def test_states_are_matched_by_their_value(tmp_path: Path) -> None:
     more = "analysis both = static(states = [50, 100] %)\n"
-    more += "support lid = displaced(block, where = z >= 20 mm, by = (0, 0, -1) mm, course = state)\n"
+    more += "support lid = displaced(block, where = z >= 20 mm, by = (0, 0, -1) mm, amplitude = per_state)\n"
     model = judged(f'results("{series(tmp_path, [0.0, 0.5, 1.0])}", unit = 1 mm)', more)
     np.testing.assert_allclose(model.metrics["out"].states, [0.5e-3 * END[0], 1e-3 * END[0]], rtol=1e-12)
 

@@ -171,7 +171,7 @@ TETS = "model tets = fem(tet4, strain = corotational{more})\n"
         BEAM.replace("solid(cylinder(length = 100 mm, radius = 10 mm), gel)", f"solid({MESH}, gel)")
         .replace("model    rod    = beam6dof(segments = 20)\n", TETS.format(more=", size = 10 mm")),
         BEAM + TETS.format(more=f", mesh = {MESH}"),
-        BEAM + f"probe all = nodes(beam, mesh = {MESH})\n",
+        BEAM + f"probe all = mesh_nodes(beam, mesh = {MESH})\n",
         BEAM.replace("surface(beam, size = 4 mm)", f"surface(beam, mesh = {MESH})"),
     ],
     ids=["body", "model", "nodes", "surface"],
@@ -211,7 +211,7 @@ def test_against_a_model() -> None:
     """A model is measured from another one as from a reference, whichever is declared first, and not from itself."""
     text = BEAM.replace("model    rod ", "model    few    = beam6dof(segments = 5)\nmodel    rod ")
     report = softmark.loads(
-        text + "metric eta = energy_norm(axis, against = rod)\nmetric off = tip_error(axis, against = rod)\n"
+        text + "metric eta = relative_l2_error(axis, against = rod)\nmetric off = tip_error(axis, against = rod)\n"
         "reference theory = simo_reissner(beam)\n"
     ).run()
     few, rod = (report.models[n].probes["axis"].displacement for n in ("few", "rod"))

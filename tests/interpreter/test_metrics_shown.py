@@ -24,14 +24,14 @@ model    coarse = beam6dof(segments = 4)
 probe    axis = line(beam, from = (0, 0, 0) mm, to = (120, 0, 0) mm, points = 5)
 metric   sag  = displacement(axis, along = -z)
 """
-AGAINST_MODEL = BEAM + "metric diff = energy_norm(axis, against = rod)\n"
+AGAINST_MODEL = BEAM + "metric diff = relative_l2_error(axis, against = rod)\n"
 THEORIES = (
     BEAM
     + """
 reference theory   = elastica(beam)
 reference reissner = simo_reissner(beam)
-metric eta     = energy_norm(axis, against = theory)
-metric eta_rod = energy_norm(axis, against = reissner)
+metric eta     = relative_l2_error(axis, against = theory)
+metric eta_rod = relative_l2_error(axis, against = reissner)
 """
 )
 

@@ -82,7 +82,7 @@ def test_what_comes_to_rest_rests_where_the_static_analysis_is(integrator: str) 
 def test_a_moved_support_ends_where_it_is_moved_to() -> None:
     grip = "support grip = displaced(bar, where = x >= 400 mm, by = (8, 0, 0) mm, components = x{course})\n"
     time = moving(0.5, 0.005, ", damping_mass = 100 Hz")
-    report = run(BAR + grip.format(course=", course = smooth(over = 0.1 s)") + HEXES.format(more="") + time)
+    report = run(BAR + grip.format(course=", amplitude = smooth(over = 0.1 s)") + HEXES.format(more="") + time)
     times, u = course_of(report, "cells", "tip")
     share = 0.5 - 0.5 * np.cos(np.pi * np.minimum(1.0, times / 0.1))
     np.testing.assert_allclose(u[:, 0, 0], 8e-3 * share, atol=1e-12)
@@ -99,7 +99,7 @@ def test_a_moved_support_ends_where_it_is_moved_to() -> None:
         # 20 mm cannot follow the kinks of that triangle wave
         ("", 2.0, 0.04),
         # a ramp over many periods, and not a whole number of them: 1 + T / (pi over) at the most for the lowest mode
-        (f", course = ramp(over = {20.5 * PERIOD} s)", 1.0, 1.2 / (np.pi * 20.5)),
+        (f", amplitude = ramp(over = {20.5 * PERIOD} s)", 1.0, 1.2 / (np.pi * 20.5)),
     ],
     ids=["sudden", "slow"],
 )
@@ -121,7 +121,7 @@ def test_overshoot(course: str, overshoot: float, tolerance: float) -> None:
 def test_a_pulse_sends_a_wave_of_the_speed_of_sound() -> None:
     """What is pulled at the end is felt in the middle after L / 2c, and not before."""
     probe = "probe middle = point(bar, at = (200, 10, 10) mm)\n"
-    pulse = f", course = pulse(until = {PERIOD / 8} s)"
+    pulse = f", amplitude = pulse(until = {PERIOD / 8} s)"
     report = run(
         BAR + probe + PULL.format(course=pulse) + HEXES.format(more="")
         + moving(PERIOD / 4, PERIOD / 400, ", integrator = trapezoidal")
@@ -143,7 +143,7 @@ analysis drift = dynamic(
     tolerance = 1e-10
 )
 model    solid = fem(tet4, strain = finite, mass = uniform)
-probe    all   = nodes(block, mesh = cells)
+probe    all   = mesh_nodes(block, mesh = cells)
 """
 
 
@@ -253,7 +253,7 @@ def test_too_few_iterations_halve_the_step_or_end_the_march_and_never_give_nonse
 
 def test_one_iteration_a_step_ends_the_march() -> None:
     text = BLOCK.format(nu="0.3", models="model cells = fem(hex8, strain = finite, size = 10 mm)")
-    text += "metric drop = displacement(axis, along = -z)\nmetric frame = realtime(rate = 1 Hz)\n"
+    text += "metric drop = displacement(axis, along = -z)\nmetric frame = realtime_factor(rate = 1 Hz)\n"
     report = run(text + moving(0.1, 0.05, ", max_iterations = 1, tolerance = 1e-12"))
     cells = report.models["cells"]
     assert cells.status == "not_converged"
@@ -313,7 +313,7 @@ def test_a_pulse_between_two_steps_moves_the_body(name: str) -> None:
     time = STEADY.format(end=0.5 * PERIOD, step=step, name=name)
     ends = []
     for force, begin, until in ((1.0, 4.2, 4.8), (0.6, 4.0, 5.0)):
-        pulse = f", course = pulse(start = {begin * step} s, until = {until * step} s)"
+        pulse = f", amplitude = pulse(start = {begin * step} s, until = {until * step} s)"
         pull = PULL.format(course=pulse).replace("(1, 0, 0) kPa", f"({force}, 0, 0) kPa")
         _, u = course_of(run(BAR + pull + HEXES.format(more="") + time), "cells", "tip")
         ends.append(u[:, 0, 0])
@@ -323,6 +323,6 @@ def test_a_pulse_between_two_steps_moves_the_body(name: str) -> None:
 
 def test_a_sine_that_the_step_does_not_show_is_refused() -> None:
     """990 Hz at steps of 1 ms came out as a swing of 10 Hz, 470 times too large."""
-    text = BAR + PULL.format(course=", course = sine(frequency = 990 Hz)") + HEXES.format(more="")
+    text = BAR + PULL.format(course=", amplitude = sine(frequency = 990 Hz)") + HEXES.format(more="")
     with pytest.raises(softmark.SceneError, match="E381"):
         run(text + STEADY.format(end=0.1, step=1e-3, name="trapezoidal"))

@@ -67,7 +67,7 @@ def test_a_swing_in_three_dimensions_is_that_of_a_solid() -> None:
     text = CLAMP + WEIGHT + "load aside = point_force(bar, at = (200, 0, 0) mm, vector = (0, 15, 0) mN)\n"
     text += motion("0.2 s", "4 ms", ", integrator = midpoint") + ROD.format(segments=40)
     text += "model solid = fem(hex20, strain = corotational, size = 6 mm)\n"
-    text += "metric apart = course_norm(axis, against = solid)\n"
+    text += "metric apart = trajectory_error(axis, against = solid)\n"
     value = run(text).models["rod"].metrics["apart"].value
     assert value is not None
     assert value < 0.005
@@ -100,7 +100,7 @@ def test_a_free_bar_flies_on_and_turns_about_its_centre() -> None:
 
 def test_a_clamp_that_moves_takes_the_bar_along() -> None:
     """Raised by 20 mm in 1 s, which is slow, by damped steps: at the end all of it has moved as far, to 0.1 mm."""
-    lifted = "support lift = displaced(bar, where = x <= 0 mm, by = (0, 0, 20) mm, course = ramp(over = 1 s))\n"
+    lifted = "support lift = displaced(bar, where = x <= 0 mm, by = (0, 0, 20) mm, amplitude = ramp(over = 1 s))\n"
     damped = ", damping_mass = 12 Hz, integrator = generalized_alpha"
     report = run(lifted + ROD.format(segments=6) + motion("3 s", "50 ms", damped))
     last = course(report)[1][-1]
@@ -110,12 +110,12 @@ def test_a_clamp_that_moves_takes_the_bar_along() -> None:
 @pytest.mark.slow
 def test_what_turns_sections_comes_to_rest_where_the_static_analysis_is() -> None:
     """A torque on the end, a force on an arm and a clamp that turns, each on its course, and damped as above."""
-    acting = """support grip = turned(bar, where = x <= 0 mm, axis = (1, 2, 2), angle = 50 deg{ramp})
+    acting = """support grip = rotated(bar, where = x <= 0 mm, axis = (1, 2, 2), angle = 50 deg{ramp})
 load twist = torque(bar, where = x >= 200 mm, moment = (2, 1, -2) N*mm{ramp})
 load arm = point_force(bar, at = (200, 3, 3) mm, vector = (10, -10, 15) mN{ramp})
 """ + ROD.format(segments=6)
     damped = ", damping_mass = 12 Hz, integrator = bdf2, tolerance = 1e-9"
-    moved = run(acting.format(ramp=", course = ramp(over = 0.3 s)") + motion("3 s", "60 ms", damped))
+    moved = run(acting.format(ramp=", amplitude = ramp(over = 0.3 s)") + motion("3 s", "60 ms", damped))
     still = run(acting.format(ramp=""))
     end, rest = moved.models["rod"].probes["axis"], still.models["rod"].probes["axis"]
     assert np.abs(rest.displacement).max() > 0.05
@@ -129,8 +129,8 @@ def test_a_clamp_that_turns_takes_the_bar_around_more_than_once(integrator: str)
 
     The bar behind it lags by what its inertia bends it, by 2 mm of the 1.4 m that its end goes.
     """
-    turned = "support grip = turned(bar, where = x <= 0 mm, axis = +z, through = (0, -20, 0) mm, angle = 400 deg, "
-    turned += "course = smooth(over = 8 s))\n"
+    turned = "support grip = rotated(bar, where = x <= 0 mm, axis = +z, through = (0, -20, 0) mm, angle = 400 deg, "
+    turned += "amplitude = smooth(over = 8 s))\n"
     damped = f", damping_mass = 5 Hz, integrator = {integrator}"
     report = run(turned + ROD.format(segments=4) + motion("8 s", "0.1 s", damped))
     last, X = course(report)[1][-1], np.linspace([0.0, 20e-3, 0], [0.2, 20e-3, 0], 5)

@@ -80,7 +80,7 @@ def free(tension: float) -> float:
 ])  # fmt: skip
 def test_a_tension_follows_its_course(analysis: str, course: str, shares: tuple[float, ...]) -> None:
     """Where it is free, each share of the tension has the stretch of the closed form: to what the solver leaves."""
-    muscle = f"active(tissue, tension = 5 kPa, course = {course})"
+    muscle = f"active(tissue, tension = 5 kPa, amplitude = {course})"
     found = computed(HEART.format(bulk=""), muscle, f"analysis now = {analysis}")
     assert found.metrics["less"].states == pytest.approx([free(5e3 * share) for share in shares], rel=1e-7, abs=1e-12)
 
@@ -89,7 +89,7 @@ def test_a_tension_follows_a_table(tmp_path: Any) -> None:
     """Half way between two of its rows, and at one."""
     (tmp_path / "twitch.csv").write_text("t [s],part\n0,0\n1,0.8\n2,0.2\n", encoding="utf-8")
     more = "analysis now = quasistatic(duration = 2 s, step = 1 s, times = [0.5, 1, 2] s)"
-    muscle = 'active(tissue, tension = 5 kPa, course = table("twitch.csv", at = "t [s]", value = "part"))'
+    muscle = 'active(tissue, tension = 5 kPa, amplitude = table("twitch.csv", at = "t [s]", value = "part"))'
     text = CUBE.format(law=HEART.format(bulk=""), model=TIGHT, size="10 mm", more=more, muscle=muscle)
     (tmp_path / "a.scene").write_text(text, encoding="utf-8")
     found = softmark.load(tmp_path / "a.scene").run().models["one"].metrics["less"].states
@@ -126,7 +126,7 @@ def test_muscle_moves_a_body_and_its_work_is_told(tmp_path: Any) -> None:
     true = swinging().y[:, -1]
     off = []
     for step in ("0.2 ms", "0.1 ms"):
-        muscle = "active(tissue, tension = 5 kPa, course = ramp(over = 6 ms))"
+        muscle = "active(tissue, tension = 5 kPa, amplitude = ramp(over = 6 ms))"
         more = f"analysis move = dynamic(duration = 10 ms, step = {step}, integrator = trapezoidal, tolerance = 1e-9)"
         found = computed(HEART.format(bulk=", bulk = 20 kPa"), muscle, more, "hex8", at=tmp_path)
         off.append(abs(found.metrics["less"].value - L * (1.0 - true[0])) / L)
@@ -138,8 +138,8 @@ def test_muscle_moves_a_body_and_its_work_is_told(tmp_path: Any) -> None:
 
 
 @pytest.mark.parametrize(("course", "sigma"), [
-    ("", 2e3), (", course = pulse(until = 3 ms)", 0.0), (", course = ramp(over = 8 ms)", 1e3),
-    (", course = pulse(until = 4 ms)", 2e3),  # up to the end
+    ("", 2e3), (", amplitude = pulse(until = 3 ms)", 0.0), (", amplitude = ramp(over = 8 ms)", 1e3),
+    (", amplitude = pulse(until = 4 ms)", 2e3),  # up to the end
 ])  # fmt: skip
 def test_stress_in_a_motion_is_of_the_tension_that_there_is(course: str, sigma: float) -> None:
     """Held at its length it does not move, and carries T: all of it was told at the end, whatever the course."""
@@ -159,11 +159,11 @@ def test_muscle_beside_what_relaxes_pulls() -> None:
     """Two halves in a row, of which one remembers: its tension was left out, and is found again by the check."""
     more = """region soft = part(cube, where = x >= 5 mm, material = damper)
 material matrix = neo_hookean_isochoric(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
-material damper = viscous(matrix, g = [0.5], tau = [1] s)
+material damper = viscoelastic(matrix, g = [0.5], tau = [1] s)
 probe    mid  = point(cube, at = (5, 10, 10) mm)
 metric   came = displacement(mid, along = -x)
 analysis now = quasistatic(duration = 2 s, step = 0.5 s, times = [0, 1, 2] s)"""
-    muscle = "active(tissue, tension = 2 kPa, course = ramp(over = 1 s))"
+    muscle = "active(tissue, tension = 2 kPa, amplitude = ramp(over = 1 s))"
     found = computed(HEART.format(bulk=", bulk = 20 kPa"), muscle, more + "\n" + HELD, "hex8", "5 mm")
     first, second, last = found.metrics["came"].states
     assert first == pytest.approx(0.0, abs=1e-12)
@@ -173,15 +173,15 @@ analysis now = quasistatic(duration = 2 s, step = 0.5 s, times = [0, 1, 2] s)"""
 def test_fibres_that_shorten_by_a_course_are_not_known_beside_what_relaxes() -> None:
     """They were as short as they would ever be from the start, and the check found that no state was at rest."""
     more = """region soft = part(cube, where = x >= 5 mm, material = damper)
-material damper = viscous(matrix, g = [0.5], tau = [1] s, of = whole)
+material damper = viscoelastic(matrix, g = [0.5], tau = [1] s, of = whole)
 material matrix = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
 analysis now = quasistatic(duration = 1 s, step = 0.5 s, times = [0.5, 1] s)"""
-    text = CUBE.format(law=RUBBER.format(nu=0.3), muscle=SHORT.format("10 %", ", own = +x, course = ramp(over = 1 s)"),
+    text = CUBE.format(law=RUBBER.format(nu=0.3), muscle=SHORT.format("10 %", ", own = +x, amplitude = ramp(over = 1 s)"),
                        more=more, model="hex8", size="5 mm").replace(SIGMA, "")  # fmt: skip
     with pytest.raises(softmark.SceneError) as refused:
         softmark.loads(text)
     assert [d.code for d in refused.value.diagnostics] == ["E362"]
-    softmark.loads(text.replace(", course = ramp(over = 1 s)", ""))
+    softmark.loads(text.replace(", amplitude = ramp(over = 1 s)", ""))
 
 
 CONFINED = """
@@ -227,7 +227,7 @@ def test_a_tension_that_varies_follows_a_course() -> None:
     """Half of one that varies is one that varies by half as much."""
     text = "active(tissue, tension = {} * x / 10 mm, own = +x{})"
     more = CONFINED + "analysis now = static(states = [50] %)"
-    half = computed(RUBBER.format(nu=0.3), text.format("4 kPa", ", course = state"), more, "hex8", "2.5 mm")
+    half = computed(RUBBER.format(nu=0.3), text.format("4 kPa", ", amplitude = per_state"), more, "hex8", "2.5 mm")
     whole = computed(RUBBER.format(nu=0.3), text.format("2 kPa", ""), CONFINED, "hex8", "2.5 mm")
     assert half.metrics["moved"].value == pytest.approx(whole.metrics["moved"].value, rel=1e-9)
 
@@ -283,7 +283,7 @@ def test_heart_that_is_held_has_the_stress_of_its_stretch() -> None:
 def test_a_shortening_follows_its_course(analysis: str) -> None:
     course = "state" if "static(s" in analysis else "ramp(over = 1 s)"
     more = f"analysis now = {analysis}"
-    found = computed(RUBBER.format(nu=0.5), SHORT.format("40 %", f", own = +x, course = {course}"), more)
+    found = computed(RUBBER.format(nu=0.5), SHORT.format("40 %", f", own = +x, amplitude = {course}"), more)
     assert found.metrics["less"].states == pytest.approx([0.2 * L, 0.4 * L], rel=1e-9)
 
 
@@ -311,7 +311,7 @@ def test_short_fibres_in_a_motion(tmp_path: Any) -> None:
     assert found.metrics["less"].value == pytest.approx(L * (1.0 - true), rel=1e-4)
 
 
-PULLS = "active(tissue, tension = 1 kPa, course = {})"
+PULLS = "active(tissue, tension = 1 kPa, amplitude = {})"
 SLOWLY, MOVES = "quasistatic(duration = 1 s, step = 0.1 s)", "dynamic(duration = 2 ms, step = 1 ms)"
 
 
@@ -321,14 +321,14 @@ SLOWLY, MOVES = "quasistatic(duration = 1 s, step = 0.1 s)", "dynamic(duration =
     (PULLS.format("state"), "static(states = [-10, 100] %)", ["W398"]),
     (PULLS.format("state"), "static()", ["E311"]),
     (PULLS.format("state"), SLOWLY, ["E311"]),
-    (SHORT.format("20 %", ", course = state"), SLOWLY, ["E311"]),
+    (SHORT.format("20 %", ", amplitude = per_state"), SLOWLY, ["E311"]),
     (PULLS.format("ramp(over = 1 s)"), "static()", ["W317"]),
     (PULLS.format("ramp(over = 1 s, start = 3 s)"), SLOWLY, ["W378"]),
     (PULLS.format("sine(frequency = 1 kHz)"), MOVES, ["E381"]),
-    (SHORT.format("10 %", ", course = state"), "static(states = [-10, 100] %)", []),
-    (SHORT.format("10 %", ", course = ramp(over = 1 ms)"), MOVES, ["E368"]),
+    (SHORT.format("10 %", ", amplitude = per_state"), "static(states = [-10, 100] %)", []),
+    (SHORT.format("10 %", ", amplitude = ramp(over = 1 ms)"), MOVES, ["E368"]),
     (SHORT.format("60 %", ""), "static()", ["E301"]),
-    (SHORT.format("20 %", ", course = state"), "static(states = [50, 300] %)", ["E379"]),
+    (SHORT.format("20 %", ", amplitude = per_state"), "static(states = [50, 300] %)", ["E379"]),
     ("active(first, tension = 1 kPa)\nmaterial first = " + SHORT.format("10 %", ""), "static()", ["E367"]),
 ])  # fmt: skip
 def test_what_is_said_of_courses(muscle: str, more: str, codes: list[str]) -> None:
@@ -348,7 +348,7 @@ def test_what_is_said_of_courses(muscle: str, more: str, codes: list[str]) -> No
 ])  # fmt: skip
 def test_what_relaxes_is_no_muscle(muscle: str, code: str) -> None:
     """Memory is known of isotropic laws alone, and is said to be so."""
-    more = """material damper = viscous(tissue, g = [0.5], tau = [1] s)
+    more = """material damper = viscoelastic(tissue, g = [0.5], tau = [1] s)
 material pulling = active(tissue, tension = 1 Pa, own = +x)"""
     text = CUBE.format(law=RUBBER.format(nu=0.3), muscle=muscle, more=more, model="hex8", size="5 mm")
     with pytest.raises(softmark.SceneError) as refused:

@@ -134,8 +134,8 @@ def test_a_beam_on_two_hinges() -> None:
     no moment. 32 segments are 0.1 % short of bending."""
     text = (
         "body bar = network(points = [(0, 0, 0), (1, 0, 0)] m, members = [(1, 2)], material = foam, side = 20 mm)\n"
-        "support bolt = hinged(bar, where = x <= 0 m, axis = +y)\n"
-        "support roller = hinged(bar, where = x >= 1 m, axis = +y, components = (y, z))\n"
+        "support bolt = pinned(bar, where = x <= 0 m, axis = +y)\n"
+        "support roller = pinned(bar, where = x >= 1 m, axis = +y, components = (y, z))\n"
         "load push = point_force(bar, at = (0.5, 0, 0) m, vector = (0, 0, -10) mN)\n"
         "model m = frame6dof(segments = 32)\nprobe tip = point(bar, at = (0.5, 0, 0) m)\n" + TIP.split("\n", 1)[1]
     )
@@ -170,7 +170,7 @@ def test_a_torque_at_a_joint() -> None:
         "body bar = network(points = [(0, 0, 0), (1, 0, 0), (1, 0.5, 0)] m, members = [(1, 2), (2, 3)], "
         "material = foam, side = 20 mm)\n"
         "support near = fixed(bar, where = x <= 0 m)\nsupport far = fixed(bar, where = y >= 0.5 m)\n"
-        "support corner = hinged(bar, where = x >= 1 m and y <= 0 m, axis = +z)\n"
+        "support corner = pinned(bar, where = x >= 1 m and y <= 0 m, axis = +z)\n"
         "load turn = torque(bar, where = x >= 1 m and y <= 0 m, moment = (0, 0, 10) mN*m)\n"
         "model m = frame6dof(segments = 40)\nprobe tip = point(bar, at = (1, 0, 0) m)\n"
         "metric held = moment(near, along = +z)\nmetric other = moment(far, along = +z)\n"
@@ -214,7 +214,7 @@ def test_the_tones_of_a_portal() -> None:
     text = (
         "body bar = network(points = [(0, 0, 0), (0, 1, 0), (1.5, 1, 0), (1.5, 0, 0)] m, "
         "members = [(1, 2), (2, 3), (3, 4)], material = foam, side = 20 mm)\n"
-        "support feet = fixed(bar, where = y <= 0 m)\nsupport level = hinged(bar, where = z <= 0 m, axis = +z, "
+        "support feet = fixed(bar, where = y <= 0 m)\nsupport level = pinned(bar, where = z <= 0 m, axis = +z, "
         "components = z)\nmodel m = frame6dof(segments = 30)\nprobe tip = point(bar, at = (0, 1, 0) m)\n"
         "metric tones = frequency(bar, mode = 4)\n"
         "load push = point_force(bar, at = (0, 1, 0) m, vector = (1, 0, 0) mN)\n"
@@ -245,7 +245,7 @@ def test_what_is_imposed_at_a_hinge() -> None:
     """A hinge that moves: the point goes where it is told, and takes 3 E I d / L^3, 0.2 % by 20 segments."""
     text = (
         f"{BEAM}support wall = fixed(bar, where = x <= 0 m)\n"
-        "support lift = hinged(bar, where = x >= 1 m, by = (0, 0, 1) mm, components = z)\n"
+        "support lift = pinned(bar, where = x >= 1 m, by = (0, 0, 1) mm, components = z)\n"
         f"model m = frame6dof(segments = 20)\n{TIP}metric force = force(lift, along = +z)\n"
     )
     model = run(text)["m"]
@@ -293,7 +293,7 @@ def test_a_hinge_that_does_not_turn_is_no_answer(monkeypatch: pytest.MonkeyPatch
     """Forces found again know what a hinge leaves free: one that is solved as a clamp has a moment about its axis."""
     text = (
         "body bar = network(points = [(0, 0, 0), (1, 0, 0)] m, members = [(1, 2)], material = foam, side = 20 mm)\n"
-        f"support bolt = hinged(bar, where = x <= 0 m, axis = {axis})\n"
+        f"support bolt = pinned(bar, where = x <= 0 m, axis = {axis})\n"
         "support far = fixed(bar, where = x >= 1 m)\n"
         "load push = point_force(bar, at = (0.5, 0, 0) m, vector = (0, 0, -10) mN)\n"
         "model m = frame6dof(segments = 8)\nprobe tip = point(bar, at = (0.5, 0, 0) m)\n" + TIP.split("\n", 1)[1]

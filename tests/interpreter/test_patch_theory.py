@@ -22,9 +22,9 @@ from softmark.references.contact_patch_test import DeformedStack
 PAIR = """
 material gel   = linear_elastic(young = 10 kPa, poisson = 0.25, density = 1000 kg/m^3)
 material stiff = linear_elastic(young = 40 kPa, poisson = 0.1, density = 1000 kg/m^3)
-body     pair  = solid(apart(box(size = (10, 20, 10) mm), box(size = (30, 20, 10) mm, origin = (10.5, 0, 0) mm)), gel)
+body     pair  = solid(disjoint(box(size = (10, 20, 10) mm), box(size = (30, 20, 10) mm, origin = (10.5, 0, 0) mm)), gel)
 region   far   = part(pair, where = x >= 10.2 mm, material = stiff)
-contact  touch = itself(pair, where = x >= 10 mm and x <= 10.5 mm)
+contact  touch = self_contact(pair, where = x >= 10 mm and x <= 10.5 mm)
 support  base  = fixed(pair, where = x <= 0 mm, components = x)
 support  side  = symmetric(pair, where = y <= 0 mm)
 support  below = symmetric(pair, where = z <= 0 mm)
@@ -35,7 +35,7 @@ metric   push  = force(touch, along = +x, against = told)
 """
 GLUED = """
 material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
-body     pair  = solid(apart(box(size = (10, 10, 10) mm), box(size = (10, 10, 10) mm, origin = (0, 0, 10) mm),
+body     pair  = solid(disjoint(box(size = (10, 10, 10) mm), box(size = (10, 10, 10) mm, origin = (0, 0, 10) mm),
     coarser = 0.6), gel)
 contact  glue  = tied(pair)
 support  base  = fixed(pair, where = z <= 0 mm, components = z)
@@ -53,11 +53,11 @@ metric   within = force(glue, along = +z, against = told)
 """
 FLAT = """
 material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
-body     pair  = BODY(apart(
+body     pair  = BODY(disjoint(
     quadrilateral(first = (R, 0, 0) mm, second = (12, 0, 0) mm, third = (12, 10, 0) mm, fourth = (R, 10, 0) mm),
     quadrilateral(first = (R, 10.02, 0) mm, second = (12, 10.02, 0) mm, third = (12, 18, 0) mm, fourth = (R, 18, 0) mm),
     coarser = 0.7), gel)
-contact  touch = itself(pair, where = y >= 10 mm and y <= 10.02 mm)
+contact  touch = self_contact(pair, where = y >= 10 mm and y <= 10.02 mm)
 support  base  = fixed(pair, where = y <= 0 mm, components = y)
 load     press = traction(pair, where = y >= 18 mm, vector = (0, -600, 0) Pa)
 model    quads = fem(quad4, strain = finite, size = 4 mm)
@@ -103,7 +103,7 @@ def test_two_blocks_of_two_materials() -> None:
     assert set(facts_of_theory(reference, found)) == {"off", "area_m2", "push_N"}
     moved = found.displacement(np.array([[0.01, 0.02, 0.01], [0.0105, 0.02, 0.01]]))
     assert moved == pytest.approx(np.array([[-2e-4, 1e-4, 5e-5], [-7e-4, 1e-5, 5e-6]]), abs=1e-15)
-    other = PAIR.replace("solid(apart(box(size = (10, 20, 10) mm), ", "solid(apart(").replace(
+    other = PAIR.replace("solid(disjoint(box(size = (10, 20, 10) mm), ", "solid(apart(").replace(
         "origin = (10.5, 0, 0) mm)", "origin = (10.5, 0, 0) mm), box(size = (10, 20, 10) mm)")  # fmt: skip
     rest = at_rest_of(*case(other), answer(other))
     assert rest is not None
@@ -124,7 +124,7 @@ def test_three_blocks_and_any_end_that_moves() -> None:
     third = "box(size = (10, 20, 10) mm, origin = (40.6, 0, 0) mm)"
     text = PAIR.replace("apart(", "apart(apart(").replace("(10.5, 0, 0) mm))", f"(10.5, 0, 0) mm)), {third})")
     text = text.replace("x >= 10.2 mm, m", "x >= 10.2 mm and x <= 40.55 mm, m").replace("x >= 40.5 mm", "x >= 50.6 mm")
-    again = "contact  again = itself(pair, where = x >= 40.5 mm and x <= 40.6 mm)\n"
+    again = "contact  again = self_contact(pair, where = x >= 40.5 mm and x <= 40.6 mm)\n"
     found = answer(text + again)
     assert found.stress == pytest.approx(-0.25e-3 / 2.75e-6, rel=1e-9)
     lifted = text.replace(

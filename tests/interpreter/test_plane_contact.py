@@ -15,7 +15,7 @@ SQUARE = "quadrilateral((0, 0, 0) mm, (20, 0, 0) mm, (20, 20, 0) mm, (0, 20, 0) 
 ROLL = """
 body roll = rigid(cylinder(radius = 8 mm, length = 20 mm, axis = +z, origin = (10, 28, -10) mm))
 support hand = displaced(roll, by = (0, -1, 0) mm)
-contact touch = between(roll, block{more})
+contact touch = rigid_contact(roll, block{more})
 model quads = fem(quad4, strain = finite, size = 2 mm)
 metric push = force(touch, along = -y)
 metric area = contact_area(touch)

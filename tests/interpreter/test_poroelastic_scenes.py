@@ -121,7 +121,7 @@ def test_long_after_it_is_the_drained_law() -> None:
 
 def test_a_pump_presses_fluid_through() -> None:
     """Steady seepage: p falls in a straight line, and k p A / H leaves below in every second; to 1e-9."""
-    bath = "support bath = pore_pressure(plug, where = z >= H, value = 2 kPa, course = ramp(over = 1 s))\n"
+    bath = "support bath = pore_pressure(plug, where = z >= H, value = 2 kPa, amplitude = ramp(over = 1 s))\n"
     drain = "support drain = drained(plug, where = z <= 0 mm)\nmetric past = outflow(drain)\n"
     half = "metric half = pore_pressure(plug, at = (1, 1, 5) mm)\n"
     text = (
@@ -230,7 +230,7 @@ def test_what_leaves_at_once_is_not_vouched_for() -> None:
     text += SMALL + COLUMN + PUSH + "model m = fem(hex20, strain = small, size = 2 mm)\n"
     said = [{w.code for w in report(text, T=f"{T} s").warnings} for T in (0, 5, 10)]
     assert ["W394" in codes for codes in said] == [True, True, False]
-    late = text.replace("-1) kPa)", "-1) kPa, course = pulse(start = 20 s, until = 40 s))")
+    late = text.replace("-1) kPa)", "-1) kPa, amplitude = pulse(start = 20 s, until = 40 s))")
     said = [{w.code for w in report(late, T=f"{T} s").warnings} for T in (30, 40)]
     assert ["W394" in codes for codes in said] == [False, True]
 
@@ -263,17 +263,17 @@ def pumped(course: str, k: str, loads: str, strain: str = "small", value: str = 
 @pytest.mark.parametrize("strain", ["small", pytest.param("finite", marks=pytest.mark.slow)])
 def test_what_a_pump_does_is_work(strain: str) -> None:
     """Seepage dissipates what a pump does: works, what is stored and what is lost agree, as forces alone do not."""
-    model = pumped(", course = ramp(over = 5 s)", "1e-12 m^4/(N*s)", "", strain)
+    model = pumped(", amplitude = ramp(over = 5 s)", "1e-12 m^4/(N*s)", "", strain)
     known = model.solve["energies_in_time"]
     assert known["work_J"] == pytest.approx(known["stored_J"] + known["dissipated_J"], rel=0.02)
-    steady = pumped(", course = ramp(over = 5 s)", "1e-9 m^4/(N*s)", "", strain).solve["energies_in_time"]
+    steady = pumped(", amplitude = ramp(over = 5 s)", "1e-9 m^4/(N*s)", "", strain).solve["energies_in_time"]
     through = 1e-9 * 2e3 * 4e-6 / 10e-3 * 2e3  # W
     assert steady["work_J"] == pytest.approx((45.0 + 5.0 / 3.0) * through, rel=0.01)
 
 
 def test_fluid_that_passes_through_has_moved() -> None:
     """A steady flow of 4e4 times what pores take: its balance is over all of that, and the answer is one."""
-    model = pumped(", course = ramp(over = 5 s)", "1e-6 m^4/(N*s)", "")
+    model = pumped(", amplitude = ramp(over = 5 s)", "1e-6 m^4/(N*s)", "")
     looked_at(model)
     assert model.solve["fluid"]["moved_m3"] == pytest.approx(47.5 * 1e-6 * 2e3 * 4e-6 / 10e-3, rel=0.01)
 
@@ -311,7 +311,7 @@ SKELETON = "neo_hookean(young = 1 MPa, poisson = 0.1, density = 1000 kg/m^3)"
         (
             "E362",
             FINITE,
-            f"material gel = viscous({SKELETON.replace('0.1', '0.1 + 0.1 * z / H')}, g = [0.3], tau = [1 s])\n",
+            f"material gel = viscoelastic({SKELETON.replace('0.1', '0.1 + 0.1 * z / H')}, g = [0.3], tau = [1 s])\n",
         ),
     ],
 )

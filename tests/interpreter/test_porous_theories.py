@@ -27,7 +27,7 @@ metric   deep  = pore_pressure(plug, at = (0, 0, 0) mm, against = told)
 """
 LOAD = "load     press = traction(plug, where = z >= 10 mm, vector = (0, 0, -1) kPa)"
 MOVED = (
-    "support press = displaced(plug, where = z >= 10 mm, by = (0, 0, -1) mm, components = z, course = ramp(over = 5 s))"
+    "support press = displaced(plug, where = z >= 10 mm, by = (0, 0, -1) mm, components = z, amplitude = ramp(over = 5 s))"
 )
 OPEN = "drained(plug, where = z >= 10 mm)"
 SLAB = """
@@ -37,7 +37,7 @@ body     plug  = plane_strain(quadrilateral(first = (0, 0, 0) mm, second = (4, 0
     fourth = (0, 2, 0) mm), soil, thickness = 3 mm)
 support  below = fixed(plug, where = y <= 0 mm, components = y)
 support  mid   = symmetric(plug, where = x <= 0 mm)
-support  press = displaced(plug, where = y >= 2 mm, by = (0, -0.01, 0) mm, components = y, course = ramp(over = 5 s))
+support  press = displaced(plug, where = y >= 2 mm, by = (0, -0.01, 0) mm, components = y, amplitude = ramp(over = 5 s))
 support  open  = drained(plug, where = x >= 4 mm)
 analysis wait  = quasistatic(duration = 50 s, step = 1 s, times = [10, 50] s)
 model    quads = fem(quad9, strain = small, size = 1 mm)
@@ -51,7 +51,7 @@ body     plug  = solid(cylinder(length = 2 mm, radius = 4 mm, axis = +z, origin 
 support  below = fixed(plug, where = z <= 3 mm, components = z)
 support  left  = fixed(plug, where = x >= 0.9999 mm and x <= 1.0001 mm, components = x)
 support  right = fixed(plug, where = y >= 1.9999 mm and y <= 2.0001 mm, components = y)
-support  press = displaced(plug, where = z >= 5 mm, by = (0, 0, -0.01) mm, components = z, course = ramp(over = 5 s))
+support  press = displaced(plug, where = z >= 5 mm, by = (0, 0, -0.01) mm, components = z, amplitude = ramp(over = 5 s))
 support  open  = drained(plug, where = (x - 1 mm)^2 + (y - 2 mm)^2 >= (4 mm)^2)
 analysis wait  = quasistatic(duration = 50 s, step = 1 s, times = [10, 50] s)
 model    tets  = fem(tet10, strain = small, size = 1 mm)
@@ -187,7 +187,7 @@ def test_what_breaks_an_assumption_is_refused(text: str, why: str) -> None:
 
 
 def test_a_jump_that_no_theory_has_is_refused() -> None:
-    text = BOX.replace(LOAD, MOVED.replace(", course = ramp(over = 5 s)", "")).replace(
+    text = BOX.replace(LOAD, MOVED.replace(", amplitude = ramp(over = 5 s)", "")).replace(
         "linear_elastic(", "neo_hookean("
     )
     assert "at once" in refused(text.replace("terzaghi", "confined").replace("strain = small", "strain = finite"))

@@ -30,7 +30,7 @@ body     block = axisymmetric(quadrilateral((0, -20, 0) mm, (20, -20, 0) mm, (20
 body     tool  = rigid({shape})
 support  floor = fixed(block, where = y <= -20 mm{held})
 support  hand  = displaced(tool, by = (0, -{d}, 0) mm)
-contact  touch = between(tool, block, where = y >= 0 mm)
+contact  touch = rigid_contact(tool, block, where = y >= 0 mm)
 model    quads = fem(quad4, size = 2 mm, strain = small)
 probe    top   = line(block, from = (0, 0, 0) mm, to = ({end}, 0, 0) mm, points = 9)
 metric   p     = pressure_along(touch, probe = top)
@@ -155,7 +155,7 @@ def test_levers_of_a_contact_leave_a_closed_form_as_it_is() -> None:
     value += "metric push = force(touch, along = -y)\nmetric far = value_error(of = push, against = given)\n"
     for target, codes in (("touch.distance", []), ("touch.friction", ["E512"])):
         scene = text(BALL, 0.5).replace("y >= 0 mm)", "y >= 0 mm, distance = 1 um, friction = 0.3)") + value
-        assert codes_of(scene + f"study walk = stability(over = [{target}], metric = far)\n") == codes
+        assert codes_of(scene + f"study walk = robustness(over = [{target}], metric = far)\n") == codes
 
 
 def codes_of(scene: str) -> list[str]:

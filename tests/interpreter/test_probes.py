@@ -167,7 +167,7 @@ def test_a_surface_over_a_mesh_has_its_boundary_points(tmp_path: Path) -> None:
 def test_weights_of_a_volume_add_up_to_it() -> None:
     text = (
         "probe inside = volume(block, size = 10 mm)\nmodel fine = fem(hex8, strain = small, size = 5 mm)\n"
-        "metric eta = strain_energy_norm(inside, against = fine)\n"
+        "metric eta = energy_norm_error(inside, against = fine)\n"
     )
     report = softmark.loads(BLOCK + text).run()
     metric = report.models["cells"].metrics["eta"]

@@ -23,17 +23,17 @@ probe end = point(block, at = (20, 5, 5) mm)
 metric drop = displacement(end, along = -z)
 """
 FLOOR = (
-    "body floor = rigid(box(size = (90, 90, 5) mm, origin = (-40, -40, -6) mm))\ncontact touch = between(floor, block)"
+    "body floor = rigid(box(size = (90, 90, 5) mm, origin = (-40, -40, -6) mm))\ncontact touch = rigid_contact(floor, block)"
 )
 FACE = "where = x >= 20 mm"
 MOVES = "analysis fall = dynamic(duration = 10 ms, step = 0.5 ms"
 SAID = {  # what a scene says, and what of it is named by every program that could compute the rest
     FLOOR: "contact `touch`",
-    "contact touch = itself(block)": "contact `touch`",
+    "contact touch = self_contact(block)": "contact `touch`",
     "contact touch = tied(block)": "contact `touch`",
-    "support bed = bedded(block, where = z <= 0 mm, stiffness = 10 kPa/mm)": "support `bed`",
-    "support plate = level(block, where = x >= 20 mm)": "support `plate`",
-    f"support twist = turned(block, {FACE}, axis = +x, angle = 20 deg)": "support `twist`",
+    "support bed = elastic_foundation(block, where = z <= 0 mm, stiffness = 10 kPa/mm)": "support `bed`",
+    "support plate = rigid_plate(block, where = x >= 20 mm)": "support `plate`",
+    f"support twist = rotated(block, {FACE}, axis = +x, angle = 20 deg)": "support `twist`",
     "load press = pressure(block, where = z >= 10 mm, magnitude = 100 Pa)": "load `press`",
     f"load twist = torque(block, {FACE}, moment = (1, 0, 0) mN*mm)": "load `twist`",
     "analysis rest = static(path = arc_length)": "path = arc_length",
@@ -41,22 +41,22 @@ SAID = {  # what a scene says, and what of it is named by every program that cou
     "material own = active(base, own = +x, tension = 1 kPa)": "the muscle Active",
     "material own = active_strain(base, own = +x, shortening = 10 %)": "the directed ActiveStrain",
     f"material own = {LAW.replace('60 kPa', '60 kPa * (1 + x / 20 mm)')}": "the graded NeoHookeanIsochoric",
-    "material own = viscous(base, g = [0.5], tau = [1 s])\nanalysis wait = quasistatic(duration = 1 s, step = 0.5 s)":
+    "material own = viscoelastic(base, g = [0.5], tau = [1 s])\nanalysis wait = quasistatic(duration = 1 s, step = 0.5 s)":
         "stress that relaxes",
 }  # fmt: skip
 MOVING = {
     FLOOR: "contact `touch`",
-    "support bed = bedded(block, where = z <= 0 mm, stiffness = 10 kPa/mm)": "support `bed`",
+    "support bed = elastic_foundation(block, where = z <= 0 mm, stiffness = 10 kPa/mm)": "support `bed`",
     f"support pull = displaced(block, {FACE}, by = (1, 0, 0) mm)": "support `pull`",
     "load press = pressure(block, where = z >= 10 mm, magnitude = 100 Pa)": "load `press`",
-    f"load late = traction(block, {FACE}, vector = (9, 0, 0) Pa, course = ramp(over = 5 ms))": "load `late`",
+    f"load late = traction(block, {FACE}, vector = (9, 0, 0) Pa, amplitude = ramp(over = 5 ms))": "load `late`",
 }
 
 
 def said(more: str, moving: bool) -> dict[str, str]:
     """Warnings of all programs that solve such analyses."""
     able = [name for name, own in PROGRAMS.items() if bool(own.moves) == moving and "finite" in own.laws]
-    lines = [more, *(f"model {name} = outside({name}, tet4, strain = finite, size = 5 mm)" for name in able)]
+    lines = [more, *(f"model {name} = external_solver({name}, tet4, strain = finite, size = 5 mm)" for name in able)]
     text = SCENE.format(law=LAW, of="own" if "material own" in more else "base") + "\n".join(lines)
     warnings = softmark.loads(text + (f"\n{MOVES})" if moving else "") + "\n").warnings
     found = dict.fromkeys(able, "")

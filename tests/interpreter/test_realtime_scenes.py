@@ -20,9 +20,9 @@ support  wall   = fixed(block, where = x <= 0 mm)
 load     weight = gravity(9.81 m/s^2)
 model    cells  = fem(tet4, strain = corotational, size = 10 mm, mass = lumped)
 probe    tip    = point(block, at = (60, 10, 10) mm)
-metric   ever   = realtime(rate = 0.001 Hz)
-metric   never  = realtime(rate = 1 GHz)
-metric   eye    = realtime(rate = 25 Hz)
+metric   ever   = realtime_factor(rate = 0.001 Hz)
+metric   never  = realtime_factor(rate = 1 GHz)
+metric   eye    = realtime_factor(rate = 25 Hz)
 """
 MOTION = "analysis motion = dynamic(duration = 200 ms, step = 20 ms)\n"
 
@@ -88,7 +88,7 @@ def test_what_is_not_solved_has_no_verdict(more: str) -> None:
 
 def test_a_capped_model_has_numbers_and_no_verdict() -> None:
     """One iteration a step is accepted where a scene asks for it: the motion is shown, its speed is not judged."""
-    report = softmark.loads(BLOCK.replace("mass = lumped", "mass = lumped, cap = 1") + MOTION).run()
+    report = softmark.loads(BLOCK.replace("mass = lumped", "mass = lumped, max_iterations = 1") + MOTION).run()
     cells = report.models["cells"]
     assert cells.status == "capped"
     assert cells.probes["tip"].course is not None
@@ -114,7 +114,7 @@ load     weight = gravity(9.81 m/s^2)
 model    rod    = beam6dof(segments = 10)
 reference theory = simo_reissner(beam)
 probe    axis   = line(beam, from = (0, 0, 0) mm, to = (100, 0, 0) mm, points = 5)
-metric   frame  = realtime(rate = 0.001 Hz)
+metric   frame  = realtime_factor(rate = 0.001 Hz)
 """
 
 

@@ -29,7 +29,7 @@ def scene_of(seed: int) -> str:
     young = 10 ** rng.uniform(4.5, 6.5)
     down = rng.normal(size=3) * [0.3, 1.0, 1.0]
     moving = rng.random() < 0.4
-    course = f", course = ramp(over = {rng.uniform(20, 100):.3g} ms)" if moving else ""
+    course = f", amplitude = ramp(over = {rng.uniform(20, 100):.3g} ms)" if moving else ""
     lines = [
         f"material gel = {law}(young = {young:.6g} Pa, poisson = {rng.uniform(0, 0.45):.3f}, density = 1000 kg/m^3)",
         f"body b = solid(box(size = ({length:.6g}, {wide:.6g}, {high:.6g}) mm), gel)",

@@ -33,7 +33,7 @@ body     block = {body}
 body     tool  = rigid({shape})
 support  floor = fixed(block, where = {floor})
 support  hand  = {hand}
-contact  touch = between(tool, block)
+contact  touch = rigid_contact(tool, block)
 analysis press = static(states = [50, 100] %)
 model    hexes = fem({cells}, strain = small, size = 10 mm)
 metric   area  = contact_area(touch)
@@ -48,7 +48,7 @@ def pressed(shape: str, hand: str, **more: str) -> str:
 
 
 BALL = pressed(
-    "sphere(radius = 10 mm, origin = (10, 10, 30) mm)", "displaced(tool, by = (0, 0, -1) mm, course = state)"
+    "sphere(radius = 10 mm, origin = (10, 10, 30) mm)", "displaced(tool, by = (0, 0, -1) mm, amplitude = per_state)"
 )
 
 

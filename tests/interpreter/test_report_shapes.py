@@ -48,7 +48,7 @@ SCENE = """softmark 1
 scene "Shapes"
 probe tip = point(beam, at = (100 mm, 0 mm, 0 mm))
 metric gap = mean_error(tip, against = scan)
-metric frame = realtime(rate = 25 Hz)
+metric frame = realtime_factor(rate = 25 Hz)
 """
 
 

@@ -25,13 +25,13 @@ body     block = axisymmetric(
 body     ball  = rigid(sphere(radius = 10 mm, origin = (0, 10, 0) mm))
 support  floor = fixed(block, where = y <= -40 mm)
 support  hand  = displaced(ball, by = (0, -1, 0) mm{course})
-contact  touch = between(ball, block, where = y >= 0 mm)
+contact  touch = rigid_contact(ball, block, where = y >= 0 mm)
 {analysis}
 model    quads = fem({element}, size = {size} mm, strain = {strain})
 metric   push  = force(touch, along = -y)
 metric   held  = force(floor, along = +y)
 """
-STATES = {"course": ", course = state", "analysis": "analysis press = static(states = [25, 50, 100] %)"}
+STATES = {"course": ", amplitude = per_state", "analysis": "analysis press = static(states = [25, 50, 100] %)"}
 AT_ONCE = {"course": "", "analysis": ""}
 
 
@@ -91,7 +91,7 @@ def test_a_ball_that_comes_to_lie_in_the_body_is_no_answer(radius: float, by: fl
     body     ball  = rigid(sphere(radius = {radius} mm, origin = (5.3, 4.7, {20.2 + radius}) mm))
     support  floor = fixed(block, where = z <= 0 mm)
     support  hand  = displaced(ball, by = (0, 0, -{by}) mm)
-    contact  touch = between(ball, block)
+    contact  touch = rigid_contact(ball, block)
     model    cubes = fem(hex8, size = 10 mm, strain = finite)
     metric   push  = force(touch, along = -z)
     """
@@ -133,7 +133,7 @@ def test_nor_is_one_that_comes_to_lie_in_its_plane(body: str, tool: str, element
     body     tool  = rigid({SMALL.get(tool, small)})
     support  floor = fixed(block, where = y <= 0 mm)
     support  hand  = displaced(tool, by = (0, {{by}}, 0) mm)
-    contact  touch = between(tool, block)
+    contact  touch = rigid_contact(tool, block)
     model    cells = fem({element}, size = 10 mm, strain = finite)
     metric   push  = force(touch, along = -y)
     """
@@ -160,7 +160,7 @@ def test_a_beam_that_sags_does_not_go_past_a_shelf() -> None:
         body     beam  = solid(box(size = (100, 5, 5) mm), gel)
         body     shelf = rigid(box(size = (30, 200, {thick}) mm, origin = (80, -100, {-thick - 10.0}) mm))
         support  wall  = fixed(beam, where = x <= 0 mm)
-        contact  below = between(shelf, beam)
+        contact  below = rigid_contact(shelf, beam)
         load     sag   = gravity(9.81 m/s^2, direction = -z)
         model    cubes = fem(hex8, size = 5 mm, strain = finite)
         metric   rest  = force(below, along = +z)
@@ -177,9 +177,9 @@ body     beam  = plane_stress(
 body     shelf = rigid(box(size = (25, {thick}, 40) mm, origin = (80, {below}, -20) mm))
 body     tool  = rigid(cylinder(radius = 4 mm, length = 40 mm, axis = +z, origin = (40, 9.2, -20) mm))
 support  wall  = fixed(beam, where = x <= 0 mm)
-support  hand  = displaced(tool, by = (0, -8, 0) mm, course = state)
-contact  under = between(shelf, beam)
-contact  over  = between(tool, beam)
+support  hand  = displaced(tool, by = (0, -8, 0) mm, amplitude = per_state)
+contact  under = rigid_contact(shelf, beam)
+contact  over  = rigid_contact(tool, beam)
 analysis press = static(states = {states} %)
 model    cells = fem({element}, size = 2.5 mm, strain = finite)
 metric   rest  = force(under, along = +y)
@@ -227,7 +227,7 @@ def test_a_disc_that_is_driven_right_through_between_nodes_is_refused() -> None:
     body     disc  = rigid({SMALL["disc"]})
     support  floor = fixed(block, where = y <= 0 mm)
     support  hand  = displaced(disc, by = (0, -40, 0) mm)
-    contact  touch = between(disc, block)
+    contact  touch = rigid_contact(disc, block)
     model    cells = fem(quad4, size = 10 mm, strain = finite)
     metric   push  = force(touch, along = -y)
     """
@@ -252,10 +252,10 @@ def test_a_strut_that_buckles_beside_thin_walls_leans_on_them() -> None:
         body     front = rigid(box(size = (200, {thick}, 4) mm, origin = (-100, {-thick - 0.2}, 59.5) mm))
         body     back  = rigid(box(size = (200, {thick}, 4) mm, origin = (-100, 5.2, 59.5) mm))
         support  base  = fixed(strut, where = z <= 0 mm)
-        contact  one   = between(left, strut)
-        contact  two   = between(right, strut)
-        contact  three = between(front, strut)
-        contact  four  = between(back, strut)
+        contact  one   = rigid_contact(left, strut)
+        contact  two   = rigid_contact(right, strut)
+        contact  three = rigid_contact(front, strut)
+        contact  four  = rigid_contact(back, strut)
         load     push  = traction(strut, where = z >= 60 mm, vector = (0, 0, -450) Pa)
         model    cubes = fem(hex8, size = 5 mm, strain = finite)
         metric   f     = force(one, along = +x)
@@ -285,9 +285,9 @@ OCTAHEDRON = octahedron(((10, 0, 0), (-10, 0, 0), (0, 10, 0), (0, -10, 0), (0, 0
 BESIDE = """softmark 1
 material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
 body     block = solid(box(size = (20, 20, 20) mm, origin = (15, 0, 0) mm), gel)
-body     tool  = rigid(filled("tool.obj", unit = 1 mm))
+body     tool  = rigid(tetrahedralized("tool.obj", unit = 1 mm))
 support  floor = fixed(block, where = z <= 0 mm)
-contact  touch = between(tool, block, where = x <= 15 mm)
+contact  touch = rigid_contact(tool, block, where = x <= 15 mm)
 load     sag   = gravity(9.81 m/s^2)
 model    bricks = fem(hex8, size = 5 mm, strain = finite)
 metric   push  = force(touch, along = -x)
@@ -312,7 +312,7 @@ def test_a_sphere_that_goes_far_in_one_step_is_taken_there_in_substeps() -> None
     """Half-way nodes would be pushed out behind it: what is found is the state that five states lead to."""
     text = pressed("quad4, integration = selective", 2.5, "finite", AT_ONCE)
     known = []
-    for by, more in (("(0, -16, 0) mm", ""), ("(0, -16, 0) mm, course = state", "[20, 40, 60, 80, 100] %")):
+    for by, more in (("(0, -16, 0) mm", ""), ("(0, -16, 0) mm, amplitude = per_state", "[20, 40, 60, 80, 100] %")):
         scene = text.replace("(0, -1, 0) mm", by) + (f"analysis a = static(states = {more})\n" if more else "")
         known.append(loads(scene).run().models["quads"].metrics["push"].value)
     assert known[0] == pytest.approx(known[1], rel=1e-6)
@@ -336,7 +336,7 @@ def test_the_stated_error_of_a_force_holds_and_is_no_wider_than_it_need_be(eleme
     """Of three travels: errors within it (and what the truth is known to), a tenth of it in the median at least."""
     table, found = indented.NEO_HOOKEAN, []
     for travel, right in zip((25, 50, 100), table, strict=True):
-        how = AT_ONCE | {"course": ", course = state", "analysis": f"analysis press = static(states = [{travel}] %)"}
+        how = AT_ONCE | {"course": ", amplitude = per_state", "analysis": f"analysis press = static(states = [{travel}] %)"}
         scene = loads(pressed(element, size, "finite", how))
         model = run_to_report(CheckedScene(scene.scene, scene.warnings), RunOptions(draw=False, stated=())).models[
             "quads"
@@ -384,8 +384,8 @@ body block = axisymmetric(quadrilateral((0, -200, 0) mm, (200, -200, 0) mm, (200
 body     ball  = rigid(sphere(radius = 10 mm, origin = (0, 10, 0) mm))
 support  floor = fixed(block, where = y <= -200 mm)
 support  hand  = displaced(ball, by = (0, -0.2, 0) mm)
-contact  touch = between(ball, block, where = y >= 0 mm and x <= 10 mm)
-model    quads = fem(quad8, strain = finite, size = 10 mm, finer = 40, towards = y >= 0 mm and x <= 2 mm)
+contact  touch = rigid_contact(ball, block, where = y >= 0 mm and x <= 10 mm)
+model    quads = fem(quad8, strain = finite, size = 10 mm, refine_factor = 40, refine_at = y >= 0 mm and x <= 2 mm)
 metric   push  = force(touch, along = -y)
 metric   area  = contact_area(touch)
 """

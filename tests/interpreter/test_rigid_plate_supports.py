@@ -1,4 +1,4 @@
-"""Rigid plates without friction: `level(...)`.
+"""Rigid plates without friction: `rigid_plate(...)`.
 
 A block on a plane without friction under a level plate is in uniaxial stress wherever it is pressed: it sinks by
 F H / (E A), for its stress is the same everywhere and nothing else balances a plate that cannot tilt. The plate's
@@ -18,7 +18,7 @@ body     bar   = solid(box(size = (20, 10, 10) mm), gum)
 support  below = fixed(bar, where = z <= 0 mm, components = z)
 support  left  = fixed(bar, where = x <= 0 mm, components = x)
 support  front = fixed(bar, where = y <= 0 mm, components = y)
-support  plate = level(bar, where = z >= 10 mm)
+support  plate = rigid_plate(bar, where = z >= 10 mm)
 load     push  = traction(bar, where = z >= 10 mm and x <= 5 mm, vector = (0, 0, -1) kPa)
 model    cells = fem(ELEMENT, strain = STRAIN, size = 5 mm)
 probe    near  = point(bar, at = (0, 0, 10) mm)
@@ -32,7 +32,7 @@ material gum   = linear_elastic(young = 1 MPa, poisson = 0.3, density = 1000 kg/
 body     bar   = axisymmetric(quadrilateral(first = (0, 0, 0) mm, second = (20, 0, 0) mm, third = (20, 10, 0) mm,
     fourth = (0, 10, 0) mm), gum)
 support  below = fixed(bar, where = y <= 0 mm, components = y)
-support  plate = level(bar, where = y >= 10 mm)
+support  plate = rigid_plate(bar, where = y >= 10 mm)
 load     push  = traction(bar, where = y >= 10 mm and x <= 10 mm, vector = (0, -1, 0) kPa)
 model    cells = fem(quad8, strain = small, size = 5 mm)
 probe    near  = point(bar, at = (0, 10, 0) mm)
@@ -101,7 +101,7 @@ material soil  = biphasic(linear_elastic(young = 1 MPa, poisson = 0.2, density =
 body     bar   = axisymmetric(quadrilateral(first = (0, 0, 0) mm, second = (6, 0, 0) mm, third = (6, 2, 0) mm,
     fourth = (0, 2, 0) mm), soil)
 support  below = fixed(bar, where = y <= 0 mm, components = y)
-support  plate = level(bar, where = y >= 2 mm)
+support  plate = rigid_plate(bar, where = y >= 2 mm)
 support  side  = drained(bar, where = x >= 6 mm)
 load     push  = traction(bar, where = y >= 2 mm, vector = (0, -1, 0) kPa)
 analysis wait  = quasistatic(duration = 200 s, step = 8 s, times = [40, 100, 200] s)

@@ -124,7 +124,7 @@ load     pull = gravity(1 m/s^2, direction = -z)
 model    fine = fem(tet4, strain = corotational, size = h)
 model    same = fem(tet4, strain = finite, size = 10 mm)
 probe    axis = line(beam, from = (0, 10, 10) mm, to = (40, 10, 10) mm, points = 3)
-metric   eta  = energy_norm(axis, against = fine)
+metric   eta  = relative_l2_error(axis, against = fine)
 """
     scene = softmark.loads(text).scene
     ground = VariedScene(SceneSubject("a", scene, tmp_path), resolve_study(scene, None))
@@ -173,7 +173,7 @@ load     weight = gravity(g, direction = -z)
 model    rod    = beam6dof(segments = 8)
 reference line  = simo_reissner(beam)
 probe    axis   = point(beam, at = (200, 10, 10) mm)
-metric   eta    = energy_norm(axis, against = line)
+metric   eta    = relative_l2_error(axis, against = line)
 """
     return theory_of(softmark.loads(text, **replaced).scene, "line")
 

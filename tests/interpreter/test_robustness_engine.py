@@ -33,7 +33,7 @@ model    rod    = beam6dof(segments = n)
 model    stiff  = beam6dof(segments = 6, shear = no)
 reference theory = simo_reissner(beam)
 probe    axis   = line(beam, from = (0, 0, 0) mm, to = (178, 0, 0) mm, points = 5)
-metric   eta    = energy_norm(axis, against = theory)
+metric   eta    = relative_l2_error(axis, against = theory)
 """
 
 # it speaks the lines of a worker, and answers by the overrides of its task
@@ -82,7 +82,7 @@ def edges(found: Stress) -> dict[tuple[str, str, str], dict[str, Any]]:
 def test_walks_edges_and_classes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The worker is right from 5 segments and below 50 m/s^2, says so of the load alone, and gives up at 900 m/s^2."""
     monkeypatch.setenv("HANG", "1")
-    found = found_in(tmp_path, "study s = stability(over = [n, weight.magnitude], maps = none)", jobs=2, timeout=0.5)
+    found = found_in(tmp_path, "study s = robustness(over = [n, weight.magnitude], maps = none)", jobs=2, timeout=0.5)
     own = edges(found)
     down = own["rod", "n", "down"]
     assert (down["last_right"], down["first_wrong"], down["class"]) == (5.0, 4.0, "silent")
@@ -108,20 +108,20 @@ def test_walks_edges_and_classes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.usefixtures("made_up")
 def test_maps_of_pairs(tmp_path: Path) -> None:
-    found = found_in(tmp_path, "study s = stability(over = [soft, weight.magnitude], models = [rod])")
+    found = found_in(tmp_path, "study s = robustness(over = [soft, weight.magnitude], models = [rod])")
     (only,) = found.studies[0].maps
     assert (only.model, only.x, only.y) == ("rod", "soft", "weight.magnitude")
     assert (only.xs[0], only.xs[-1], len(only.xs)) == (0.1, 1.0, 3)
     assert len(only.classes) == len(only.ys) == 6
     assert all(len(row) == len(only.xs) and None not in row for row in only.classes)
     assert only.classes[only.ys.index(9.81)][-1] == "right"
-    none = found_in(tmp_path / "b", "study s = stability(over = [soft], models = [rod], maps = none)")
+    none = found_in(tmp_path / "b", "study s = robustness(over = [soft], models = [rod], maps = none)")
     assert none.studies[0].maps == ()
 
 
 @pytest.mark.usefixtures("made_up")
 def test_resumed_nothing_is_computed_again(tmp_path: Path) -> None:
-    study = "study s = stability(over = [weight.magnitude], until = inaccuracy)"
+    study = "study s = robustness(over = [weight.magnitude], until = inaccuracy)"
     first = found_in(tmp_path, study)
     lines = (tmp_path / "journal.jsonl").read_text(encoding="utf-8")
     with pytest.raises(JournalRefused, match="--resume"):
@@ -141,7 +141,7 @@ def test_an_interrupt_keeps_what_is_finished(tmp_path: Path) -> None:
         if len(said) == 4:
             raise KeyboardInterrupt
 
-    study = "study s = stability(over = [weight.magnitude])"
+    study = "study s = robustness(over = [weight.magnitude])"
     with pytest.raises(robustness_study.Interrupted, match=r"[345] points are in .*--resume"):
         found_in(tmp_path, study, say=interrupt)
     whole = found_in(tmp_path, study, resume=True)
@@ -150,7 +150,7 @@ def test_an_interrupt_keeps_what_is_finished(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("made_up")
 def test_choices_and_remedies_from_other_models(tmp_path: Path) -> None:
-    study = "study s = stability(over = [stiff.shear, soft], until = inaccuracy, maps = none)"
+    study = "study s = robustness(over = [stiff.shear, soft], until = inaccuracy, maps = none)"
     own = edges(found_in(tmp_path, study))
     assert own["stiff", "stiff.shear", "up"]["right"] == ["yes", "no"]
     wrong = own["stiff", "soft", "down"]
@@ -222,7 +222,7 @@ def test_cpu_time_is_that_of_the_process() -> None:
 def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     scene = tmp_path / "beam.scene"
-    study = "study s = stability(over = [n, soft], until = inaccuracy, maps = none)\n"
+    study = "study s = robustness(over = [n, soft], until = inaccuracy, maps = none)\n"
     scene.write_text(BEAM + study, encoding="utf-8")
     return scene
 
@@ -300,7 +300,7 @@ def test_compare_leaves_stability_alone(file: Path, capsys: pytest.CaptureFixtur
 
 def test_from_python(tmp_path: Path, made_up: None) -> None:
     file = tmp_path / "beam.scene"
-    file.write_text(BEAM + "study s = stability(over = [soft], maps = none)\n", encoding="utf-8")
+    file.write_text(BEAM + "study s = robustness(over = [soft], maps = none)\n", encoding="utf-8")
     found = softmark.stress(file, models=["rod"])
     assert repr(found).startswith(f"<Stress of 'Two rods': {found.summary.points} points: ")
     assert [p.name for p in found.write(file.parent / "written")] == ["stress.json", "stress.html"]

@@ -32,7 +32,7 @@ model    rod    = beam6dof(segments = n)
 model    tet    = fem(tet10, strain = finite, size = 20 mm)
 reference theory = small_deflection(beam)
 probe    axis   = line(beam, from = (0, 0, 0) mm, to = (100, 0, 0) mm, points = 5)
-metric   eta    = energy_norm(axis, against = rod)
+metric   eta    = relative_l2_error(axis, against = rod)
 """
 
 
@@ -121,7 +121,7 @@ def test_a_model_is_refused_for_its_own_errors_alone() -> None:
     """A mesh that is too fine for memory is no affair of the rod, which is computed all the same."""
     text = "\n".join(line for line in BEAM.splitlines() if "push" not in line)
     text = text.replace("against = rod", "against = theory")
-    study = softmark.loads(text + "\nstudy s = stability(over = [gel.density, tet.size, loose])").scene
+    study = softmark.loads(text + "\nstudy s = robustness(over = [gel.density, tet.size, loose])").scene
     ground = VariedScene(subject_of(study), resolve_study(study, study.declared["s"]))
     fine = ground.values({"tet.size": 1e-5})
     refused = ground.refusal(fine, "tet")

@@ -55,7 +55,7 @@ def test_a_body_that_is_turned_by_its_end_turns_as_a_whole(models: str) -> None:
 
     Bar: tolerance 1e-8 of a force on a body of 10 mm; positions to 1e-9 of the way, some 60 mm.
     """
-    report = run(f"""support grip = turned(bar, where = x >= 20 mm, {WORDS}, angle = 400 deg)
+    report = run(f"""support grip = rotated(bar, where = x >= 20 mm, {WORDS}, angle = 400 deg)
 {models}
 metric stored = strain_energy(bar)
 metric torque = moment(grip, along = (1, 2, 2))""")
@@ -67,7 +67,7 @@ metric torque = moment(grip, along = (1, 2, 2))""")
 
 
 def test_a_beam_that_is_turned_by_its_end_turns_as_a_whole() -> None:
-    report = run(f"""support grip = turned(bar, where = x >= 20 mm, {WORDS}, angle = 400 deg)
+    report = run(f"""support grip = rotated(bar, where = x >= 20 mm, {WORDS}, angle = 400 deg)
 model rod = beam6dof(segments = 4)""")
     seen = report.models["rod"].probes["inside"]
     assert np.allclose(seen.displacement, on_circles(seen.points, math.radians(400)), atol=1e-9)
@@ -75,8 +75,8 @@ model rod = beam6dof(segments = 4)""")
 
 def test_opposite_turns_cancel_and_a_whole_turn_is_not_none() -> None:
     """A rod twisted by 360 degrees stores (G J / L) angle^2 / 2, whatever its ends look like; G J of a box: its own."""
-    text = """support wall = turned(bar, where = x <= 0 mm, axis = -x, through = (0, 5, 5) mm, angle = 180 deg)
-support grip = turned(bar, where = x >= 20 mm, axis = +x, through = (0, 5, 5) mm, angle = {half} deg)
+    text = """support wall = rotated(bar, where = x <= 0 mm, axis = -x, through = (0, 5, 5) mm, angle = 180 deg)
+support grip = rotated(bar, where = x >= 20 mm, axis = +x, through = (0, 5, 5) mm, angle = {half} deg)
 model rod = beam6dof(segments = 8)
 metric stored = strain_energy(bar)
 metric torque = moment(grip, along = +x)"""
@@ -95,7 +95,7 @@ def test_a_loop_is_not_lost_where_segments_turn_past_each_other() -> None:
     by more than half a turn in one step."""
     text = """material gum = linear_elastic(young = 1.8 MPa, poisson = 0.3, density = 1000 kg/m^3)
 body bar = solid(cylinder(length = 200 mm, radius = {radius} mm), gum)
-support grip = turned(bar, where = x <= 0 mm, axis = +y, angle = 360 deg)
+support grip = rotated(bar, where = x <= 0 mm, axis = +y, angle = 360 deg)
 support far = fixed(bar, where = x >= 200 mm)
 model rod = beam6dof(segments = 20)
 metric stored = strain_energy(bar)
@@ -111,7 +111,7 @@ metric stored = strain_energy(bar)
 def test_an_end_that_may_slide_grows_longer() -> None:
     """Free along its axis a twisted rod bears no thrust and grows longer (Poynting 1909), as small strain cannot."""
     report = run("""support wall = fixed(bar, where = x <= 0 mm)
-support grip = turned(bar, where = x >= 20 mm, axis = +x, through = (0, 5, 5) mm, angle = 90 deg, components = (y, z))
+support grip = rotated(bar, where = x >= 20 mm, axis = +x, through = (0, 5, 5) mm, angle = 90 deg, components = (y, z))
 model hexes = fem(hex20, strain = finite, size = 5 mm)
 metric thrust = force(grip, along = +x)""")
     assert abs(report.models["hexes"].metrics["thrust"].value) < 1e-9
@@ -121,7 +121,7 @@ metric thrust = force(grip, along = +x)""")
 def test_in_time_it_turns_along_its_course() -> None:
     """At half of the ramp half of the angle: on the circle, where a straight way would be half of the chord."""
     report = run("""param full = 180 deg
-support grip = turned(bar, where = x >= 20 mm, axis = +z, angle = full, course = ramp(over = 0.2 s))
+support grip = rotated(bar, where = x >= 20 mm, axis = +z, angle = full, amplitude = ramp(over = 0.2 s))
 analysis swing = dynamic(duration = 0.1 s, step = 5 ms)
 model hexes = fem(hex8, strain = corotational, size = 10 mm)
 probe end = point(bar, at = (20, 0, 0) mm)
@@ -131,7 +131,7 @@ metric there = displacement(end, along = +y)""")
 
 
 CLAMPED = """support wall = fixed(bar, where = x <= 0 mm)
-support grip = turned(bar, where = x >= 20 mm, axis = +x, through = (0, 5, 5) mm, angle = {angle} deg{course})
+support grip = rotated(bar, where = x >= 20 mm, axis = +x, through = (0, 5, 5) mm, angle = {angle} deg{course})
 model hexes = fem(hex8, strain = corotational, size = 10 mm)"""
 
 
@@ -149,7 +149,7 @@ def test_a_turn_that_cells_cannot_follow_is_no_answer(angle: int) -> None:
 @pytest.mark.slow
 def test_a_whole_turn_in_states_that_cells_cannot_follow_is_no_answer() -> None:
     """The state at half of the turn has an answer, and the whole turn is no state without twist."""
-    text = "analysis turn = static(states = [50, 100] %)\n" + CLAMPED.format(angle=360, course=", course = state")
+    text = "analysis turn = static(states = [50, 100] %)\n" + CLAMPED.format(angle=360, course=", amplitude = per_state")
     model = softmark.loads(BODY.format(rest=text)).run().models["hexes"]
     assert [state.status for state in model.each] == ["converged", "not_converged"]
 
@@ -164,7 +164,7 @@ def test_a_bar_whose_cells_follow_keeps_its_whole_turns() -> None:
         metrics = (
             run(
                 f"""support wall = fixed(bar, where = x <= 0 mm)
-support grip = turned(bar, where = x >= 60 mm, axis = +x, through = (0, 5, 5) mm, angle = {angle} deg)
+support grip = rotated(bar, where = x >= 60 mm, axis = +x, through = (0, 5, 5) mm, angle = {angle} deg)
 model hexes = fem(hex20, strain = finite, size = 10 mm)
 metric stored = strain_energy(bar)
 metric torque = moment(grip, along = +x)""",

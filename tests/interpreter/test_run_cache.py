@@ -47,8 +47,8 @@ model fine = beam6dof(segments = n)
 model stiff = beam6dof(segments = 8, shear = no)
 reference theory = simo_reissner(beam)
 probe axis = line(beam, from = (0, 0, 0) mm, to = (100, 0, 0) mm, points = 5)
-metric eta = energy_norm(axis, against = theory)
-metric speed = realtime(25 Hz)
+metric eta = relative_l2_error(axis, against = theory)
+metric speed = realtime_factor(25 Hz)
 expect rod.eta < 10 %
 """
 GELS = "material soft = neo_hookean(young = 30 kPa, poisson = 0.3, density = 1000 kg/m^3)\n"
@@ -242,7 +242,7 @@ def test_another_program_of_the_same_number_is_another(tmp_path: Path, monkeypat
 
 SEEN = """reference seen = markers("seen.csv", unit = 1 mm, uncertainty = 0.1 mm)
 probe dots = markers(beam, of = seen)
-metric off = energy_norm(dots, against = seen)
+metric off = relative_l2_error(dots, against = seen)
 """
 
 
@@ -281,7 +281,7 @@ def test_a_file_that_is_saved_while_it_is_read_leaves_nothing(tmp_path: Path, mo
 
 @pytest.mark.slow
 def test_who_is_held_against_a_model_needs_it_computed(tmp_path: Path) -> None:
-    text = SCENE + "metric apart = energy_norm(axis, against = fine)\n"
+    text = SCENE + "metric apart = relative_l2_error(axis, against = fine)\n"
     found(tmp_path, text)
     assert found(tmp_path, text) == set()
     assert found(tmp_path, text.replace("segments = 8", "segments = 9")) == {"stiff", "fine", "theory"}
@@ -364,7 +364,7 @@ def test_who_is_killed_leaves_nothing_half_written(tmp_path: Path) -> None:
 
 def test_who_is_interrupted_has_what_was_finished(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Models that took their time are kept as they end, measured and drawn as in a run that was not interrupted."""
-    text = SCENE.replace("metric speed = realtime(25 Hz)\n", "")  # who measures time never finds the same
+    text = SCENE.replace("metric speed = realtime_factor(25 Hz)\n", "")  # who measures time never finds the same
     run(tmp_path, text=text)
     whole = plain(tmp_path)
     for file in kept(tmp_path):

@@ -37,10 +37,10 @@ LEVERS = """
 model single = fem(tet4, strain = corotational, size = h, precision = single)
 model reused = fem(tet4, strain = corotational, size = h, factorisation = reused)
 model cg     = fem(tet4, strain = corotational, size = h, linear = conjugate_gradients)
-model capped = fem(tet4, strain = corotational, size = h, cap = 3)
-model sofa   = fem(tet4, strain = corotational, size = h, cap = 1, linear = conjugate_gradients, linear_cap = 25)
+model capped = fem(tet4, strain = corotational, size = h, max_iterations = 3)
+model sofa   = fem(tet4, strain = corotational, size = h, max_iterations = 1, linear = conjugate_gradients, max_linear_iterations = 25)
 model coarse = fem(hex8, strain = finite, integration = selective, size = 2 * h)
-model fine   = fem(hex8, strain = finite, integration = selective, size = h, start = coarse)
+model fine   = fem(hex8, strain = finite, integration = selective, size = h, initial_guess = coarse)
 """
 
 
@@ -113,7 +113,7 @@ def test_the_tolerance_of_an_analysis_is_a_lever() -> None:
 def test_a_model_can_start_from_a_beam() -> None:
     """Any model of the body that has displacements: 40 segments know the rotations, and nothing of the sections."""
     rod = "model rod = beam6dof(segments = 40)\n"
-    found = solved(rod + "model warm = fem(tet4, strain = corotational, size = h, start = rod)\n")
+    found = solved(rod + "model warm = fem(tet4, strain = corotational, size = h, initial_guess = rod)\n")
     warm, plain = found.models["warm"], found.models["plain"]
     assert warm.solve["start"]["used"]
     np.testing.assert_allclose(warm.probes["tip"].displacement, plain.probes["tip"].displacement, atol=1e-8)

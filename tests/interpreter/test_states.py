@@ -61,13 +61,13 @@ probe axis = line(bar, from = (0, 10, 10) mm, to = (40, 10, 10) mm)
 metric root = moment(wall, along = -y)
 model rod = beam6dof(segments = 8)
 reference theory = simo_reissner(bar)
-metric eta = energy_norm(axis, against = theory)
+metric eta = relative_l2_error(axis, against = theory)
 """
 ANALYSIS = "analysis rest = static(states = [10, 40, 100] %)\n"
 
 
 def several(expect: str = "", models: str = MODELS) -> softmark.Report:
-    return softmark.loads(BAR.format(by=10, side=300, course=", course = state") + ANALYSIS + models + expect).run()
+    return softmark.loads(BAR.format(by=10, side=300, course=", amplitude = per_state") + ANALYSIS + models + expect).run()
 
 
 def alone(share: float, models: str = MODELS) -> softmark.Report:
@@ -150,7 +150,7 @@ def test_the_whole_is_the_last_state_with_the_time_of_all(report: softmark.Repor
 
 def test_theories_and_beams_are_solved_in_each_state() -> None:
     """The moment of a straight rod's weight is rho g A L^2 / 2 at its root to its own small bend."""
-    text = ROD.format(g=9.81, course=", course = state")
+    text = ROD.format(g=9.81, course=", amplitude = per_state")
     model = softmark.loads(text + ANALYSIS).run().models["rod"]
     for share, own in zip(STATES, model.each, strict=True):
         right = softmark.loads(ROD.format(g=9.81 * share, course="")).run().models["rod"]
@@ -177,7 +177,7 @@ SQUEEZE = """
 material gel = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)
 body bar = solid(box(size = (20, 20, 20) mm), gel)
 support wall = fixed(bar, where = x <= 0 mm)
-support press = displaced(bar, where = x >= 20 mm, by = (-20, 0, 0) mm, course = state)
+support press = displaced(bar, where = x >= 20 mm, by = (-20, 0, 0) mm, amplitude = per_state)
 analysis squeeze = static(states = [10, 20, 105, 30] %)
 model hexes = fem(hex8, strain = finite, size = 10 mm)
 metric resist = force(press, along = -x)
@@ -216,7 +216,7 @@ def test_curves_of_a_scene_without_probes_are_drawn_at_first() -> None:
     report = softmark.loads(
         "material gel = linear_elastic(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)\n"
         "body bar = solid(box(size = (20, 10, 10) mm), gel)\nsupport wall = fixed(bar, where = x <= 0 mm)\n"
-        "support grip = displaced(bar, where = x >= 20 mm, by = (1, 0, 0) mm, course = state)\n"
+        "support grip = displaced(bar, where = x >= 20 mm, by = (1, 0, 0) mm, amplitude = per_state)\n"
         "analysis pull = static(states = [50, 100] %)\nmodel cubes = fem(hex8, strain = small, size = 10 mm)\n"
         "metric resist = force(grip, along = +x)\n"
     ).run()
@@ -228,7 +228,7 @@ def test_curves_of_a_scene_without_probes_are_drawn_at_first() -> None:
 def test_a_warning_says_in_which_states_it_holds() -> None:
     """Small strain turns too far under the whole load alone; that the mesh is coarse is said of all states once."""
     shown: list[Any] = []
-    text = ROD.format(g=30, course=", course = state").partition("model rod")[0]
+    text = ROD.format(g=30, course=", amplitude = per_state").partition("model rod")[0]
     model = "model linear = fem(tet4, strain = small, size = 10 mm)\n"
     own = softmark.loads(
         text + ANALYSIS.replace("10, 40", "1, 2") + "probe tip = point(bar, at = (40, 0, 0) mm)\n" + model
@@ -251,7 +251,7 @@ def test_a_measurement_of_several_states_is_compared_one_by_one(tmp_path: Path) 
 material gel = linear_elastic(young = 60 kPa, poisson = 0, density = 1000 kg/m^3)
 body bar = solid(box(size = (20, 20, 20) mm), gel)
 support wall = fixed(bar, where = x <= 0 mm)
-support pull = displaced(bar, where = x >= 20 mm, by = (2, 0, 0) mm, course = state)
+support pull = displaced(bar, where = x >= 20 mm, by = (2, 0, 0) mm, amplitude = per_state)
 analysis rest = static(states = [100, 50, 100] %)
 reference beads = markers("beads.csv", unit = 1 mm, uncertainty = 0.01 mm, states = [2, 1, 2])
 model cubes = fem(hex8, strain = small, size = 10 mm)
@@ -307,13 +307,13 @@ def test_files_for_paraview_have_every_state(report: softmark.Report, tmp_path: 
 
 def test_a_scene_in_a_state_stays_in_it() -> None:
     """In another process, and with other values: what trains and refines models compiles its scene again."""
-    scene = softmark.loads(BAR.format(by=10, side=300, course=", course = state") + ANALYSIS + MODELS).scene
+    scene = softmark.loads(BAR.format(by=10, side=300, course=", amplitude = per_state") + ANALYSIS + MODELS).scene
     now = in_state(scene, 1)
     assert states_of(now) == ()
     copy, (other, _) = pickle.loads(pickle.dumps(now)), recompile(now, [_override("gel.young=30kPa")])
     for own in (now, copy, other):
         assert own.declared["grip"].thing.by == pytest.approx((4e-3, 0.0, 0.0))
-        assert own.declared["grip"].thing.course is None
+        assert own.declared["grip"].thing.amplitude is None
         assert own.state == 1
     assert other.declared["gel"].thing.young == pytest.approx(30e3)
 
@@ -335,12 +335,12 @@ def test_a_scene_without_states_pays_nothing() -> None:
 
 @pytest.mark.parametrize("kind", ["load", "support"])
 def test_whatever_has_a_course_says_that_it_may_be_that_of_states(kind: str) -> None:
-    """What `dsl explain` says of the field, where every load and support takes `course = state`."""
+    """What `dsl explain` says of the field, where every load and support takes `amplitude = per_state`."""
     known = (CATALOGUE.constructor(kind, name) for name in CATALOGUE[kind])
-    courses = {c.name: field for c in known if c is not None and (field := c.field("course")) is not None}
-    assert len(courses) >= 2
-    courses.pop("pore_pressure", None)  # fluid flows in time: no state comes at once after another
-    assert [name for name, field in courses.items() if "from state to state" not in field.meaning] == []
+    amplitudes = {c.name: field for c in known if c is not None and (field := c.field("course")) is not None}
+    assert len(amplitudes) >= 2
+    amplitudes.pop("pore_pressure", None)  # fluid flows in time: no state comes at once after another
+    assert [name for name, field in amplitudes.items() if "from state to state" not in field.meaning] == []
 
 
 def test_more_states_than_a_run_can_hold_are_refused() -> None:
@@ -365,7 +365,7 @@ def test_a_file_that_cannot_be_read_is_wrong_in_all_states_alike(tmp_path: Path)
     """It said "in the state 10 %: ...; 2 states after it were not tried", as if it had to do with states."""
     (tmp_path / "rig.csv").write_text("x,f\n0,0\n1,1\n")
     (tmp_path / "a.scene").write_text(
-        ROD.format(g=9.81, course=", course = state")
+        ROD.format(g=9.81, course=", amplitude = per_state")
         + ANALYSIS
         + """
 reference rig  = curve("rig.csv", x = "x", y = "f", x_unit = 1 mm, y_unit = 1 N, uncertainty = 1 %)
@@ -388,7 +388,7 @@ def test_states_hold_their_pattern_and_their_cells_once() -> None:
     from softmark.interpreter.pipeline.run_options import RunOptions
     from softmark.interpreter.planning.run_plan import plan_of
 
-    bar = BAR.format(by=20, side=100, course=", course = state")
+    bar = BAR.format(by=20, side=100, course=", amplitude = per_state")
     scene = softmark.loads(bar + ANALYSIS + "model hexes = fem(hex8, strain = finite, size = 5 mm)\n").scene
     works = run_state.make_state_runs(scene, plan_of(scene, ("hexes",)), RunOptions(draw=False), [])
     for work in works:

@@ -28,7 +28,7 @@ model    rod    = beam6dof(segments = n)
 model    tet    = fem(tet10, strain = finite, size = h)
 reference theory = simo_reissner(beam)
 probe    axis   = line(beam, from = (0, 0, 0) mm, to = (178, 0, 0) mm, points = 5)
-metric   eta    = energy_norm(axis, against = theory)
+metric   eta    = relative_l2_error(axis, against = theory)
 """
 
 

@@ -37,7 +37,7 @@ load     weight = gravity(9.81 m/s^2)
 model    rod    = beam6dof(segments = n)
 reference theory = elastica(beam)
 probe    axis   = line(beam, from = (0, 0, 0) mm, to = (178, 0, 0) mm, points = 5)
-metric   eta    = energy_norm(axis, against = theory)
+metric   eta    = relative_l2_error(axis, against = theory)
 """
 
 WORKER = """
@@ -199,8 +199,8 @@ def test_an_outcome_is_json_and_has_what_a_point_needs() -> None:
 
 
 def test_without_metrics_that_compare_every_probe_is_held_against_every_theory() -> None:
-    """The same number as `energy_norm` gives, under a name of its own."""
-    without = BEAM.replace("metric   eta    = energy_norm(axis, against = theory)", "")
+    """The same number as `relative_l2_error` gives, under a name of its own."""
+    without = BEAM.replace("metric   eta    = relative_l2_error(axis, against = theory)", "")
     asked, automatic = (
         configuration_task.perform(beam_tasks("n=4", text)[0]).point["errors"] for text in (BEAM, without)
     )

@@ -32,7 +32,7 @@ model    rod    = beam6dof(segments = n)
 model    stiff  = beam6dof(segments = 6, shear = no, axial = no)
 reference theory = elastica(beam)
 probe    axis   = line(beam, from = (0, 0, 0) mm, to = (178, 0, 0) mm, points = 5)
-metric   eta    = energy_norm(axis, against = theory)
+metric   eta    = relative_l2_error(axis, against = theory)
 study    worth  = pareto(eta)
 """
 

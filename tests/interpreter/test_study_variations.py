@@ -32,7 +32,7 @@ model    tet    = fem(tet10, strain = finite, size = h)
 model    hex    = fem(hex8, strain = finite, size = h)
 reference theory = simo_reissner(beam)
 probe    axis   = line(beam, from = (0, 0, 0) mm, to = (178, 0, 0) mm, points = 5)
-metric   eta    = energy_norm(axis, against = theory)
+metric   eta    = relative_l2_error(axis, against = theory)
 """
 
 
@@ -211,7 +211,7 @@ def test_a_parameter_in_a_condition_enters_by_its_value() -> None:
 
 
 def test_the_model_that_a_metric_is_measured_against_belongs_to_the_key() -> None:
-    text = BEAM + "metric other = energy_norm(axis, against = hex)"
+    text = BEAM + "metric other = relative_l2_error(axis, against = hex)"
     scene = softmark.loads(text).scene
     assert configuration_keys.needed_models(scene, "rod") == ("rod", "hex")
     assert key(text) != key(text.replace("h      = 20 mm", "h      = 10 mm"))
@@ -228,7 +228,7 @@ def test_models_that_a_reference_refines_enter_without_their_size() -> None:
 
 def test_what_a_model_is_made_from_enters_its_key_however_far_away() -> None:
     """A reduced model of one that starts from another: all three, and nothing else."""
-    more = BEAM + "model near = fem(hex8, strain = finite, size = 30 mm, start = tet)\nmodel few = modal(of = near)"
+    more = BEAM + "model near = fem(hex8, strain = finite, size = 30 mm, initial_guess = tet)\nmodel few = modal(of = near)"
     few = key(more, "few")
     assert few != key(more.replace("h      = 20 mm", "h      = 10 mm"), "few")
     assert few != key(more.replace("fem(tet10, strain = finite", "fem(tet10, strain = corotational"), "few")

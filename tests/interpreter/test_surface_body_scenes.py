@@ -28,7 +28,7 @@ probe skin = surface(block, size = 5 mm)
 metric out = displacement(tip, along = +x)
 metric all = displacement(skin, along = +x)
 """
-FILLED = 'filled("block.stl", unit = 1 mm)'
+FILLED = 'tetrahedralized("block.stl", unit = 1 mm)'
 MODELS = ("fem(tet10, strain = small, size = 4 mm)", "mass_spring(stiffness = from_material(), size = 4 mm)")
 
 
@@ -88,7 +88,7 @@ def test_a_public_surface_is_examined_when_it_is_here(folder: Path, monkeypatch:
     data.mkdir(parents=True)
     box.export(data / "cylinder_Surface.stl")
     monkeypatch.setattr("softmark.references.data_download.find_file", lambda name: data / "cylinder_Surface.stl")
-    shape = 'filled("data:silicone-beam/cylinder_Surface.obj", unit = 1 mm)'
+    shape = 'tetrahedralized("data:silicone-beam/cylinder_Surface.obj", unit = 1 mm)'
     found = run(folder, shape, "fem(tet4, strain = small, size = 5 mm)")
     assert [w.code for w in found.warnings if w.code in ("W348", "W350")] == ["W348", "W350"]
     assert found.models["solid"].solve["filled"]["repairs"] == ["1 triangle turned to look as those around"]

@@ -140,12 +140,12 @@ def test_between_guides_a_tendon_is_straight() -> None:
 @pytest.mark.slow
 def test_in_states_and_in_motion_it_follows_its_course() -> None:
     """At half its tension it is where it is with half; damped from a ramp, it comes to rest there to 10 um."""
-    two = STRAIGHT.format(tension="20 mN", more=", course = state")
+    two = STRAIGHT.format(tension="20 mN", more=", amplitude = per_state")
     states = rod_of(two + "analysis rest = static(states = [50, 100] %)\n").metrics["up"].states
     for tension, value in zip(("10 mN", "20 mN"), states, strict=True):
         assert value == pytest.approx(up(rod_of(STRAIGHT.format(tension=tension, more=""))), rel=1e-7)
     damped = "damping_mass = 12 Hz, integrator = bdf2, tolerance = 1e-9"
-    moved = rod_of(STRAIGHT.format(tension="20 mN", more=", course = ramp(over = 0.3 s)")
+    moved = rod_of(STRAIGHT.format(tension="20 mN", more=", amplitude = ramp(over = 0.3 s)")
                    + f"analysis motion = dynamic(duration = 3 s, step = 50 ms, {damped})\n")  # fmt: skip
     assert moved.status == "converged"
     assert moved.probes["axis"].displacement[-1, 2] == pytest.approx(states[-1], abs=1e-5)

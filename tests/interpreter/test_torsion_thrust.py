@@ -18,7 +18,7 @@ def twisted(law: str, element: str, size: float) -> tuple[float, float]:
 material rubber = {LAWS[law]}
 body     rod    = solid(cylinder(length = 60 mm, radius = 10 mm, axis = +x), rubber)
 support  wall   = fixed(rod, where = x <= 0 mm)
-support  grip   = turned(rod, where = x >= 60 mm, axis = +x, angle = 180 deg)
+support  grip   = rotated(rod, where = x >= 60 mm, axis = +x, angle = 180 deg)
 model    cells  = fem({element}, strain = finite, formulation = mixed, size = {size} mm)
 reference theory = torsion(rod)
 metric   thrust  = force(grip, along = -x)

@@ -63,7 +63,7 @@ model fine = beam6dof(segments = 12)
 reference theory = simo_reissner(beam)
 probe axis = line(beam, from = (0, 0, 0) mm, to = (100, 0, 0) mm, points = 5)
 metric sag = displacement(axis, along = -z)
-metric eta = energy_norm(axis, against = theory)
+metric eta = relative_l2_error(axis, against = theory)
 expect rod.sag < 1 mm
 """
 
@@ -462,7 +462,7 @@ def test_a_folder_that_nobody_named_is_no_link(here: Path) -> None:
 
 
 def test_a_scene_names_no_command() -> None:
-    text = SCENE + "model evil = outside(rm, hex8, size = 5 mm, strain = small)\n"
+    text = SCENE + "model evil = external_solver(rm, hex8, size = 5 mm, strain = small)\n"
     found = load_scene(Source("a.scene", text), Path(), None)[1]
     assert any(d.severity == "error" and "rm" in d.message for d in found)
 

@@ -16,7 +16,7 @@ scene "nothing but touch holds it"
 material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
 body     block = solid(box(size = (20, 20, 20) mm, origin = (0, 0, {z}) mm), gel)
 body     floor = rigid(half_space(normal = ({slope}, 0, 1)))
-contact  under = between(floor, block{friction})
+contact  under = rigid_contact(floor, block{friction})
 model    cubes = fem(hex8, size = 10 mm, strain = finite)
 metric   rest  = force(under, along = +z)
 """
@@ -25,8 +25,8 @@ PLATES = (
     HEAD
     + """
 body     plate = rigid(half_space(origin = (0, 0, 21) mm, normal = (0, 0, -1)))
-support  hand  = displaced(plate, by = (0, 0, -3) mm, course = state)
-contact  over  = between(plate, block)
+support  hand  = displaced(plate, by = (0, 0, -3) mm, amplitude = per_state)
+contact  over  = rigid_contact(plate, block)
 analysis press = static(states = [10, 50, 100] %)
 metric   push  = force(over, along = -z)
 """
@@ -106,7 +106,7 @@ support  x_0   = symmetric(block, where = x <= 0 mm)
 support  y_0   = symmetric(block, where = y <= 0 mm)
 support  z_0   = symmetric(block, where = z <= 0 mm)
 support  hand  = displaced(plate, by = (0, 0, -1.5) mm)
-contact  over  = between(plate, block)
+contact  over  = rigid_contact(plate, block)
 model    cubes = fem(hex8, size = 10 mm, strain = finite)
 metric   push  = force(over, along = -z)
 """
@@ -127,7 +127,7 @@ def test_the_spring_is_no_part_of_what_is_told() -> None:
 
 def test_a_block_that_keeps_clear_of_itself_as_well_is_held_in_every_state() -> None:
     """A later state takes over what is between its faces, and the spring stays: forces are those without the former."""
-    beside = solved(PLATES + "contact folds = itself(block)\n", z=0.5).models["cubes"]
+    beside = solved(PLATES + "contact folds = self_contact(block)\n", z=0.5).models["cubes"]
     alone = solved(PLATES, z=0.5).models["cubes"]
     assert beside.status == "converged"
     assert beside.metrics["push"].states == pytest.approx(alone.metrics["push"].states, rel=1e-6)
@@ -156,8 +156,8 @@ material gel   = neo_hookean(young = 100 kPa, poisson = 0.3, density = 1000 kg/m
 body     block = solid(box(size = (20, 20, 20) mm), gel)
 body     ledge = rigid(sphere(radius = 3 mm, origin = (14, 10, -3) mm))
 body     shelf = rigid(box(size = (200, 200, 2) mm, origin = (-100, -100, -30) mm))
-contact  under = between(ledge, block)
-contact  below = between(shelf, block)
+contact  under = rigid_contact(ledge, block)
+contact  below = rigid_contact(shelf, block)
 load     sag   = gravity(9.81 m/s^2, direction = -z)
 model    cubes = fem(hex8, size = 20 mm, strain = finite)
 metric   rest  = force(below, along = +z)
@@ -188,8 +188,8 @@ body     ball  = solid(sphere(radius = 10 mm, origin = (0, 0, 10) mm), gel)
 body     pin   = rigid(sphere(radius = 3 mm, origin = (0, 0, -3) mm))
 body     plate = rigid(half_space(origin = (0, 0, 20) mm, normal = -z))
 support  hand  = displaced(plate, by = (0, 0, -2) mm)
-contact  touch = between(pin, ball)
-contact  over  = between(plate, ball)
+contact  touch = rigid_contact(pin, ball)
+contact  over  = rigid_contact(plate, ball)
 model    cells = fem(tet4, size = 4 mm, strain = finite)
 metric   push  = force(touch, along = +z)
 """).run()

@@ -23,7 +23,7 @@ ROD = """
 material gel    = linear_elastic(young = 60 kPa, poisson = 0.25, density = 1000 kg/m^3)
 body     bar    = solid(box(size = (100, 20, 20) mm), gel)
 support  wall   = fixed(bar, where = x <= 0 mm)
-load     weight = gravity(9.81 m/s^2, course = state)
+load     weight = gravity(9.81 m/s^2, amplitude = per_state)
 analysis rest   = static(states = [50, 100] %)
 model    rod    = beam6dof(segments = 20)
 reference theory = simo_reissner(bar)

@@ -11,7 +11,7 @@ import pytest
 import softmark
 from softmark.interpreter.pipeline import run_pipeline
 
-GEL = "material gel = viscous(linear_elastic(young = 60 kPa, poisson = NU, density = 1000 kg/m^3), g = [0.3, 0.2],\n"
+GEL = "material gel = viscoelastic(linear_elastic(young = 60 kPa, poisson = NU, density = 1000 kg/m^3), g = [0.3, 0.2],\n"
 HEAD = (
     GEL
     + """    tau = [1, 10] s, of = OF)
@@ -118,7 +118,7 @@ def test_what_is_held_relaxes_and_its_heat_is_that_of_the_springs() -> None:
 
 def test_two_supports_that_impose_the_same_move_it_as_one_does() -> None:
     """Half of the way at half of the time: it was a quarter, by the courses of both."""
-    grip = "support NAME = displaced(bar, where = x >= 100 mm, by = (0.1, 0, 0) mm, course = ramp(over = 10 s))\n"
+    grip = "support NAME = displaced(bar, where = x >= 100 mm, by = (0.1, 0, 0) mm, amplitude = ramp(over = 10 s))\n"
     found = solved("".join(grip.replace("NAME", name) for name in ("one", "two")), step="1 s")
     np.testing.assert_allclose(found.curve("out").values, 1e-5 * np.array([0.0, 1.0, 5.0, 10.0]), rtol=1e-9, atol=1e-12)
 
@@ -189,7 +189,7 @@ def test_what_is_swung_about_loses_what_its_springs_lose() -> None:
         + """    tau = [0.05, 10] s, of = whole)
 body     bar  = solid(box(size = (100, 5, 5) mm), gel)
 support  hub  = fixed(bar, where = x <= 0 mm)
-load     push = traction(bar, where = x >= 100 mm, vector = (0, 0, -2) Pa, course = pulse(until = 0.2 s))
+load     push = traction(bar, where = x >= 100 mm, vector = (0, 0, -2) Pa, amplitude = pulse(until = 0.2 s))
 model    rod  = beam6dof(segments = 4)
 analysis time = dynamic(duration = 0.5 s, step = 5 ms, integrator = midpoint)
 probe    end  = point(bar, at = (100, 2.5, 2.5) mm)
@@ -212,11 +212,11 @@ def test_a_slender_beam_that_is_held_bent_relaxes() -> None:
     ones: the step must be accepted at the rounding limit. 40 segments with shear are off by 1e-3.
     """
     text = """
-material gel  = viscous(linear_elastic(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3), g = [0.5], tau = [2] s,
+material gel  = viscoelastic(linear_elastic(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3), g = [0.5], tau = [2] s,
     of = whole)
 body     bar  = solid(box(size = (1000, 20, 20) mm), gel)
 support  wall = fixed(bar, where = x <= 0 mm)
-support  grip = displaced(bar, where = x >= 1 m, by = (0, 0, 1) SIZE, course = ramp(over = 1 s))
+support  grip = displaced(bar, where = x >= 1 m, by = (0, 0, 1) SIZE, amplitude = ramp(over = 1 s))
 analysis hold = quasistatic(duration = 3 s, step = 0.1 s, times = [1, 3] s)
 model    rod  = beam6dof(segments = 40)
 metric   f    = force(grip, along = +z)

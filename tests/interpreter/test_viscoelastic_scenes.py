@@ -14,14 +14,14 @@ from softmark.interpreter.results.run_report import Report
 from softmark.solvers.energies.viscoelastic_memory import ViscoelasticHistory
 
 GEL = """
-material gel   = viscous(neo_hookean_isochoric(young = 60 kPa, poisson = 0.4, density = 1000 kg/m^3), g = [0.3, 0.2],
+material gel   = viscoelastic(neo_hookean_isochoric(young = 60 kPa, poisson = 0.4, density = 1000 kg/m^3), g = [0.3, 0.2],
     tau = [1, 10] s)
 """
 ELASTIC = "material gel = neo_hookean_isochoric(young = 60 kPa, poisson = 0.4, density = 1000 kg/m^3)\n"
 BAR = """
 body     bar   = solid(box(size = (20, 10, 10) mm), gel)
 support  left  = fixed(bar, where = x <= 0 mm)
-support  right = displaced(bar, where = x >= 20 mm, by = (6, 0, 0) mm, components = x, course = ramp(over = 2 s))
+support  right = displaced(bar, where = x >= 20 mm, by = (6, 0, 0) mm, components = x, amplitude = ramp(over = 2 s))
 probe    end   = point(bar, at = (20, 10, 10) mm)
 metric   pull  = force(right, along = +x)
 metric   thin  = displacement(end, along = -y)
@@ -83,7 +83,7 @@ def test_a_curve_over_time_is_held_against_a_measured_one(tmp_path: Path) -> Non
     rows = "\n".join(f"{a:.12g},{30.0 * (1.0 + np.exp(-a)):.12g}" for a in t)
     (tmp_path / "rig.csv").write_text(f"t,f\n{rows}\n")
     text = """
-material gel   = viscous(linear_elastic(young = 60 kPa, poisson = 0, density = 1000 kg/m^3), g = [0.5], tau = [1] s,
+material gel   = viscoelastic(linear_elastic(young = 60 kPa, poisson = 0, density = 1000 kg/m^3), g = [0.5], tau = [1] s,
     of = whole)
 body     bar   = solid(box(size = (20, 10, 10) mm), gel)
 support  left  = fixed(bar, where = x <= 0 mm)
@@ -109,7 +109,7 @@ def test_a_time_is_the_same_from_the_one_before_and_from_the_start() -> None:
 
 @pytest.mark.slow
 def test_elastic_bodies_load_nothing_of_what_remembers() -> None:
-    text = ELASTIC + BAR.replace(", course = ramp(over = 2 s)", "").replace("metric   heat  = dissipation(bar)\n", "")
+    text = ELASTIC + BAR.replace(", amplitude = ramp(over = 2 s)", "").replace("metric   heat  = dissipation(bar)\n", "")
     words = (
         "fem_relaxation",
         "beam_relaxation",
@@ -152,7 +152,7 @@ def test_rubber_of_every_law_relaxes_alike(law: str, nominal: float) -> None:
 # ------------------------------------------------------------------ courses that steps do not end with
 
 LINEAR = """
-material gel   = viscous(linear_elastic(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3), g = [G],
+material gel   = viscoelastic(linear_elastic(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3), g = [G],
     tau = [TAU] s, of = whole)
 body     bar   = solid(box(size = (20, 10, 10) mm), gel)
 support  left  = fixed(bar, where = x <= 0 mm, components = x)
@@ -161,7 +161,7 @@ support  below = fixed(bar, where = z <= 0 mm, components = z)
 model    cubes = fem(hex8, strain = small, size = 10 mm)
 """
 MOVED = """
-support  right = displaced(bar, where = x >= 20 mm, by = (0.2, 0, 0) mm, components = x, course = COURSE)
+support  right = displaced(bar, where = x >= 20 mm, by = (0.2, 0, 0) mm, components = x, amplitude = COURSE)
 reference rod  = prony(bar)
 metric   off   = force(right, along = +x, against = rod)
 metric   heat  = dissipation(bar, against = rod)
@@ -218,25 +218,25 @@ def test_creep_under_what_acts_at_once_says_where_steps_do_not_show_it() -> None
     timed = "analysis hold = quasistatic(duration = 30 s, step = 10 s, times = [10, 30] s)\n"
     load = "load pull = traction(bar, where = x >= 20 mm, vector = (600 Pa, 0 Pa, 0 Pa))\n"
     assert "W369" in codes(linear("0.5", "1") + load + timed)
-    assert "W369" not in codes(linear("0.5", "1") + MOVED.replace(", course = COURSE", "") + timed)
+    assert "W369" not in codes(linear("0.5", "1") + MOVED.replace(", amplitude = COURSE", "") + timed)
 
 
 def test_the_theory_of_what_relaxes_is_refused_where_no_share_does() -> None:
     timed = "analysis hold = quasistatic(duration = 2 s, step = 0.5 s, times = [1, 2] s)\n"
-    assert codes(linear("0", "1") + MOVED.replace(", course = COURSE", "") + timed) == ["E503"]
+    assert codes(linear("0", "1") + MOVED.replace(", amplitude = COURSE", "") + timed) == ["E503"]
 
 
 @pytest.mark.slow
 def test_energy_of_a_law_that_is_not_convex_is_said_to_be_unknown_in_a_motion() -> None:
     """The wrong example of W368, without inertia to speak of."""
     text = """
-material gel    = viscous(neo_hookean(young = 60 kPa, poisson = 0.4, density = 1e-3 kg/m^3), g = [0.9], tau = [1] s,
+material gel    = viscoelastic(neo_hookean(young = 60 kPa, poisson = 0.4, density = 1e-3 kg/m^3), g = [0.9], tau = [1] s,
     of = whole)
 body     bar    = solid(box(size = (20, 10, 10) mm), gel)
 support  left   = fixed(bar, where = x <= 0 mm)
 support  front  = fixed(bar, where = y <= 0 mm or y >= 10 mm, components = y)
 support  below  = fixed(bar, where = z <= 0 mm or z >= 10 mm, components = z)
-support  right  = displaced(bar, where = x >= 20 mm, by = (10, 0, 0) mm, components = x, course = smooth(over = 1 s))
+support  right  = displaced(bar, where = x >= 20 mm, by = (10, 0, 0) mm, components = x, amplitude = smooth(over = 1 s))
 analysis hold   = dynamic(duration = 4 s, step = 0.2 s)
 model    cubes  = fem(hex8, strain = finite, size = 10 mm)
 probe    mid    = point(bar, at = (10, 5, 5) mm)
@@ -247,10 +247,10 @@ metric   far    = displacement(mid, along = +x)
 
 
 LARGE = """
-material gel   = viscous(LAW, density = 1000 kg/m^3), g = [0.6, 0.3], tau = [0.3, 3] s OF)
+material gel   = viscoelastic(LAW, density = 1000 kg/m^3), g = [0.6, 0.3], tau = [0.3, 3] s OF)
 body     bar   = solid(box(size = (20, 10, 10) mm), gel)
 support  left  = fixed(bar, where = x <= 0 mm)
-support  right = displaced(bar, where = x >= 20 mm, by = (15, 5, 0) mm, course = smooth(over = 1 s))
+support  right = displaced(bar, where = x >= 20 mm, by = (15, 5, 0) mm, amplitude = smooth(over = 1 s))
 model    cubes = fem(hex8, strain = STRAIN, size = 10 mm)
 metric   heat  = dissipation(bar)
 metric   kept  = strain_energy(bar)
@@ -292,13 +292,13 @@ def test_work_at_large_strain_is_what_is_stored_and_what_is_lost(law: str) -> No
 # ------------------------------------------------------------------ in the frame that turns with the material
 
 BIOT = """
-material gel   = viscous(linear_elastic(young = 60 kPa, poisson = NU, density = 1000 kg/m^3), g = [0.3, 0.2],
+material gel   = viscoelastic(linear_elastic(young = 60 kPa, poisson = NU, density = 1000 kg/m^3), g = [0.3, 0.2],
     tau = [1, 10] s, of = OF)
 body     bar   = solid(box(size = (20, 10, 10) mm), gel)
 support  left  = fixed(bar, where = x <= 0 mm, components = x)
 support  front = fixed(bar, where = y <= 0 mm, components = y)
 support  below = fixed(bar, where = z <= 0 mm, components = z)
-support  right = displaced(bar, where = x >= 20 mm, by = (6, 0, 0) mm, components = x, course = ramp(over = 2 s))
+support  right = displaced(bar, where = x >= 20 mm, by = (6, 0, 0) mm, components = x, amplitude = ramp(over = 2 s))
 model    cubes = fem(ELEMENT, strain = corotational, size = 10 mm)
 metric   pull  = force(right, along = +x)
 analysis hold  = quasistatic(duration = 4 s, step = 0.5 s, times = [1, 2, 4] s)
@@ -331,7 +331,7 @@ def test_biots_stress_relaxes_in_proportion_to_the_stretch(element: str, nu: str
 def test_in_motion_small_and_corotational_strain_agree_and_a_beam_with_lumped_solids(integrator: str) -> None:
     """A bar at nu = 0 under 1 % of E: it does not turn, so that both strains are one; a beam has its mass at nodes."""
     text = """
-material gel  = viscous(linear_elastic(young = 60 kPa, poisson = 0, density = 1000 kg/m^3), g = [0.3, 0.2],
+material gel  = viscoelastic(linear_elastic(young = 60 kPa, poisson = 0, density = 1000 kg/m^3), g = [0.3, 0.2],
     tau = [0.01, 1] s, of = whole)
 body     bar  = solid(box(size = (40, 10, 10) mm), gel)
 support  left = fixed(bar, where = x <= 0 mm)

@@ -120,7 +120,7 @@ class Case:
         a, b, c = self.size
         (px, py, pz), (qx, qy, qz) = self.probe
         shape = f'mesh("{mesh_file}", unit = 1 mm)' if mesh_file else f"box(size = ({a:.9g}, {b:.9g}, {c:.9g}) mm)"
-        course = f", course = {self.course.text}" if self.course else ""
+        course = f", amplitude = {self.course.text}" if self.course else ""
         if self.load.vector is not None:
             t = ", ".join(f"{v:.9g}" for v in self.load.vector)
             load = f"traction(b, where = {self.load.where.text}, vector = ({t}) Pa{course})"

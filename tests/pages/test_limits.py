@@ -24,7 +24,7 @@ SLICE = (
     "body bar = plane_stress(strip, gel, thickness = 1 mm)\nsupport wall = fixed(bar, where = x <= 0 mm)\n"
 )
 FIBRES = "material gel = guccione(2 kPa, 8, 2, 4, density = 1000 kg/m^3, fibres = +x, bulk = 20 kPa)\n"
-VISCOUS = GEL.replace("gel =", "rest =") + "material gel = viscous(rest, g = [0.3], tau = [1] s)\n"
+VISCOUS = GEL.replace("gel =", "rest =") + "material gel = viscoelastic(rest, g = [0.3], tau = [1] s)\n"
 
 CASES = {
     "plasticity": (SOLID + "material metal = plastic(young = 60 kPa)\n", "E203"),

@@ -38,8 +38,8 @@ body     block = axisymmetric(
 )
 body     ball  = rigid(sphere(radius = 10 mm, origin = (0, 10, 0) mm))
 support  floor = fixed(block, where = y <= -40 mm)
-support  hand  = displaced(ball, by = (0, -1, 0) mm, course = state)
-contact  touch = between(ball, block, where = y >= 0 mm)
+support  hand  = displaced(ball, by = (0, -1, 0) mm, amplitude = per_state)
+contact  touch = rigid_contact(ball, block, where = y >= 0 mm)
 analysis press = static(states = [{travel}] %)
 model    quads = fem({element}, size = {size} mm, strain = small)
 metric   push  = force(touch, along = -y)
@@ -63,11 +63,11 @@ body     ball  = rigid(sphere(radius = 10 mm, origin = (0, 0, 50) mm))
 support  floor = fixed(block, where = z <= 0 mm)
 support  left  = symmetric(block, where = x <= 0 mm)
 support  front = symmetric(block, where = y <= 0 mm)
-support  hand  = displaced(ball, by = (0, 0, -1) mm, course = state)
-contact  touch = between(ball, block, where = z >= 40 mm)
+support  hand  = displaced(ball, by = (0, 0, -1) mm, amplitude = per_state)
+contact  touch = rigid_contact(ball, block, where = z >= 40 mm)
 analysis press = static(states = [25, 50, 100] %)
-model    cells = fem({element}, strain = small, size = {size} mm, finer = {finer},
-    towards = x <= 0 mm and y <= 0 mm and z >= 40 mm)
+model    cells = fem({element}, strain = small, size = {size} mm, refine_factor = {finer},
+    refine_at = x <= 0 mm and y <= 0 mm and z >= 40 mm)
 metric   push  = force(touch, along = -z)
 """
 

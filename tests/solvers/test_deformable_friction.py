@@ -73,7 +73,7 @@ def block(energy: Energies, law: Law, name: str, angle: float = 0.0, v: float = 
     assembly = Assembly(zero.size, np.zeros(0, dtype=np.int64), [internal], [weight, add_friction(touching, MU, pose)])
     velocity = np.tile((v, 0.0, 0.0), len(mesh.points))
     return Dynamics(
-        assembly, mass, zero, velocity, courses=(Constant(), Clock()), damping=Rayleigh(beta=1e-4),
+        assembly, mass, zero, velocity, amplitudes=(Constant(), Clock()), damping=Rayleigh(beta=1e-4),
         integrator=INTEGRATORS[name](), tolerance=1e-8,
     )  # fmt: skip
 
@@ -170,7 +170,7 @@ def test_damping_does_not_drive_what_lies_still(name: str, law: Maker, elastic: 
     Nodes that stay in contact have velocities of either sign in turn; damping by what is nearly their mean made these
     grow by 5 % a step.
     """
-    problem = replace(block(elastic, law("small", 5e5, 0.3), name), courses=(Constant(), Constant()))
+    problem = replace(block(elastic, law("small", 5e5, 0.3), name), amplitudes=(Constant(), Constant()))
     path, contact = march(problem, 300 * H, H), problem.assembly.loads[-1]
     assert isinstance(contact, RigidContact)
     force = [float(contact.A @ contact.pressures(m.x)) for m in path.observed[-20:]]

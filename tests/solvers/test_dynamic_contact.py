@@ -60,7 +60,7 @@ def bar(energy: Energies, law: Law, name: str, rigid: Callable[[float], Any], sp
     v = np.tile((-speed, 0.0, 0.0), len(mesh.points))
     assembly = Assembly(v.size, np.zeros(0, dtype=np.int64), [energy(mesh, law)], [touching])
     zero = np.zeros_like(v)
-    return Dynamics(assembly, mass_of(mesh, 1.0), zero, v, courses=(Clock(),), integrator=INTEGRATORS[name]())
+    return Dynamics(assembly, mass_of(mesh, 1.0), zero, v, amplitudes=(Clock(),), integrator=INTEGRATORS[name]())
 
 
 def wall(shift: Callable[[float], float] = lambda t: 0.0) -> Callable[[float], Any]:
@@ -90,7 +90,7 @@ def test_a_bar_leaves_a_wall_as_the_integrator_lets_it(name: str, law: Maker, el
     The pressure is the mean over the middle of the contact: to 5 %, for waves in a mesh end in oscillations. Contact
     ends within three steps, .15 of 2, for barrier and cells have a length.
     """
-    problem = replace(bar(elastic, law("small", poisson=0.0), name, wall()), courses=(Constant(),))
+    problem = replace(bar(elastic, law("small", poisson=0.0), name, wall()), amplitudes=(Constant(),))
     h = 0.5 * H
     path = march(problem, AWAY / SPEED + 3.0, h)
     least, gain = IMPACT[name]
@@ -208,10 +208,10 @@ def dropped(
     contacts = [edge, *(touching(lambda t, g=g: g) for g in gaps)]  # type: ignore[misc]
     energy = elastic(mesh, law("neo_hookean", 2e4, 0.3))
     assembly = Assembly(weights.size, np.zeros(0, dtype=np.int64), [energy], [weight, *contacts])
-    zero, courses = np.zeros(weights.size), (Constant(), *(Clock() for _ in contacts))
+    zero, amplitudes = np.zeros(weights.size), (Constant(), *(Clock() for _ in contacts))
     sound = lambda x: bool(np.all(np.linalg.det(energy.F(x)) > 0.0))  # noqa: E731
     made = Dynamics(
-        assembly, mass, zero, zero, courses=courses, integrator=INTEGRATORS[name](), tolerance=1e-6, sound=sound
+        assembly, mass, zero, zero, amplitudes=amplitudes, integrator=INTEGRATORS[name](), tolerance=1e-6, sound=sound
     )
     return made, edge
 
@@ -231,7 +231,7 @@ def test_a_block_dropped_on_a_corner_and_dragged_over_it(name: str, steps: int, 
     i, j = np.array([(i, j) for i in range(25) for j in range(25 - i)]).T
     N, count = np.stack([24 - i - j, i, j], axis=1) / 24.0, [0]
     impact = DynamicContacts(
-        [e for e in problem.assembly.loads if isinstance(e, RigidContact)], problem.courses[1:], ()
+        [e for e in problem.assembly.loads if isinstance(e, RigidContact)], problem.amplitudes[1:], ()
     )
 
     def least(motion: Any) -> float:

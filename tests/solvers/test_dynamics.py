@@ -284,7 +284,7 @@ def test_each_load_has_its_own_course(states: States, sampled: Callable[..., Amp
     loads = [DeadForces(np.array([2.0])), DeadForces(np.array([3.0]))]
     problem = Dynamics(
         Assembly(1, NONE, [], loads), np.ones(1), np.zeros(1), np.zeros(1),
-        courses=(sampled(lambda t: t), sampled(lambda t: float(np.cos(t)))),
+        amplitudes=(sampled(lambda t: t), sampled(lambda t: float(np.cos(t)))),
     )  # fmt: skip
     path = march(problem, 1.0, 1e-3)
     np.testing.assert_allclose(states(path)[:, 0], path.times**3 / 3 + 3 * (1 - np.cos(path.times)), atol=1e-6)

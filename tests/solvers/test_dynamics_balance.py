@@ -154,7 +154,7 @@ def test_damping_that_swings_after_a_jump_is_a_doubt_and_no_divergence(
     """
     assembly = Assembly(2, NONE, [quadratic(np.diag([1.0, 1e4]))], [DeadForces(np.array([1.0, 100.0]))])
     problem = Dynamics(
-        assembly, np.ones(2), np.zeros(2), np.zeros(2), courses=(sampled(lambda t: float(t < 0.1)),),
+        assembly, np.ones(2), np.zeros(2), np.zeros(2), amplitudes=(sampled(lambda t: float(t < 0.1)),),
         integrator=GeneralizedAlpha(), damping=Rayleigh(beta=5.0), tolerance=1e-12,
     )  # fmt: skip
     path = march(problem, 6.0, 0.1)

@@ -296,7 +296,7 @@ def test_follower_pressure_has_its_own_tangent(
     pressure = FollowerPressure(mesh.points, mesh.faces[top], 1000.0)
     energy = elastic(mesh, law("neo_hookean", 1e6, 0.3))
     problem = body(
-        mesh, energy, 1000.0, Trapezoidal(), wall(mesh), (pressure,), courses=(sampled(lambda t: min(t, 1.0)),)
+        mesh, energy, 1000.0, Trapezoidal(), wall(mesh), (pressure,), amplitudes=(sampled(lambda t: min(t, 1.0)),)
     )
     path = march(problem, 1.0, 0.05)
     assert path.complete

@@ -95,7 +95,7 @@ def test_with_damping_moving_supports_and_courses_of_loads(
         damping=Rayleigh(0.5, 1e-3),
         target=np.tile([0.0, 0.01, 0.0], len(problem.fixed) // 3),
         support_course=sampled(lambda t: float(np.sin(20.0 * t))),
-        courses=(sampled(lambda t: 1.0 - 0.5 * float(np.cos(9.0 * t))),),
+        amplitudes=(sampled(lambda t: 1.0 - 0.5 * float(np.cos(9.0 * t))),),
     )
     path, judge = march(problem, 0.3, 0.01), march(replace(problem, lagged=False), 0.3, 0.01)
     agree(path, judge, 1e-6)

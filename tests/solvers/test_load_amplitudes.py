@@ -47,7 +47,7 @@ def free(name: str, course: Amplitude) -> Dynamics:
     """A mass of 2 kg under 3 N."""
     return Dynamics(
         Assembly(1, NONE, [], [DeadForces(np.array([3.0]))]), np.full(1, 2.0), np.zeros(1), np.zeros(1),
-        courses=(course,), integrator=INTEGRATORS[name](), tolerance=1e-12,
+        amplitudes=(course,), integrator=INTEGRATORS[name](), tolerance=1e-12,
     )  # fmt: skip
 
 
@@ -65,7 +65,7 @@ def oscillator(name: str, course: Amplitude, quadratic: type[Any], w: float = 1.
     """x'' + w^2 x = w^2 unit c(t)."""
     return Dynamics(
         Assembly(1, NONE, [quadratic(np.array([[w**2]]))], [DeadForces(np.array([w**2 * unit]))]), np.ones(1),
-        np.zeros(1), np.zeros(1), courses=(course,), integrator=INTEGRATORS[name](), tolerance=1e-12,
+        np.zeros(1), np.zeros(1), amplitudes=(course,), integrator=INTEGRATORS[name](), tolerance=1e-12,
     )  # fmt: skip
 
 

@@ -272,7 +272,7 @@ def loaded(**options: Any) -> Dynamics:
     loads: list[Energy] = [problem.assembly.loads[0], MovingRodLoad(chart, RodMoments(tip, MOMENT[None]))]
     loads.append(MovingRodLoad(chart, EccentricRodForces(chart.state(np.zeros(24)), tip, ARM[None], PULL[None])))
     assembly = Assembly(24, problem.fixed, list(problem.assembly.internal), loads)
-    return replace(problem, assembly=assembly, courses=(Swell(1e9), SLOW, SLOW))
+    return replace(problem, assembly=assembly, amplitudes=(Swell(1e9), SLOW, SLOW))
 
 
 @pytest.fixture(scope="module")
@@ -450,7 +450,7 @@ def test_a_free_rod_takes_the_impulse_of_what_turns_it(name: str) -> None:
 
     def by(loads: list[Energy]) -> tuple[np.ndarray, np.ndarray, Trajectory]:
         assembly = Assembly(54, NONE, list(problem.assembly.internal), loads)
-        return momenta(replace(problem, assembly=assembly, courses=(course,) * len(loads)), duration, step)
+        return momenta(replace(problem, assembly=assembly, amplitudes=(course,) * len(loads)), duration, step)
 
     linear, angular, track = by(loads)
     impulse = np.array([t * course.mean(0.0, t) if t else 0.0 for t in track.times])

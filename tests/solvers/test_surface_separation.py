@@ -56,7 +56,7 @@ FOLD = """material soft = neo_hookean(young = 100 kPa, poisson = 0.3, density = 
 body hook = solid(difference(box(size = (40, 10, 30) mm), box(size = (32, 10, 6) mm, origin = (8, 0, 12) mm)), soft)
 support base = fixed(hook, where = z <= 0 mm)
 support lid = displaced(hook, where = z >= 30 mm, by = (0, 0, -0.001) mm)
-contact fold = itself(hook)
+contact fold = self_contact(hook)
 model tets = fem(tet4, strain = finite, size = 10 mm)
 metric near = gap(fold)
 """

@@ -87,10 +87,10 @@ def case(seed: int) -> tuple[Dynamics, np.ndarray, float, float, np.ndarray, np.
     for _ in range(int(rng.integers(1, 3))):
         pushed = np.append(True, rng.random(3 * count - 4) < 0.3)
         forces.append(DeadForces(np.append(np.zeros(3), rng.normal(size=3 * count - 3) * pushed)))
-    courses: list[Any] = []
+    amplitudes: list[Any] = []
     for _ in forces:
         over, frequency = float(rng.uniform(0.05, 1)) * slowest, float(rng.uniform(0.1, 2) / slowest)
-        courses.append([Constant(), Ramp(over=over), Sine(frequency=frequency)][int(rng.integers(3))])
+        amplitudes.append([Constant(), Ramp(over=over), Sine(frequency=frequency)][int(rng.integers(3))])
     velocity = np.zeros(3 * count)
     if rng.random() < 0.3:
         velocity[3:] = rng.normal(size=3 * count - 3) * 0.1
@@ -98,7 +98,7 @@ def case(seed: int) -> tuple[Dynamics, np.ndarray, float, float, np.ndarray, np.
     beta = float(rng.choice([0.0, 0.02 / w[0]])) if not integrator.explicit else 0.0
     problem = Dynamics(
         Assembly(3 * count, fixed, [QuadraticEnergy(K, 0.0)], forces),
-        mass, np.zeros(3 * count), velocity, fixed, np.zeros(3), courses=(*courses,), damping=Rayleigh(alpha, beta),
+        mass, np.zeros(3 * count), velocity, fixed, np.zeros(3), amplitudes=(*amplitudes,), damping=Rayleigh(alpha, beta),
         integrator=integrator, linear=DenseSolver(), lagged=False,
     )  # fmt: skip
     points = np.column_stack([np.arange(count), np.zeros((count, 2))]).astype(float)
@@ -114,7 +114,7 @@ def exact(problem: Dynamics, K: np.ndarray, mass: np.ndarray, times: np.ndarray)
         zeta = 0.5 * (problem.damping.alpha / w + problem.damping.beta * w)
         start = shape @ (mass * problem.velocity)[3:]
         q = response(w, zeta, 0.0, Constant(), start, times)
-        for load, course in zip(problem.assembly.loads, problem.courses, strict=True):
+        for load, course in zip(problem.assembly.loads, problem.amplitudes, strict=True):
             q = q + response(w, zeta, shape @ load.f[3:], course, 0.0, times)
         u[:, 3:] += np.outer(q, shape)
     return u

@@ -1,6 +1,6 @@
 """Option `--also PROGRAM`: adds models of other programs that match the finite element models of a scene.
 
-For every `fem(...)` of a scene with a plain displacement formulation an `outside(PROGRAM, ...)` of the same element,
+For every `fem(...)` of a scene with a plain displacement formulation an `external_solver(PROGRAM, ...)` of the same element,
 size, body and mesh is added; corotational strain, which other programs do not have, becomes finite strain. Of identical
 models only one is added. A model that the scene refuses is omitted; what a program cannot do is `unsupported`, with its
 reason.
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Scene
 
 CARRIED = ("size", "body", "mesh")  # fields of `fem(...)` that are copied
-OF_OTHERS = ("mass", "linear", "cap", "start", "factorisation", "precision")  # ignored by others
+OF_OTHERS = ("mass", "linear", "max_iterations", "initial_guess", "factorisation", "precision")  # ignored by others
 
 
 def load_with_programs(name: str, programs: Sequence[str]) -> tuple[Scene | None, list[Diagnostic]]:
@@ -57,7 +57,7 @@ def added_declarations(source: Source, scene: Scene, programs: Sequence[str]) ->
     words = {node.name: said for node in own if (said := _plain_arguments(source, node)) is not None}
     once = {said: name for name, said in reversed(words.items())}  # the first name of each
     return [
-        f"model {name}_by_{program} = outside({program}, {said})"
+        f"model {name}_by_{program} = external_solver({program}, {said})"
         for said, name in reversed(once.items())
         for program in programs
         if f"{name}_by_{program}" not in scene.declared

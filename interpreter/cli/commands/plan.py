@@ -33,7 +33,7 @@ def run(parsed: argparse.Namespace) -> int:
     for kind, name, detail, line in rows:
         print(f"  {kind:<{widths[0]}}  {name:<{widths[1]}}  {detail}   <- {line}")
     studies = scene.of_kind("study")
-    stability = [n for n, d in studies.items() if d.constructor.name == "stability"]
+    stability = [n for n, d in studies.items() if d.constructor.name == "robustness"]
     if compared := [n for n in studies if n not in stability]:
         print(f"  left to `dsl compare`: {', '.join(compared)}")
     if stability:

@@ -27,7 +27,7 @@ def topics() -> dict[str, str]:
 
 
 def programs() -> dict[str, str]:
-    """Return the programs of `outside(...)`."""
+    """Return the programs of `external_solver(...)`."""
     from softmark.interpreter.models.external.adapters import PROGRAMS
 
     return dict.fromkeys(PROGRAMS, "")

@@ -32,7 +32,7 @@ CLAMP = "support wall = fixed(bar, where = x <= 0 mm)\n"
 LOOK = "probe tip = point(bar, at = (40, 0, 0) mm)\n"
 LOADED = {  # one of each, as a scene has it; a new word needs none of these to be checked by itself
     "gravity": WEIGHT,
-    "tension": "tension(bar, where = x >= 40 mm, magnitude = 1 Pa, direction = +x)",
+    "remote_stress": "tension(bar, where = x >= 40 mm, magnitude = 1 Pa, direction = +x)",
     "traction": "traction(bar, where = x >= 40 mm, vector = (0, 0, -1) Pa)",
     "pressure": "pressure(bar, where = z >= 10 mm, magnitude = 1 Pa)",
     "point_force": "point_force(bar, at = (40, 0, 0) mm, vector = (0, 0, -0.1) mN)",
@@ -323,7 +323,7 @@ def adapter_breaches(word: str, program: Any, module: Any, folder: Path, plugins
         yield Breach(f"it is not installed here: {module.install}", "install it to try it", untried=True)
         return
     strain, laws = next(iter(program.laws.items()))
-    law, outside = CATALOGUE.constructor("material", laws[0]), CATALOGUE.constructor("model", "outside")
+    law, outside = CATALOGUE.constructor("material", laws[0]), CATALOGUE.constructor("model", "external_solver")
     assert law is not None
     assert outside is not None
     call = f"outside({word}, element = {program.elements[0]}, strain = {strain}, size = 10 mm)"

@@ -11,9 +11,9 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.shared.solid_dynamics import (
     PreparedMotion,
     check_amplitudes,
-    course_of,
+    amplitude_of,
     integrator_of,
-    support_course,
+    support_amplitude,
     velocity,
 )
 from softmark.interpreter.problem.body_case import Case
@@ -149,8 +149,8 @@ def dynamics(
         start.ravel(),
         problem.fixed,
         problem.target,
-        support_course(case),
-        tuple(course_of(load) for load, _ in loads),
+        support_amplitude(case),
+        tuple(amplitude_of(load) for load, _ in loads),
         Rayleigh(analysis.damping_mass, analysis.damping_stiffness),
         integrator_of(analysis),
         analysis.tolerance,

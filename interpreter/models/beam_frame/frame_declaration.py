@@ -39,7 +39,7 @@ class Frame6Dof(Model):
     without extent at joints: their overlap there is ignored, in stiffness and in mass, and the stated error includes
     its
     possible effect. Stress is that of `beam6dof`. For members that taper, the compliance of elements is integrated.
-    Supports hold points of axes: `fixed` and `displaced` with their sections, `hinged` without. Loads are gravity,
+    Supports hold points of axes: `fixed` and `displaced` with their sections, `pinned` without. Loads are gravity,
     forces
     and line forces on axes, and torques at a point, the last only in statics. Conditions select points of the axes, and
     whole members. In dynamics, with every integrator, masses are at nodes, with the rotary inertia of sections.
@@ -139,7 +139,7 @@ def _supports(declared: Declared, case: Case, network: Network) -> Iterator[Diag
         if reason:
             yield diagnostic("E343", support.at(field), f"`{declared.name}` cannot represent the support "
                              f"`{support.name}`", reason, "points and whole members are held: put a point where a "
-                             "support ends, and use `hinged(...)` for what may turn")  # fmt: skip
+                             "support ends, and use `pinned(...)` for what may turn")  # fmt: skip
 
 
 def plainly_held(case: Case, network: Network) -> bool:

@@ -64,8 +64,8 @@ def _of_model(model: Fem) -> Iterator[Reason]:
         yield f"formulation = {model.formulation}", "other programs are told of displacements alone, without pressures"
     if model.integration != "full":
         yield f"integration = {model.integration}", "what others call reduced or selective is not the same"
-    if model.cap is not None or model.linear_cap is not None:
-        yield "cap" if model.cap is not None else "linear_cap", "it leaves a state unsolved in a way of our own"
+    if model.max_iterations is not None or model.max_linear_iterations is not None:
+        yield "max_iterations" if model.max_iterations is not None else "max_linear_iterations", "it leaves a state unsolved in a way of our own"
 
 
 def _of_analysis(case: Case) -> Iterator[Reason]:
@@ -90,7 +90,7 @@ def of_motion(case: Case) -> Iterator[Reason]:
         if any(getattr(analysis, name)):
             yield name, _FROM_REST
     for load in case.loads:
-        if load.thing.course is not None:
+        if load.thing.amplitude is not None:
             yield f"load `{load.name}`", _FROM_REST
     for support in case.supports:
         if support.thing.moves:

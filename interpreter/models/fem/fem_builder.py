@@ -389,15 +389,15 @@ def apply_options(
     """Apply the options that trade accuracy for speed: precision, caps, linear solver, start. Raises Fault."""
     model, problem = static.model, static.problem
     reuse, modes = model.factorisation == "reused", problem.assembly.modes
-    choice = Linear(model.linear, model.precision, model.linear_cap, reuse, modes)
+    choice = Linear(model.linear, model.precision, model.max_linear_iterations, reuse, modes)
     choice = element_formulations.saddle_point_solver(choice, problem.assembly)
-    problem = replace(problem, cap=model.cap, linear=choice)
+    problem = replace(problem, cap=model.max_iterations, linear=choice)
     if model.precision == "single":
         twin = None if problem.twin is None else SingleAssembly.of(problem.twin)
         rest: Any = problem.rest.astype(np.float32)
         exact, assembly = problem.assembly, SingleAssembly.of(problem.assembly)
         problem = replace(problem, assembly=assembly, twin=twin, rest=rest, exact=exact)
-    first = None if model.start is None else start_of(static.declared, workshop)
+    first = None if model.initial_guess is None else start_of(static.declared, workshop)
     return replace(static, problem=problem, first=first, disturbance=disturbance)
 
 

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
 LARGE_ANGLE = 0.1  # rad: a rotation that small strains misread by 0.5 % strain (1 - cos)
 PLAIN: dict[str, Any] = {
-    "cap": None, "linear_cap": None, "start": None, "precision": "double", "linear": "auto", "factorisation": "fresh",
+    "max_iterations": None, "max_linear_iterations": None, "initial_guess": None, "precision": "double", "linear": "auto", "factorisation": "fresh",
 }  # fmt: skip
-SHORTCUTS = ("cap", "linear_cap", "precision", "start")
+SHORTCUTS = ("max_iterations", "max_linear_iterations", "precision", "initial_guess")
 TOUCHED = "; few cells under what presses make its force too small, so that it may be off either way"
 FORMULATIONS = {"mixed": "with pressures", "mean_dilatation": "mean dilatation"}  # in an outline
 
@@ -60,13 +60,13 @@ class Fem(HasMaterial, Model):
     without further unknowns, for Poisson's ratios below 0.5, in statics and dynamics.
 
     The following options trade accuracy, or nothing, for speed; `sweep` varies them, and `dsl compare` shows the cost.
-    `cap` stops Newton's method after this number of linear systems, in total in statics and per time step in dynamics,
+    `max_iterations` stops Newton's method after this number of linear systems, in total in statics and per time step in dynamics,
     as
     programs do that must keep a frame rate. Such a state is `capped`: it is not converged and never counts as real
     time;
     its residual is that of the state, and its metrics show the effect of the cap. `linear` names the linear solver;
     `auto`
-    selects a suitable one. `conjugate_gradients` is preconditioned by the diagonal, and `linear_cap` stops it after
+    selects a suitable one. `conjugate_gradients` is preconditioned by the diagonal, and `max_linear_iterations` stops it after
     this
     number of iterations in every Newton step; the state is `capped` if it is then not in equilibrium. `precision =
     single`
@@ -77,9 +77,9 @@ class Fem(HasMaterial, Model):
     `quality` moves the nodes of the mesh at random, reproducibly, until its worst cell has this mean ratio (Knupp 2001;
     1 is a regular cell, 0 a flat one), to study the effect of bad meshes. The shape of the body is kept: nodes of plane
     faces move within them, those of straight edges along them, and others stay.
-    `finer` and `towards` grade the mesh: at the border of a condition, if that is a plane or a circle that a mesh of
+    `refine_factor` and `towards` grade the mesh: at the border of a condition, if that is a plane or a circle that a mesh of
     the
-    shape can follow, cells are `finer` times shorter across it, and reach their `size` at half the body's extent away.
+    shape can follow, cells are `refine_factor` times shorter across it, and reach their `size` at half the body's extent away.
     In a
     filled surface, cells are smaller by that factor where the condition holds; facets of combined shapes have the
     smallest
@@ -116,7 +116,7 @@ class Fem(HasMaterial, Model):
         Literal["point", "element"], "one rotation per integration point or per element, in corotational strain"
     ] = "point"
     mass: Annotated[Literal["consistent", "lumped", "uniform"], "how nodes share the mass"] = "consistent"
-    cap: Annotated[
+    max_iterations: Annotated[
         int | None,
         "1 in [1, 1000]",
         "Newton iterations after which a state, or a time step, is accepted, solved or not; none: all are solved",
@@ -127,7 +127,7 @@ class Fem(HasMaterial, Model):
         Literal["auto", "cholesky", "superlu", "pardiso", "multigrid", "conjugate_gradients"],
         "linear solver",
     ] = "auto"
-    linear_cap: Annotated[
+    max_linear_iterations: Annotated[
         int | None,
         "1 in [1, 100000]",
         "iterations of conjugate gradients in a Newton step; none: until it is solved",
@@ -135,17 +135,17 @@ class Fem(HasMaterial, Model):
     factorisation: Annotated[Literal["fresh", "reused"], "whether a factor is used for one Newton step or several"] = (
         "fresh"
     )
-    start: Annotated[str | None, "model", "model whose solution is the initial guess; default: rest"] = None
+    initial_guess: Annotated[str | None, "model", "model whose solution is the initial guess; default: rest"] = None
     quality: Annotated[
         float | None,
         "1 in [1e-9, 1]",
         "mean ratio of the worst cell, for a mesh made worse on purpose; default: as generated",
     ] = None
-    finer: Annotated[
+    refine_factor: Annotated[
         float | None, "1 in (1, 100]", "how many times smaller cells are where `towards` says; none: alike everywhere"
     ] = None
-    towards: Annotated[
-        Any | None, "condition", "condition at whose border cells are smaller, as at a clamp: `towards = x <= 0 mm`"
+    refine_at: Annotated[
+        Any | None, "condition", "condition at whose border cells are smaller, as at a clamp: `refine_at = x <= 0 mm`"
     ] = None
 
     loads = (*Model.loads, LineForce)
@@ -160,7 +160,7 @@ class Fem(HasMaterial, Model):
     @property
     def unsolved(self) -> bool:  # type: ignore[override]
         """True if the model may accept states that are not converged."""
-        return self.cap is not None or self.linear_cap is not None
+        return self.max_iterations is not None or self.max_linear_iterations is not None
 
     @property
     def own_mesh(self) -> Shape | None:
@@ -175,7 +175,7 @@ class Fem(HasMaterial, Model):
     @property
     def capped_at(self) -> int | None:
         """Number of Newton iterations after which a state or time step is accepted."""
-        return self.cap
+        return self.max_iterations
 
     @property
     def shortcuts(self) -> tuple[str, ...]:
@@ -220,9 +220,9 @@ class Fem(HasMaterial, Model):
     def cuts(self, case: Case, shape: Shape | None = None) -> Cuts:
         """Return where its meshes need nodes, and where their cells are finer."""
         found = cuts_of(case, shape)
-        if self.towards is None or self.finer is None:
+        if self.refine_at is None or self.refine_factor is None:
             return found
-        return (*found, *graded_cuts(self.towards, shape or case.shape, self.finer))
+        return (*found, *graded_cuts(self.refine_at, shape or case.shape, self.refine_factor))
 
     def _own_mesh(self, case: Case) -> bool:
         """Return whether the mesh comes from a file, of the model or of the body."""
@@ -401,7 +401,7 @@ class Fem(HasMaterial, Model):
             ", selectively integrated" if self.integration == "selective" else "",
             f", {FORMULATIONS[self.formulation]}" if self.formulation != "displacement" else "",
             ", one rotation for each cell" if self.rotation == "element" else "",
-            _capped(self.cap, case) if self.cap is not None else "",
+            _capped(self.max_iterations, case) if self.max_iterations is not None else "",
             f", nu = {material.poisson:g}" if material is not None and material.uniform else "",
             *self._levers(),
         )
@@ -412,9 +412,9 @@ class Fem(HasMaterial, Model):
         return (
             ", single precision" if self.precision == "single" else "",
             f", {self.linear}".replace("_", " ") if self.linear != "auto" else "",
-            f" of at most {self.linear_cap} iterations" if self.linear_cap is not None else "",
+            f" of at most {self.linear_cap} iterations" if self.max_linear_iterations is not None else "",
             ", factors reused" if self.factorisation == "reused" else "",
-            f", started from {self.start}" if self.start is not None else "",
+            f", started from {self.start}" if self.initial_guess is not None else "",
             f", worst cell of quality {self.quality:g}" if self.quality is not None else "",
         )
 

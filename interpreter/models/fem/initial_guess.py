@@ -81,7 +81,7 @@ class GuessModel:
 
 def start_of(declared: Declared, workshop: BuildContext) -> GuessModel:
     """Build the model that provides the initial guess, for the same scene. Raises Fault."""
-    name = declared.thing.start
+    name = declared.thing.initial_guess
     if workshop.scene is None:
         raise fault("E508", declared.at("start"), f"`{declared.name}` has no scene to find `{name}` in")
     other = workshop.scene.declared[name]

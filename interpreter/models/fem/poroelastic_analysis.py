@@ -193,7 +193,7 @@ def _must_agree(known: Declared, other: Declared, place: Floats) -> None:
     """Raise Fault if two supports hold one pressure at different values, or with different amplitudes."""
     one, two = known.thing, other.thing
     far = abs(one.pressure - two.pressure) > ALIKE * max(abs(one.pressure), abs(two.pressure))
-    if known is other or (not far and (one.course == two.course or not one.pressure)):
+    if known is other or (not far and (one.amplitude == two.amplitude or not one.pressure)):
         return
     raise fault("E376", other.at("where"), f"`{known.name}` and `{other.name}` hold the fluid at the same points to"
                 " different pressures", "contradicts the other",

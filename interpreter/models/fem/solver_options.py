@@ -71,25 +71,25 @@ def unused_size(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
 
 def check_grading(model: Fem, declared: Declared, case: Case) -> Diagnostic | None:
     """Return an error if a graded mesh is requested incompletely, or is not possible."""
-    if model.finer is None or model.towards is None:
-        given = next((name for name in ("finer", "towards") if getattr(model, name) is not None), None)
+    if model.refine_factor is None or model.refine_at is None:
+        given = next((name for name in ("refine_factor", "refine_at") if getattr(model, name) is not None), None)
         if given is None:
             return None
-        help = "`towards = x <= 0 mm` says where" if given == "finer" else "`finer = 4` says how many times"
+        help = "`refine_at = x <= 0 mm` says where" if given == "refine_factor" else "`refine_factor = 4` says how many times"
         return diagnostic("E339", declared.at(given), f"`{declared.name}` has `{given}` alone", "how is it graded?",
                           f"{help} cells are smaller: give both, or neither")  # fmt: skip
     shape = case.shape
     if model.mesh is not None or not (shape.gradable or shape.enclosed):
-        return diagnostic("E340", declared.at("finer"), f"the mesh of `{declared.name}` cannot be graded",
+        return diagnostic("E340", declared.at("refine_factor"), f"the mesh of `{declared.name}` cannot be graded",
                           "not of this shape", "boxes, cylinders, tubes, cones, extruded polygons, shells of "
                           "spheres, quadrilaterals, quarter rings and filled surfaces have graded meshes; take a "
                           "smaller `size`")  # fmt: skip
-    if conforming_mesh.graded_cuts(model.towards, shape, model.finer):
+    if conforming_mesh.graded_cuts(model.refine_at, shape, model.refine_factor):
         return None
     ways = ", ".join(f"`{name}`" for name in shape.gradable)
     problem = f"`{declared.name}` is graded towards nothing that its mesh follows"
-    help = f"cells can be finer where {ways} of the shape has a value, ends of the body included: `towards = x <= 0 mm`"
-    return diagnostic("E341", declared.at("towards"), problem, "no border there", help)
+    help = f"cells can be finer where {ways} of the shape has a value, ends of the body included: `refine_at = x <= 0 mm`"
+    return diagnostic("E341", declared.at("refine_at"), problem, "no border there", help)
 
 
 def _of_elements(model: Fem, case: Case) -> Iterator[Clash]:
@@ -117,10 +117,10 @@ def _of_motion(model: Fem, case: Case) -> Iterator[Clash]:
     if not isinstance(case.analysis, Dynamic):
         return
     steps = "time steps keep factors and start from the state before: "
-    usual = {"precision": "double", "linear": "auto", "factorisation": "fresh", "start": None}
+    usual = {"precision": "double", "linear": "auto", "factorisation": "fresh", "initial_guess": None}
     for field, value in usual.items():
         if getattr(model, field) != value:
-            help = "leave it out; what a time step costs is chosen by `step`, `tolerance` and `cap`"
+            help = "leave it out; what a time step costs is chosen by `step`, `tolerance` and `max_iterations`"
             yield field, f"{steps}`{field}` is for static analyses", "not in a dynamic analysis", help
 
 
@@ -147,10 +147,10 @@ def _of_levers(model: Fem, case: Case) -> Iterator[Clash]:
     """Yield errors for options of static analyses that exclude each other."""
     if isinstance(case.analysis, Dynamic):
         return
-    if model.linear_cap is not None and model.linear != "conjugate_gradients":
+    if model.max_linear_iterations is not None and model.linear != "conjugate_gradients":
         help = "leave it out, or use `linear = conjugate_gradients`"
         yield (
-            "linear_cap",
+            "max_linear_iterations",
             f"linear = {model.linear} has no iterations to cap",
             "only with conjugate_gradients",
             help,
@@ -184,7 +184,7 @@ def _of_path(model: Fem, case: Case) -> Iterator[Clash]:
     """Yield errors for options that arc length continuation excludes."""
     if case.analysis.path != "arc_length":
         return
-    usual = {"cap": None, "precision": "double", "factorisation": "fresh", "start": None}
+    usual = {"max_iterations": None, "precision": "double", "factorisation": "fresh", "initial_guess": None}
     for field, value in usual.items():
         if getattr(model, field) != value:
             problem = f"`path = arc_length` goes from rest to full load with fresh factors: `{field}` has no part in it"
@@ -219,10 +219,10 @@ def _not_installed(model: Fem) -> Iterator[Clash]:
 
 def check_start(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
     """Return errors about starting from another model's solution."""
-    if declared.thing.start is None:
+    if declared.thing.initial_guess is None:
         return []
-    first = scene.declared[declared.thing.start]
+    first = scene.declared[declared.thing.initial_guess]
     if other_body(scene, first, case) is None:
         return []
     problem = f"`{declared.name}` is about `{case.body.name}`, and `{first.name}` is not"
-    return [diagnostic("E508", declared.at("start"), problem, "another body", "start from a model of the same body")]
+    return [diagnostic("E508", declared.at("initial_guess"), problem, "another body", "start from a model of the same body")]

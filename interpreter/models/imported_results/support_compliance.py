@@ -74,9 +74,9 @@ def _most(u: Floats) -> float:
 
 def _share(case: Case, thing: Any) -> float:
     """Return the fraction of a support's full motion at the end; supports of a state are already scaled."""
-    if not isinstance(case.analysis, Dynamic) or thing.course is None:
+    if not isinstance(case.analysis, Dynamic) or thing.amplitude is None:
         return 1.0
-    return float(thing.course.at(case.analysis.duration))
+    return float(thing.amplitude.at(case.analysis.duration))
 
 
 def _fully_interpolated(found: Matched, where: Condition, X: Floats) -> NDArray[np.bool_]:

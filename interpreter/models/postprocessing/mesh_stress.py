@@ -117,7 +117,7 @@ class Settled:
 def _case_at_end(case: Case) -> Case:
     """Return a dynamic case with the muscle activation at its end, just before any jump; else the same case."""
     analysis = case.analysis
-    if not isinstance(analysis, Dynamic) or all(muscle.thing.course is None for muscle in case.muscles):
+    if not isinstance(analysis, Dynamic) or all(muscle.thing.amplitude is None for muscle in case.muscles):
         return case
     end = Moment(analysis.duration * (1.0 - INSIDE))
 
@@ -125,6 +125,6 @@ def _case_at_end(case: Case) -> Case:
         return replace(made, thing=made.thing.in_state(0, end))
 
     other = case.other_material
-    if getattr(other, "course", None) is not None:
+    if getattr(other, "amplitude", None) is not None:
         other = in_state_of_value(other, end)
     return replace(case, body=seen(case.body), parts=tuple(map(seen, case.parts)), other_material=other)

@@ -29,7 +29,7 @@ PER_FACET = np.array([[1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1], [1,
 
 
 def facts(shape: Shape, mesh: Mesh | None) -> dict[str, Any]:
-    """Return the `filled` part of a report, empty for other meshes; cached in the mesh."""
+    """Return the `tetrahedralized` part of a report, empty for other meshes; cached in the mesh."""
     if not isinstance(mesh, FilledMesh) or mesh.filling is None:
         return {}
     if "filled" not in mesh.selections:
@@ -86,7 +86,7 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
             f"the mesh of `{declared.name}` is not the body that its surface has",
             f"up to {units.format_value(float(f'{away:.3g}'), units.LENGTH)} apart, near {place}",
             f"{units.format_value(how.tolerance, units.LENGTH)} was to be met: thin or sharp parts were lost; "
-            "take a smaller `size`, or a smaller `tolerance` of `filled`",
+            "take a smaller `size`, or a smaller `tolerance` of `tetrahedralized`",
         )
 
 

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 TIMED = "`analysis wait = quasistatic(duration = 100 s, step = 1 s)`"
 # levers that change how a state is solved, and what they may be
 PLAIN = {
-    "formulation": "displacement", "integration": "full", "rotation": "point", "precision": "double", "start": None,
-    "cap": None, "linear_cap": None, "factorisation": "fresh",
+    "formulation": "displacement", "integration": "full", "rotation": "point", "precision": "double", "initial_guess": None,
+    "max_iterations": None, "max_linear_iterations": None, "factorisation": "fresh",
 }  # fmt: skip
 LINEAR = ("conjugate_gradients", "multigrid")
 

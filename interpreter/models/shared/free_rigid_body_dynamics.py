@@ -15,8 +15,8 @@ from softmark.interpreter.models.shared.prepared_model import Solution
 from softmark.interpreter.models.shared.solid_dynamics import (
     MOMENTS,
     PreparedMotion,
-    course_of,
-    course_of_rigid,
+    amplitude_of,
+    amplitude_of_rigid,
     stored_indices,
 )
 from softmark.interpreter.problem.body_case import Case, Touch
@@ -81,7 +81,7 @@ class MotionWithRigidBodies(PreparedMotion):
     def _passing(self, times: Floats, states: Floats) -> tuple[Diagnostic, ...]:
         """Return warnings about rigid bodies that pass through each other."""
         met = () if self.case is None else self.case.contacts
-        touches = {touch.rigid.name: (touch, course_of_rigid(touch)) for touch in met}
+        touches = {touch.rigid.name: (touch, amplitude_of_rigid(touch)) for touch in met}
         if len(touches) < 2:
             return ()
         from softmark.interpreter.models.shared.rigid_interpenetration import interpenetration_warnings
@@ -113,7 +113,7 @@ def add_free_rigid_bodies(motion: PreparedMotion, case: Case) -> MotionWithRigid
         make_contact_with_free_body(c, chart, names.index(n)) if n in bodies else c
         for c, n in zip(contacts, own, strict=True)
     ]
-    pulls, courses = _rigid_body_loads(chart, bodies)
+    pulls, amplitudes = _rigid_body_loads(chart, bodies)
     assembly = Assembly(
         dofs + 6 * len(made),
         problem.fixed,
@@ -129,7 +129,7 @@ def add_free_rigid_bodies(motion: PreparedMotion, case: Case) -> MotionWithRigid
         velocity=np.concatenate(
             [problem.velocity, *(_initial_velocity(b, bodies[n]) for b, n in zip(made, names, strict=True))]
         ),
-        courses=(*courses, *problem.courses),
+        amplitudes=(*amplitudes, *problem.amplitudes),
         tolerance=FINER * problem.tolerance,
         sound=lambda x: sound(x[:dofs]),
         linear=DirectStepSolver(symmetric=False),
@@ -163,12 +163,12 @@ def _initial_velocity(body: FreeRigidBody, touch: Touch) -> Floats:
 
 def _rigid_body_loads(chart: FreeBodyChart, touches: Mapping[str, Touch]) -> tuple[list[Energy], list[Amplitude]]:
     """Return the loads on rigid bodies, and the amplitude of each."""
-    pulls, courses = list[Energy](), list[Amplitude]()
+    pulls, amplitudes = list[Energy](), list[Amplitude]()
     for which, touch in enumerate(touches.values()):
         for load in touch.loads:
             pulls.append(_rigid_body_load(chart, which, load))
-            courses.append(course_of(load))
-    return pulls, courses
+            amplitudes.append(amplitude_of(load))
+    return pulls, amplitudes
 
 
 def _rigid_body_load(chart: FreeBodyChart, which: int, load: Declared) -> RigidBodyLoad:

@@ -104,7 +104,7 @@ def _surface_moment(case: Case, load: Declared, where: Condition, moment: Floats
             load.at("where"),
             f"`{load.name}` acts on {count} nodes of the mesh of `{case.body.name}`, of which each feels all others",
             f"at most {MOST_NODES}",
-            "use a coarser mesh, a smaller part of the face, or `turned(...)`, which imposes the angle instead",
+            "use a coarser mesh, a smaller part of the face, or `rotated(...)`, which imposes the angle instead",
         )
     nodes, products = surface.products()
     return FaceMoment(mesh.points, nodes, products, moment)

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape
 
 MOST = "`fem(...)` takes all"
-OF_NETWORKS = "networks take gravity, forces and lines of force on axes, and torques; `fixed`, `displaced` and `hinged`"
+OF_NETWORKS = "networks take gravity, forces and lines of force on axes, and torques; `fixed`, `displaced` and `pinned`"
 UNKNOWN = "not a load that it takes"
 _SOME: dict[type, tuple[str, str]] = {  # loads that only some models support: reason and remedy
     LineForce: (UNKNOWN, "use a traction on a strip; `fem(...)` and beams take lines"),

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.models.shared.solid_dynamics import course_of
+from softmark.interpreter.models.shared.solid_dynamics import amplitude_of
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.amplitude_words import (
     Pulse,
@@ -54,7 +54,7 @@ class AmplitudeSchedule:
     """
 
     analysis: Quasistatic
-    courses: tuple[Amplitude, ...]
+    amplitudes: tuple[Amplitude, ...]
     movers: tuple[tuple[Amplitude, Ints], ...]
     target: Floats
 
@@ -68,9 +68,9 @@ class AmplitudeSchedule:
         analysis: Any = case.analysis
         moved: dict[Amplitude, list[int]] = {}
         for place, owner in enumerate(owners):
-            moved.setdefault(course_of(owner), []).append(place)
-        movers = tuple((course, np.array(places)) for course, places in moved.items())
-        return cls(analysis, tuple(course_of(load) for load, _ in driven), movers, target)
+            moved.setdefault(amplitude_of(owner), []).append(place)
+        movers = tuple((amplitude, np.array(places)) for amplitude, places in moved.items())
+        return cls(analysis, tuple(amplitude_of(load) for load, _ in driven), movers, target)
 
     def acting(self, driven: Iterable[tuple[Declared, Energy]], t: float) -> list[tuple[Declared, Energy]]:
         """Return each load, scaled to a time, s."""
@@ -88,11 +88,11 @@ class AmplitudeSchedule:
         analysis, near = self.analysis, SAME * self.analysis.step
         times = {analysis.step * i for i in range(int(np.ceil(analysis.duration / analysis.step * (1.0 - SAME))))}
         times |= {analysis.duration, *map(float, analysis.moments)}
-        courses = {*self.courses, *(course for course, _ in self.movers)}
-        jumps = {t for c in courses if isinstance(c, Pulse) for t in (c.start, c.until)}
-        times |= jumps | {t for c in courses if isinstance(c, Ramp | Smooth) for t in (c.start, c.start + c.over)}
+        amplitudes = {*self.amplitudes, *(amplitude for amplitude, _ in self.movers)}
+        jumps = {t for c in amplitudes if isinstance(c, Pulse) for t in (c.start, c.until)}
+        times |= jumps | {t for c in amplitudes if isinstance(c, Ramp | Smooth) for t in (c.start, c.start + c.over)}
         tables = (
-            deviations_between_steps(c.rows, analysis.step, analysis.duration) for c in courses if isinstance(c, Table)
+            deviations_between_steps(c.rows, analysis.step, analysis.duration) for c in amplitudes if isinstance(c, Table)
         )
         times |= {t for rows in tables for t, off in rows if off > KINKED}
         last = -1.0
@@ -108,6 +108,6 @@ class AmplitudeSchedule:
         """Return loads and supports at a time, s, or just before it."""
         at = t - BEFORE * self.analysis.step if before else t
         target = self.target.copy()
-        for course, which in self.movers:
-            target[which] *= course.at(at)
-        return InstantLoading(t, tuple(course.at(at) for course in self.courses), target)
+        for amplitude, which in self.movers:
+            target[which] *= amplitude.at(at)
+        return InstantLoading(t, tuple(amplitude.at(at) for amplitude in self.amplitudes), target)

@@ -22,7 +22,7 @@ FALLS = 1e-3  # of what is dissipated: less than this may come back without a wo
 ROUNDED = 1e-7  # of the work: what equilibria solved to their tolerance leave in what is dissipated
 COARSE = 0.5  # of a time of relaxation: a longer step shows little of it
 # levers that change how a state is solved, and what they may be
-PLAIN = {"integration": "full", "rotation": "point", "precision": "double", "start": None, "cap": None,
+PLAIN = {"integration": "full", "rotation": "point", "precision": "double", "initial_guess": None, "max_iterations": None,
          "shear": True, "axial": True}  # fmt: skip
 
 
@@ -127,7 +127,7 @@ def _steps(case: Case) -> Iterator[Diagnostic]:
     analysis: Any = case.analysis
     times = [tau for material in case.materials for _, tau in material.branches]
     fast = [tau for tau in times if analysis.step > COARSE * tau]
-    if fast and (case.loads or any(support.thing.course is not None for support in case.supports)):
+    if fast and (case.loads or any(support.thing.amplitude is not None for support in case.supports)):
         shown = units.format_value(float(f"{min(fast):.4g}"), units.TIME)
         yield diagnostic(
             "W369",

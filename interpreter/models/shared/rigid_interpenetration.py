@@ -28,11 +28,11 @@ DEEP = 0.01  # of the largest side of that: what is less is a touch
 
 @dataclass(frozen=True)
 class Thing:
-    """Rigid body with its motion: `states` (t, 18) of a free body, or the `course` of a prescribed one."""
+    """Rigid body with its motion: `states` (t, 18) of a free body, or the `amplitude` of a prescribed one."""
 
     touch: Touch
     gap: Gap
-    course: Amplitude
+    amplitude: Amplitude
     states: Floats | None
 
     def moved(self, X: Floats, i: int) -> Floats:
@@ -46,7 +46,7 @@ class Thing:
     def inside(self, x: Floats, i: int, time: float) -> Floats:
         """Return the penetration depth (n,), m, of points x (n, 3) in space at a time; negative outside."""
         if self.states is None:
-            pose = pose_at(self.touch, self.course.at(time)) or RigidMotion()
+            pose = pose_at(self.touch, self.amplitude.at(time)) or RigidMotion()
             return -self.gap.gap(pose.back(x))
         now, was = self.states[i], self.states[0]
         own = (x - now[:3]) @ now[3:12].reshape(3, 3)
@@ -61,10 +61,10 @@ def interpenetration_warnings(
     `states` (t, b, 18) are those of the free bodies `names`.
     """
     things = []
-    for name, (touch, course) in touches.items():
+    for name, (touch, amplitude) in touches.items():
         gap = gap_of(touch.rigid.thing.shape)
         assert gap is not None  # refused when the scene is checked
-        things.append(Thing(touch, gap, course, states[:, names.index(name)] if name in names else None))
+        things.append(Thing(touch, gap, amplitude, states[:, names.index(name)] if name in names else None))
     each = sorted(things, key=lambda thing: thing.states is None)  # free ones first
     found = (_met(one, other, times) for one, other in combinations(each, 2) if one.states is not None)
     return tuple(said for said in found if said is not None)

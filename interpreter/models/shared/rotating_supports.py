@@ -97,7 +97,7 @@ def _why(model: Any, case: Case) -> tuple[str, str] | None:
     if isinstance(analysis, Dynamic):
         return None
     if model.unsolved:
-        return "a cap leaves no room for steps", "leave `cap` and `linear_cap` out"
+        return "a cap leaves no room for steps", "leave `max_iterations` and `max_linear_iterations` out"
     if analysis.path != "load":
         return "`path = arc_length` imposes motions in proportion to the load", "use `path = load`"
     if analysis.disturbed != "none":

@@ -337,7 +337,7 @@ def _unbalanced(declared: Declared, analysis: Dynamic, track: Trajectory) -> tup
                 at,
                 f"the energies of `{declared.name}` do not balance: {problem}",
                 "the step is too long",
-                "try a smaller step, or give loads and supports that act at once a `course`",
+                "try a smaller step, or give loads and supports that act at once a `amplitude`",
             ),
         )
     if found.loss <= LOSS:
@@ -433,7 +433,7 @@ def in_motion(
     integrator = integrator_of(analysis)
     dofs = mesh.points.size
     driven: list[Any] = [load for load in rest.assembly.loads if load.driven]
-    ways = [course_of_rigid(touch) for touch in case.contacts]
+    ways = [amplitude_of_rigid(touch) for touch in case.contacts]
     contacts = [contact.at(way.at(0.0)).begun() for contact, way in zip(driven, ways, strict=True)]
     meets = [energy for energy in internal if isinstance(energy, DynamicPatternEnergy)]
     internal = [energy for energy in internal if not isinstance(energy, DynamicPatternEnergy)]
@@ -444,8 +444,8 @@ def in_motion(
         velocity(analysis, mesh.points, mass),
         rest.fixed,
         rest.target,
-        support_course(case),
-        (*(course_of(load) for load, _ in loads), *ways),
+        support_amplitude(case),
+        (*(amplitude_of(load) for load, _ in loads), *ways),
         Rayleigh(analysis.damping_mass, analysis.damping_stiffness),
         integrator,
         analysis.tolerance,
@@ -476,20 +476,20 @@ def check_amplitudes(case: Case, analysis: Dynamic) -> None:
             raise Fault(wrong)
 
 
-def course_of(load: Declared) -> Amplitude:
+def amplitude_of(load: Declared) -> Amplitude:
     """Return the amplitude of a load or support; by default it acts in full from the start."""
-    course: Amplitude | None = load.thing.course
+    course: Amplitude | None = load.thing.amplitude
     return course or Constant()
 
 
-def course_of_rigid(touch: Touch) -> Amplitude:
+def amplitude_of_rigid(touch: Touch) -> Amplitude:
     """Return the amplitude of a rigid body's supports; a constant if it does not move."""
     first = next((s for s in touch.moved if s.thing.moves), None)
-    return Constant() if first is None else course_of(first)
+    return Constant() if first is None else amplitude_of(first)
 
 
-def support_course(case: Case) -> Amplitude:
+def support_amplitude(case: Case) -> Amplitude:
     """Return the common amplitude of all supports that move; scenes with different ones are refused earlier."""
     moving = (s for s in case.supports if s.thing.moves and s.thing.tracked is None)
     first = next(moving, None)
-    return Constant() if first is None else course_of(first)
+    return Constant() if first is None else amplitude_of(first)

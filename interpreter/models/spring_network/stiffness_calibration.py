@@ -91,7 +91,7 @@ def _checked(scene: Scene, model: Declared, case: Case) -> tuple[Declared, Decla
     if None in names:
         raise fault("E521", at, f"`{model.name}` cannot be fitted to `{metric.name}`",
                     "compares with no reference" if names[1] is None else "looks at no probe",
-                    "take a metric that is an error against a reference, such as `energy_norm(...)`")  # fmt: skip
+                    "take a metric that is an error against a reference, such as `relative_l2_error(...)`")  # fmt: skip
     probe, reference = (scene.declared[str(name)] for name in names)
     if {probe.thing.body, body_of(scene, reference)} != {case.body.name}:
         raise fault("E505", at, f"`{model.name}` is about `{case.body.name}`, and `{metric.name}` is not",

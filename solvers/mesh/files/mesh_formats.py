@@ -37,7 +37,7 @@ def advise_filling(file: Path) -> str:
     if suffix not in MERGED:
         first, name = f"`meshio convert {name} {file.stem}.stl`, then ", f"{file.stem}.stl"
     script, made = f"{file.stem}-filled.geo", f"{file.stem}-filled.msh"
-    return ("`filled(...)` in place of `mesh(...)` fills a closed surface with tetrahedra; or do it by Gmsh: "
+    return ("`tetrahedralized(...)` in place of `mesh(...)` fills a closed surface with tetrahedra; or do it by Gmsh: "
             f"{first}a file `{script}` with the line\n"
             f'`Merge "{name}"; Surface Loop(1) = Surface{{:}}; Volume(1) = {{1}};`\n'
             f"and `gmsh -3 {script} -o {made}`; then name `{made}` here")  # fmt: skip

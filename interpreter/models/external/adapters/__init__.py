@@ -104,7 +104,7 @@ PROGRAMS: Mapping[str, Program] = {
 }
 
 
-RODS: Mapping[str, Program] = {  # of `outside_rod(...)`; a word of both is one module
+RODS: Mapping[str, Program] = {  # of `external_rod(...)`; a word of both is one module
     "mujoco": Program(
         "MuJoCo",
         (),
@@ -127,7 +127,7 @@ PLUGGED: dict[str, tuple[Program, Any]] = {}  # programs of plugins by their wor
 
 
 def program(name: str) -> Program:
-    """Return the table entry of a program of `outside(...)`. Raises KeyError if it is unknown."""
+    """Return the table entry of a program of `external_solver(...)`. Raises KeyError if it is unknown."""
     return PROGRAMS.get(name) or PLUGGED[name][0]
 
 
