@@ -71,7 +71,7 @@ def require_convergence(driven: Amplitude, t: float, scale: float, moved: bool =
         raise NotSolved("it is moved at once, and just then the force is infinite: look at it later", (t,))
     soonest = GONE * scale / (math.pi * (MOST - 2)) ** 2
     if 0.0 < age < soonest:
-        why = f"{age:.3g} s after its course jumps fluid has left a layer of a ten-thousandth alone, or less"
+        why = f"{age:.3g} s after its amplitude jumps fluid has left a layer of a ten-thousandth alone, or less"
         raise NotSolved(f"{why}: the sum over modes tells it from {soonest:.3g} s on", (t,))
 
 

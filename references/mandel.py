@@ -22,8 +22,8 @@ class Mandel(Reference):
     the same result. It is a sum over modes for any amplitude of force or travel; in small strain, with incompressible
     fluid and solid. It applies to a rectangle as `plane_strain(...)`, or a box held across one direction, of one
     `biphasic(...)` material; one side held as a plane of symmetry and the other `drained`; one plate held along its
-    normal, the other displaced along it or kept `rigid_plate(...)` under a `traction`; and a `quasistatic` analysis. It can
-    be compared with the metrics `displacement`, `force`, `pore_pressure` and `outflow`.
+    normal, the other displaced along it or kept `rigid_plate(...)` under a `traction`; and a `quasistatic` analysis.
+    It can be compared with the metrics `displacement`, `force`, `pore_pressure` and `outflow`.
     Source: Mandel 1953, Geotechnique 3:287; Abousleiman, Cheng, Cui, Detournay and Roegiers 1996, Geotechnique 46:187.
     """
 

@@ -20,8 +20,8 @@ class Unconfined(Reference):
     falls to Young's modulus of the drained skeleton. It is a sum over modes for any amplitude of the travel
     (relaxation) or of the force (creep); in small strain, with incompressible fluid and solid. It applies to a whole
     `cylinder`, or a revolved rectangle (`axisymmetric`), of one `biphasic(...)` material, `drained` all around; one
-    plate held along the axis, the other displaced along it or kept `rigid_plate(...)` under a `traction`; and a `quasistatic`
-    analysis. It can be compared with the metrics `displacement`, `force`, `pore_pressure` and `outflow`.
+    plate held along the axis, the other displaced along it or kept `rigid_plate(...)` under a `traction`; and a
+    `quasistatic` analysis. It can be compared with the metrics `displacement`, `force`, `pore_pressure` and `outflow`.
     Source: Armstrong, Lai and Mow 1984, J. Biomech. Eng. 106:165.
     """
 

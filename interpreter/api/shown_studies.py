@@ -61,7 +61,7 @@ class ShownStress(Stress):
         return inline(self)
 
     def write(self, folder: str | Path) -> list[Path]:
-        """Write stress.json and stress.html into a folder, as `dsl stress --out` does, and return their paths.
+        """Write stress.json and stress.html into a folder, as `dsl robustness --out` does, and return their paths.
 
         Raises BadArgument for an invalid folder name, and OSError.
         """

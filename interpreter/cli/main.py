@@ -29,7 +29,8 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "compare": ("compare", "compare models and settings: error, time, the Pareto front, a recommendation"),
     "judge": ("judge", "judge results that other programs have written, as models of a scene"),
     "import": ("import_deck", "make a scene of another program's mesh or deck; what it does not carry over is listed"),
-    "stress": ("robustness", "walk every model to its edges: where it stops being right, and whether it says so"),
+    "robustness": ("robustness", "vary parameters until each model fails: where it is wrong, and whether it warns"),
+    "stress": ("robustness", "an earlier name of `dsl robustness`"),
     "export": ("export", "write models as files for another program, with an exam sheet"),
     "conformance": ("conformance", "put somebody's plugin through the contracts of its words"),
     "board": ("board", "put every model on every case of a suite: a matrix, profiles, fronts, as a site"),
@@ -44,7 +45,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
 }
 IDLE = "16"  # log2 of the cycles that a thread of OpenBLAS waits awake, which by default are 30 ms of its processor
 COMPUTING = frozenset(
-    {"run", "judge", "compare", "stress", "export", "conformance", "board", "import"}
+    {"run", "judge", "compare", "robustness", "stress", "export", "conformance", "board", "import"}
 )  # commands that load numpy, scipy and numba
 
 

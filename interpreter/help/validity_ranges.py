@@ -1,6 +1,6 @@
 """Measured validity ranges of models, contacts and theories, from robustness studies, as shown by `dsl explain`.
 
-`ranges.json` in this folder is written by `python tests/benchmarks/ranges.py`, from one `dsl stress` for each scene.
+`ranges.json` in this folder is written by `python tests/benchmarks/ranges.py`, from one `dsl robustness` for each scene.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def _lines_of_study(measured: Json, constructor: str) -> list[str]:
     head = [
         f"Measured range: `{measured['title']}`, all else as that scene has it; right means within "
         f"{100 * measured['within']:g} % of its reference.",
-        f"From {measured['points']} points by `dsl stress {measured['scene']} --timeout {measured['seconds']:g}`, "
+        f"From {measured['points']} points by `dsl robustness {measured['scene']} --timeout {measured['seconds']:g}`, "
         f"softmark {measured['softmark']}; an end of which nothing is said is as far as it was walked:",
     ]
     return head + [line for model in own for line in _lines_of_model(model)]

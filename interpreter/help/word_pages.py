@@ -8,7 +8,7 @@ import re
 from softmark.interpreter.help import validity_ranges
 from softmark.interpreter.help.constructor_examples import example
 from softmark.interpreter.help.reserved_words import unit_page, word_page
-from softmark.interpreter.language import foreign_aliases, units
+from softmark.interpreter.language import foreign_aliases, renamed_words, units
 from softmark.interpreter.language.field_schema import Constructor, Field, Vocabulary
 from softmark.interpreter.language.foreign_words import explain_foreign_word
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
@@ -37,6 +37,8 @@ def page(name: str, words: Vocabulary = CATALOGUE) -> str | None:
         return f"{name} (element)\n\n{inspect.getdoc(CATALOGUE.words()[name])}"
     if used := _field_page(name) or _choice_page(name):
         return used
+    if present := renamed_words.present_name(name):
+        return f"`{name}` is an earlier name of `{present}`.\n\n{page(present)}"
     meant = foreign_aliases.WORDS.get(name) or foreign_aliases.SYNONYMS.get(name) or foreign_aliases.CHOICES.get(name)
     if meant and not explain_foreign_word(name) and not unit_page(name):
         said = f"`{name}` is not a word of this language; what is meant is called `{meant}` here."

@@ -64,7 +64,7 @@ class MissingValue(Exception):
 class WrittenScene:
     """Scene, the text of its mesh file (None if the file exists already), and the items that were not imported.
 
-    `rotated` reports inverted cells, if any; `taken` the choices made where the file is ambiguous.
+    `turned` reports inverted cells, if any; `taken` the choices made where the file is ambiguous.
     """
 
     scene: str

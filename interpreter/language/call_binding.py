@@ -12,7 +12,14 @@ from softmark.grammar import tree
 from softmark.grammar.diagnostic import Fix, Remedy, Second, did_you_mean, write
 from softmark.grammar.name_suggestions import nearest
 from softmark.interpreter.language import expression_evaluation as evaluation
-from softmark.interpreter.language import field_parsers, field_schema, foreign_aliases, quotient_warnings, units
+from softmark.interpreter.language import (
+    field_parsers,
+    field_schema,
+    foreign_aliases,
+    quotient_warnings,
+    renamed_words,
+    units,
+)
 from softmark.interpreter.language.bare_constructors import find_bare_constructor
 from softmark.interpreter.language.compiled_scene import Location
 from softmark.interpreter.language.condition_syntax import format_condition, read_condition
@@ -78,6 +85,9 @@ class Binder:
             return found
         known = list(self.vocabulary[kind])
         others = self.vocabulary.find(name)
+        if not others and (present := renamed_words.CONSTRUCTORS.get(name)) in known:
+            message = f"there is no {kind} `{name}`"
+            raise self.place.fail("E203", node.function.span, message, "an earlier name", renamed_words.remedy(present))
         if not others and (lost := self.vocabulary.broken(kind, name)) is not None:
             raise self.place.fail("E730", node.function.span, *lost)
         meant = foreign_aliases.WORDS.get(name)
@@ -182,6 +192,8 @@ class Binder:
         field = constructor.field(meant or "")
         if field is None:
             return self._listing(constructor)
+        if field.name == renamed_words.find_renamed_field(constructor.name, name):
+            return renamed_words.remedy(field.name)
         if nearest(name, [field.name]):
             return did_you_mean(field.name)
         if name in foreign_aliases.CONVERTED:
@@ -211,6 +223,9 @@ class Binder:
     def _meant(constructor: Constructor, name: str) -> str | None:
         """Return the field that a wrong name probably means: an alias from another program, or a similar spelling."""
         names = [f.name for f in constructor.fields]
+        renamed = renamed_words.find_renamed_field(constructor.name, name)
+        if renamed in names:
+            return renamed
         meant = foreign_aliases.SYNONYMS.get(name) or foreign_aliases.SYNONYMS.get(name.lower())
         return meant if meant in names else find_misspelling(name, names)
 

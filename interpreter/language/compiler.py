@@ -19,6 +19,7 @@ from softmark.interpreter.language import (
     foreign_aliases,
     parameter_evaluation,
     parameter_overrides,
+    renamed_words,
     scene_sources,
 )
 from softmark.interpreter.language.call_binding import Binder
@@ -173,6 +174,10 @@ def _remove_unknown_kinds(table: ModuleTable) -> None:
 
 def _unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: Place) -> None:
     kinds = (*vocabulary, *STATEMENTS)
+    if (present := renamed_words.KINDS.get(node.kind)) is not None:
+        problem = f"`{node.kind}` is not a kind of declaration"
+        place.fail("E202", node.kind_span, problem, "an earlier name", renamed_words.remedy(present))
+        return
     meant = foreign_aliases.WORDS.get(node.kind, node.kind)
     made = next((c.kind for c in vocabulary.find(meant)), None)
     close = meant if meant in kinds else find_misspelling(node.kind, kinds)

@@ -16,6 +16,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from softmark.interpreter.language import units
 from softmark.interpreter.language.plugin_words import Plugin
+from softmark.interpreter.language.renamed_words import ALIASES
 from softmark.interpreter.language.units import Dimension
 from softmark.ranges import Range
 from softmark.records import dataclass
@@ -229,7 +230,9 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
     def constructor(self, kind: str, name: str) -> Constructor | None:
         """Return the constructor `name` of a kind, or None."""
         if (kind, name) not in self._made:
-            cls = self.get(kind, {}).get(name)
+            table = self.get(kind, {})
+            name = name if name in table else ALIASES.get(name, name)
+            cls = table.get(name)
             made = None if cls is None else Constructor(name, kind, cls, self._chosen(kind, name, cls))
             self._made[kind, name] = made
         return self._made[kind, name]

@@ -40,9 +40,15 @@ def find_renamed_field(constructor: str, name: str) -> str | None:
     return FIELDS_OF.get(constructor, {}).get(name) or FIELDS.get(name)
 
 
-def suggest_renamed(new: str) -> Remedy:
+def present_name(word: str) -> str | None:
+    """Return the present name of an earlier constructor, kind or field, or None."""
+    fields = {old: new for table in FIELDS_OF.values() for old, new in table.items()}
+    return CONSTRUCTORS.get(word) or KINDS.get(word) or fields.get(word)
+
+
+def remedy(new: str) -> Remedy:
     """Return the remedy for an earlier word: its present name, and the command that rewrites a scene."""
-    return Remedy(f"it is called `{new}` now; `dsl fmt --upgrade FILE` rewrites the old words of a scene", Fix(new))
+    return Remedy(f"it is called `{new}` now; `dsl fmt --upgrade FILE` rewrites a scene", Fix(new))
 
 
 def upgrade(text: str, parsed: tree.Tree) -> str:

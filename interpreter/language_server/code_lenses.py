@@ -1,7 +1,7 @@
 """Code lenses, commands shown over lines of a scene: `textDocument/codeLens`.
 
 The editor runs the commands in a terminal: `softmark.run` as `dsl run`, `softmark.compare` as `dsl compare`,
-`softmark.stress` as `dsl stress`, with the file and the options as arguments.
+`softmark.stress` as `dsl robustness`, with the file and the options as arguments.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from softmark.grammar import tree
 from softmark.interpreter.language_server.text_document import Document
 
 RUN, COMPARE, STRESS = "softmark.run", "softmark.compare", "softmark.stress"
-STABILITY = "robustness"  # studies run by `dsl stress`
+STABILITY = "robustness"  # studies run by `dsl robustness`
 MANY = 2  # models that can be compared
 
 

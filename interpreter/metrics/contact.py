@@ -51,8 +51,8 @@ class ContactMetric(ForceMetric):
 class ContactArea(ContactMetric):
     """Contact area of a body's surface in its deformed shape (with small strain, in its undeformed shape).
 
-    For `self_contact` it is half the area of both surfaces. The edge of the contact lies between a node in contact and one
-    out
+    For `self_contact` it is half the area of both surfaces. The edge of the contact lies between a node in contact and
+    one out
     of contact, where pressure and gap place it. On a coarse mesh the area is the least accurate result of a contact,
     and
     it does not converge if contact opens and closes with the mesh. Against another model or a theory, the value is the
@@ -128,8 +128,8 @@ class ContactGap(ContactMetric):
 
     Contact points are the nodes, the midpoints of eight-node facets, in 3D also points inside facets that are longer
     than
-    the radius of curvature of the rigid body, and points that were added where facets penetrated. For `self_contact` it is
-    the
+    the radius of curvature of the rigid body, and points that were added where facets penetrated. For `self_contact`
+    it is the
     distance between the body's flat facets.
 
     Before contact it is the initial separation. For a body that may touch itself, it is the distance between parts of

@@ -36,8 +36,8 @@ class EnergyNormError(Metric):
     E does not change under a rigid motion, so a rotation of either solution is not an error here. This norm detects
     wrong
     strains, and `tip_error` detects wrong positions. The "relative energy norm error" of Marchal et al. (2008), here
-    `relative_l2_error`, is an l2 norm of displacements: it has no stiffness weights, grows with any rigid motion, and depends
-    on where the points lie.
+    `relative_l2_error`, is an l2 norm of displacements: it has no stiffness weights, grows with any rigid motion, and
+    depends on where the points lie.
 
     F = I + du/dX by central differences over 1e-4 of the body's extent. Their error is of second order, 1e-8 relative
     for

@@ -22,7 +22,7 @@ def table_fault(declared: Declared, duration: float) -> Diagnostic | None:
         times, _, _ = amplitude.rows
     except Unreadable as error:
         problem = f"the table of `{declared.name}` cannot be used: {error.reason}"
-        return diagnostic("E409", at, problem, "no course", error.remedy)
+        return diagnostic("E409", at, problem, "no amplitude", error.remedy)
     if times[0] > NEAR * duration or times[-1] < duration * (1.0 - NEAR):
         span = units.format_range(times[0], times[-1], units.TIME)
         return diagnostic("E315", at, f"the table of `{declared.name}` does not go over the whole analysis",

@@ -115,13 +115,13 @@ def _check_active_strain(declared: Declared, case: Case) -> Diagnostic | None:
     """Refuse active strain in dynamics, with history-dependent materials, and on equilibrium paths."""
     own = [m for m in case.materials if hasattr(m, "passive") and not m.pulls]
     if isinstance(case.analysis, Dynamic) and any(m.amplitude is not None for m in own):
-        return diagnostic("E368", declared.at(), f"`{declared.name}` moves, and fibres that shorten by a course are"
-                          " known at rest alone", "not in a dynamic analysis", "use `quasistatic(...)`, a shortening"
-                          " without a course, or a tension: `active(..., amplitude = ...)`")  # fmt: skip
+        return diagnostic("E368", declared.at(), f"`{declared.name}` moves, and fibres that shorten with an amplitude"
+                          " are supported at rest only", "not in a dynamic analysis", "use `quasistatic(...)`, a"
+                          " shortening without an amplitude, or a tension: `active(..., amplitude = ...)`")  # fmt: skip
     if any(m.branches for m in case.materials) and any(m.amplitude is not None for m in own):
-        return diagnostic("E362", declared.at(), f"fibres of `{case.body.name}` shorten by a course, and a part of it"
-                          " relaxes", "not beside what relaxes", "use a shortening without a course, or a tension:"
-                          " `active(..., amplitude = ...)`")  # fmt: skip
+        return diagnostic("E362", declared.at(), f"fibres of `{case.body.name}` shorten with an amplitude, and a part"
+                          " of it is viscoelastic", "not with a viscoelastic part", "use a shortening without"
+                          " an amplitude, or a tension: `active(..., amplitude = ...)`")  # fmt: skip
     if own and case.analysis.path == "arc_length":
         return diagnostic("E378", declared.at(), f"`{declared.name}` follows a path from rest, and fibres of"
                           f" `{case.body.name}` are short before it begins", "no path from rest",
@@ -226,7 +226,7 @@ def _first_asymmetric_point(material: Any, X: Floats, axis: int, place: float) -
             here, there = law.placed(X[None], read_field), law.placed(image[None], read_field)
         except (
             InvalidDirection
-        ) as error:  # of the body itself they are known already: `rotated` in models/shared/heterogeneous_material.py
+        ) as error:  # of the body itself they are known already: `turned` in models/shared/heterogeneous_material.py
             return X[0] if error.place is None else np.array(error.place)
         for strained in STRAINED:
             F = np.broadcast_to(np.array(strained), (len(X), 3, 3))

@@ -27,7 +27,7 @@ from softmark.solvers.mesh.shape import add_multiples, cross, replace_coordinate
 ALIGNED = 1e-9  # relative tolerance off the axis
 DRIVE = "hold one end along the axis and move or press the other: `displaced(...)` or `traction(...)`"
 PLATES = (
-    "hold one plate along its normal and move the other: `displaced(...)`, or `traction(...)` on what is `rigid_plate(...)`"
+    "hold one plate along its normal and move the other: `displaced(...)`, or `traction(...)` on a `rigid_plate(...)`"
 )
 SIDES = "hold its sides across them: `fixed(..., components = x)`"
 SMALL = 0.01  # strain below which no warning about small strain is given
@@ -79,7 +79,7 @@ class Ends:
 def _analysis(case: Case) -> Quasistatic:
     """Return the quasistatic analysis. Raises NotApplicable."""
     if not isinstance(case.analysis, Quasistatic):
-        raise NotApplicable("the analysis follows no time course without inertia", "declare `quasistatic(...)`")
+        raise NotApplicable("the analysis has no time history without inertia", "declare `quasistatic(...)`")
     if case.parts:
         raise NotApplicable(f"`{case.body.name}` is not of one material", "use one for all of it")
     return case.analysis

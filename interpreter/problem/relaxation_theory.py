@@ -39,7 +39,7 @@ def bar_of(case: Case) -> RelaxingBar:
             "its bulk modulus stays while its shear modulus relaxes", "use `of = whole`, or `poisson = 0.5`"
         )
     if not isinstance(analysis, Quasistatic):
-        raise NotApplicable("the analysis follows no time course without inertia", "declare `quasistatic(...)`")
+        raise NotApplicable("the analysis has no time history without inertia", "declare `quasistatic(...)`")
     held, driving, amount = _ends(case)
     root, axis = end_frame(shape, held)
     force = driving.kind == "load"
@@ -125,7 +125,7 @@ def driven_by(amplitude: Any, now: float) -> Amplitude:
                 AmplitudeSegment(max(0.0, a), b, (q - p) / (b - a)) for (a, p), (b, q) in pairwise(rows) if b > 0.0
             ]
             return Amplitude([(0.0, amplitude.at(0.0))], slopes)
-    raise NotApplicable("its course is not known to the theory", "use `ramp`, `smooth`, `sine`, `pulse` or `table`")
+    raise NotApplicable("the theory does not cover this amplitude", "use `ramp`, `smooth`, `sine`, `pulse` or `table`")
 
 
 def at_rest(case: Case, bar: RelaxingBar) -> EquilibriumForces:

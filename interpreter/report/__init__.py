@@ -5,7 +5,7 @@
     view3d       bodies in three dimensions, as a still picture and interactive
     run          report of a run: `report_page.render`, `report_terminal.table`, and a file for each section
     comparison   page and terminal table of `dsl compare`
-    robustness   page and terminal table of `dsl stress`
+    robustness   page and terminal table of `dsl robustness`
     leaderboard  site of `dsl board`
     notebook     boxes for Jupyter
     exam_export  models and expected results for other programs

@@ -101,7 +101,7 @@ class SurfaceField:
 
     `values` (n,) in `unit` are those of the last time, or None with the `reason`. `size` is the typical magnitude of
     the
-    tensor in the body, `disjoint` the share of points around which cells disagree (W387), `limitless` the share of the
+    tensor in the body, `apart` the share of points around which cells disagree (W387), `limitless` the share of the
     surface
     without a limit (W388). `partly` is true if it is nonzero only on a part of the surface.
     """

@@ -61,9 +61,9 @@ def check_amplitude_resolution(scene: Scene) -> Iterator[Diagnostic]:
             yield from _check_moving_support(declared, amplitude, analysis.step)
         elif isinstance(amplitude, Pulse) and _width(amplitude) < analysis.step * (1.0 - NEAR):
             yield diagnostic("W378", declared.at("amplitude"), f"the pulse of `{declared.name}` is shorter than a step",
-                             f"{_time(_width(course))} of a step of {_time(analysis.step)}",
+                             f"{_time(_width(amplitude))} of a step of {_time(analysis.step)}",
                              "its impulse is right, and so is what is slow; to see how it acts, take a step of"
-                             f" {_time(_round(_width(course) / SHOWN))} or less")  # fmt: skip
+                             f" {_time(_round(_width(amplitude) / SHOWN))} or less")  # fmt: skip
 
 
 def _check_quasistatic(scene: Scene, analysis: Quasistatic) -> Iterator[Diagnostic]:
@@ -80,7 +80,7 @@ def _check_quasistatic(scene: Scene, analysis: Quasistatic) -> Iterator[Diagnost
             yield _begins_too_late(declared, amplitude.start, analysis.duration)
         elif isinstance(amplitude, Pulse) and not _width(amplitude):
             yield diagnostic("W378", declared.at("amplitude"), f"the pulse of `{declared.name}` ends before it begins",
-                             f"from {_time(course.start)} until {_time(course.until)}",
+                             f"from {_time(amplitude.start)} until {_time(amplitude.until)}",
                              "it plays no part; `until` is the time at which it ends")  # fmt: skip
 
 
@@ -112,21 +112,21 @@ def _check_table(declared: Declared, amplitude: Table, analysis: Dynamic) -> Ite
     left = _table_deviation(amplitude, analysis.step, analysis.duration)
     label = f"between the ends of steps of {_time(analysis.step)} it goes up to {100.0 * left:.2g} % of it elsewhere"
     if left > MISSED and declared.kind == "support":
-        yield diagnostic("E316", declared.at("amplitude"), f"the step does not show the table of `{declared.name}`", label,
-                         "where a support is between two steps is not seen: take a shorter step")  # fmt: skip
+        yield diagnostic("E316", declared.at("amplitude"), f"the step does not show the table of `{declared.name}`",
+                         label, "where a support is between two steps is not seen: take a shorter step")  # fmt: skip
     elif left > OFF:
         held = "where a support is between two steps is not seen"
         acts = "its impulse is right, and so is what is slow; how it acts within a step is not seen"
         help = held if declared.kind == "support" else acts
-        yield diagnostic("W329", declared.at("amplitude"), f"the step does not show all of the table of `{declared.name}`",
+        yield diagnostic("W329", declared.at("amplitude"), f"the step does not show all of `{declared.name}`'s table",
                          label, f"{help}: take a shorter step, or a table without what does not matter")  # fmt: skip
 
 
 def _check_column_unit(declared: Declared, amplitude: Table) -> Iterator[Diagnostic]:
     """Check the unit in the name of a table's time column."""
     if units.has_conflicting_unit(amplitude.at_, amplitude.time_unit, units.TIME):
-        yield diagnostic("W334", declared.at("amplitude"), f"the column `{course.at_}` names another unit",
-                         f"{_time(course.time_unit)} here",
+        yield diagnostic("W334", declared.at("amplitude"), f"the column `{amplitude.at_}` names another unit",
+                         f"{_time(amplitude.time_unit)} here",
                          "one of the two is wrong, unless the column has the wrong name: give `time_unit`")  # fmt: skip
 
 
@@ -140,7 +140,7 @@ def _check_sine(declared: Declared, amplitude: Sine, step: float) -> Iterator[Di
     count = 1.0 / (amplitude.frequency * step)
     if count >= SHOWN * (1.0 - NEAR):
         return
-    label = f"{count:.3g} steps of {_time(step)} to a swing of {_time(1.0 / course.frequency)}"
+    label = f"{count:.3g} steps of {_time(step)} to a swing of {_time(1.0 / amplitude.frequency)}"
     better = _time(_round(1.0 / (SHOWN * amplitude.frequency)))
     if count < SEEN:
         yield diagnostic("E381", declared.at("amplitude"),
@@ -148,8 +148,8 @@ def _check_sine(declared: Declared, amplitude: Sine, step: float) -> Iterator[Di
                          "what is computed would be another, slower swing: take a step of"
                          f" {better} or less")  # fmt: skip
     else:
-        yield diagnostic("W377", declared.at("amplitude"), f"there are few steps to a swing of `{declared.name}`", label,
-                         "its size and its phase are off by several percent: take a step of"
+        yield diagnostic("W377", declared.at("amplitude"), f"there are few steps to a swing of `{declared.name}`",
+                         label, "its size and its phase are off by several percent: take a step of"
                          f" {better} or less")  # fmt: skip
 
 
@@ -158,9 +158,9 @@ def _check_moving_support(declared: Declared, amplitude: Pulse | Ramp | Smooth, 
     if not isinstance(amplitude, Pulse):
         if amplitude.over < step * (1.0 - NEAR):
             yield diagnostic("W378", declared.at("amplitude"), f"`{declared.name}` moves all the way within a step",
-                             f"{_time(course.over)} of a step of {_time(step)}",
+                             f"{_time(amplitude.over)} of a step of {_time(step)}",
                              "how quickly it does is not seen: take a step of"
-                             f" {_time(_round(course.over / SHOWN))} or less")  # fmt: skip
+                             f" {_time(_round(amplitude.over / SHOWN))} or less")  # fmt: skip
         return
     width = _width(amplitude)
     if width < HELD * step * (1.0 - NEAR):

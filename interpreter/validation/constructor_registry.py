@@ -28,7 +28,7 @@ CATALOGUE = Vocabulary(
         "probe": ("interpreter.vocabulary", "PROBES"),
         "metric": ("interpreter.metrics", "METRICS"),
         "published": ("interpreter.vocabulary", "PUBLISHED"),
-        "amplitude": ("interpreter.vocabulary", "COURSES"),
+        "amplitude": ("interpreter.vocabulary", "AMPLITUDES"),
         "fibres": ("interpreter.vocabulary.fiber_words", "FIBRES"),
         "field": ("interpreter.vocabulary.field_words", "FIELDS"),
         "stiffness": ("interpreter.models.spring_network.spring_declaration", "STIFFNESSES"),

@@ -101,12 +101,17 @@ def _check_bodies(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
         if is_rigid(second):
             help = f"the rigid body comes first: `rigid_contact({second.name}, {first.name})`"
         elif first is second:
-            help = f"touch a rigid body: `body plate = rigid(...)`, or keep it clear of itself: `self_contact({first.name})`"
+            help = f"touch a rigid body: `body plate = rigid(...)`, or itself: `self_contact({first.name})`"
         else:
             help = (f"an instrument, a plate or a floor is rigid: `body {first.name} = rigid(...)`, without a material;"
                     " two that deform are one body, `solid(disjoint(...), ...)`, with `self_contact(...)`")  # fmt: skip
-        yield diagnostic("E652", contact.at("rigid"), f"`{first.name}` deforms, and `rigid_contact(...)` takes a rigid body "
-                         "first", label, help)  # fmt: skip
+        yield diagnostic(
+            "E652",
+            contact.at("rigid"),
+            f"`{first.name}` deforms, and `rigid_contact(...)` takes a rigid body first",
+            label,
+            help,
+        )
     elif is_rigid(second):
         problem = "`rigid_contact(...)` takes a body that deforms second"
         what = "a rigid body and itself" if first is second else "two rigid bodies"
@@ -128,9 +133,14 @@ def _check_geometry(scene: Scene, contact: Declared, first: Declared, second: De
     """Check that the rigid body has a signed distance, fits a plane body, and lies outside the deformable body."""
     shape = first.thing.shape
     if not isinstance(shape, DISTANT) or (isinstance(shape, RoundBody) and shape.kept):
-        yield diagnostic("E653", first.at("shape"), f"how far points are from `{first.name}` is not known of its shape",
-                         "not a shape of rigid bodies", "take a `half_space`, a whole `sphere`, `box`, `rounded_box`, "
-                         "`cylinder`, `tube`, `cone`, `punch`, `tip`, `extruded` or `tetrahedralized(...)`")  # fmt: skip
+        yield diagnostic(
+            "E653",
+            first.at("shape"),
+            f"how far points are from `{first.name}` is not known of its shape",
+            "not a shape of rigid bodies",
+            "use a `half_space`, a whole `sphere`, `box`, `rounded_box`, `cylinder`, `tube`, `cone`, `punch`,"
+            " `rounded_cone`, `extruded` or `tetrahedralized(...)`",
+        )
         return
     if shape.prebuilt or shape.enclosed or shape.bounds is None:
         return  # its file is only read when needed

@@ -174,7 +174,7 @@ def _check_has_curve(scene: Scene, metric: Declared, of: Declared, moving: bool,
                           f"name a metric that has a value at each: `{of.constructor.name}(...)` without `over`"
                           )  # fmt: skip
     if moving and not (isinstance(of.thing, Displacement) or of.thing.followed):
-        return diagnostic("E509", metric.at("of"), f"`{of.name}` has no course in time: it is a"
+        return diagnostic("E509", metric.at("of"), f"`{of.name}` has no time history: it is a"
                           f" `{of.constructor.name}`", "not followed in time",
                           "followed in time are displacements, `displacement(tip, along = -z)`, and what contacts do:"
                           " `force(touch, along = +z)`")  # fmt: skip

@@ -404,8 +404,8 @@ def _amplitudes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         first = moved.setdefault(support.thing.body, support)
         if first.thing.amplitude != support.thing.amplitude:
             yield diagnostic("E501", support.at("amplitude"),
-                             f"`{support.name}` and `{first.name}` move by different courses",
-                             "another course", "all supports that move share one course")  # fmt: skip
+                             f"`{support.name}` and `{first.name}` move with different amplitudes",
+                             "another amplitude", "give all supports that move the same `amplitude`")  # fmt: skip
     yield from check_amplitude_resolution(scene)
 
 

@@ -89,12 +89,12 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
         return
     if not states:
         moving = any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values())
-        yield from (_without(d, "amplitude", "has the course of a state", moving) for d in driven)
+        yield from (_without(d, "amplitude", "has `amplitude = per_state`", moving) for d in driven)
         yield from (_without(r, "states", "has been measured in several states", moving) for r in tables)
         return
     if _has_times(scene):
         yield from _times(scene, states)
-        yield from (_without(d, "amplitude", "has the course of a state", True) for d in driven)
+        yield from (_without(d, "amplitude", "has `amplitude = per_state`", True) for d in driven)
     yield from (wrong for r in tables if (wrong := _whole(r) or _as_many(r, len(states))) is not None)
     if len(states) > 1:
         yield from (_single_state_error(r) for r in scene.of_kind("reference").values() if _measured_once(r))
@@ -112,14 +112,17 @@ def _muscles(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
         least, most = _amplitude_range(scene, amplitude, states)
         if muscle.thing.pulls:
             if least < 0.0:
-                yield diagnostic("W398", muscle.at("amplitude"), f"`{muscle.name}` pushes in a part of its course",
+                yield diagnostic("W398", muscle.at("amplitude"), f"`{muscle.name}` pushes in a part of its amplitude",
                                  f"down to {100.0 * least:.3g} % of its tension", "muscle pulls, or does nothing: use a"
-                                 " course that does not change its sign")  # fmt: skip
+                                 " amplitude that does not change its sign")  # fmt: skip
         elif isinstance(s := muscle.thing.shortening, float) and max(abs(least * s), abs(most * s)) > SHORTEST:
-            yield diagnostic("E379", muscle.at("amplitude"), f"`{muscle.name}` shortens beyond its range in a part of its"
-                             " course", f"from {100.0 * least:.3g} to {100.0 * most:.3g} % of {100.0 * s:.3g} %",
-                             f"fibres shorten or lengthen by {100.0 * SHORTEST:g} % at most: use smaller shares"
-                             )  # fmt: skip
+            yield diagnostic(
+                "E379",
+                muscle.at("amplitude"),
+                f"`{muscle.name}` shortens beyond its range in a part of its amplitude",
+                f"from {100.0 * least:.3g} to {100.0 * most:.3g} % of {100.0 * s:.3g} %",
+                f"fibres shorten or lengthen by {100.0 * SHORTEST:g} % at most: use smaller shares",
+            )
 
 
 def _amplitude_range(scene: Scene, amplitude: Any, states: tuple[float, ...]) -> tuple[float, float]:
@@ -188,7 +191,7 @@ def _loops(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
 def _without(declared: Declared, field: str, does: str, moving: bool) -> Diagnostic:
     help = f"give the analysis some: {SOME}"
     if moving:
-        help = f"a motion has none: give a course of time such as `ramp(over = 0.5 s)`, or {SOME}"
+        help = f"a motion has none: give an amplitude over time such as `ramp(over = 0.5 s)`, or {SOME}"
     return diagnostic("E311", declared.at(field), f"`{declared.name}` {does}, and the analysis has no states",
                       "of which states?", help)  # fmt: skip
 

@@ -135,7 +135,7 @@ def _as_many(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
         help = "give one value, or a reference for each; an analysis with states has a value for each:"
         help += " `static(states = [50, 100] %)`"
     if moving:
-        help = 'a motion has one value; a course in time is a table: `curve("swing.csv", ...)`'
+        help = 'a motion has one value; a history in time is a table: `curve("swing.csv", ...)`'
     yield diagnostic("E224", reference.at("values"), f"`{reference.name}` has {_count(count, 'value')}, and {has}",
                      "not one for each", help)  # fmt: skip
 

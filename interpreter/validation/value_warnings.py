@@ -142,7 +142,7 @@ def _amplitudes(scene: Scene) -> Iterator[Diagnostic]:
     for declared in find_time_dependent(scene):
         if declared.thing.amplitude is not None and not isinstance(declared.thing.amplitude, State):
             yield diagnostic("W317", declared.at("amplitude"),
-                             f"the course of `{declared.name}` plays no part in a static analysis",
+                             f"the amplitude of `{declared.name}` has no effect in a static analysis",
                              "a state of rest has no time",
                              "it acts in full; declare `analysis NAME = dynamic(...)` to follow"
                              " the motion")  # fmt: skip

@@ -37,7 +37,7 @@ DOUBTS: dict[str, str] = {
     "W419": "it does not balance the forces of the full model",
     "W420": "its time step is too long for what is asked",
     "W377": "there are few steps to a swing of its loads",
-    "W378": "steps do not show all of a course",
+    "W378": "steps do not show all of an amplitude",
     "W389": "its fibres have no direction somewhere",
     "W659": "its facets do not follow what presses",
     "W660": "its contact is less than a few cells wide",

@@ -36,7 +36,7 @@ class CurveUnderTest(ProbeResultUnderTest):
         return self._of_curves(np.zeros_like(self._course(self)))
 
     def change(self, other: ProbeResultUnderTest) -> float:
-        """Return how much another solution may change the metric, by `disjoint`. Raises NoErrorEstimate."""
+        """Return how much another solution may change the metric, by `apart`. Raises NoErrorEstimate."""
         return self.apart(other)
 
     def apart(self, other: ProbeResultUnderTest) -> float:

@@ -72,7 +72,7 @@ class FrequencyUnderTest(ProbeResultUnderTest):
         return replace(self, vibrations=solution.vibrations)
 
     def change(self, other: ProbeResultUnderTest) -> float:
-        """Return the difference to the frequency of another solution, Hz, by `disjoint`. Raises NoErrorEstimate."""
+        """Return the difference to the frequency of another solution, Hz, by `apart`. Raises NoErrorEstimate."""
         return self.apart(other)
 
     def apart(self, other: ProbeResultUnderTest) -> float:

@@ -124,7 +124,7 @@ class ProbeResultUnderTest:
         return self._of_stress(distance, self.stress)
 
     def of_single(self, apart: Floats) -> float:
-        """Return the root mean square of changes (n, 3), m, around its one point, in the terms of `disjoint`."""
+        """Return the root mean square of changes (n, 3), m, around its one point, in the terms of `apart`."""
         along = self.metric.direction if self.metric is not None and self.metric.last else None
         far = np.linalg.norm(apart, axis=1) if along is None else apart @ along
         rms = float(np.sqrt(np.mean(far**2)))
@@ -222,8 +222,8 @@ class ProbeResultUnderTest:
     def change(self, other: ProbeResultUnderTest) -> float:
         """Return the change of the metric's value from one of two nested solutions to the other, in the metric's unit.
 
-        For forces and tensors only that value counts: `disjoint` is for solutions that may agree in it by chance. Raises
-        NoErrorEstimate.
+        For forces and tensors only that value counts: `apart` is for solutions that may agree in it by chance.
+        Raises NoErrorEstimate.
         """
         plain = self.metric is not None and self.metric.measured_from is None and self.times is None
         if plain and isinstance(self.metric, ForceMetric | TensorMetric):

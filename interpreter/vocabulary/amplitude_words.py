@@ -1,7 +1,7 @@
 """Amplitudes (`amplitude = ...`): change of a load or an imposed motion in time, or from state to state.
 
 A static analysis without states applies loads in full. To add an amplitude: a class with `at(t)` and `mean(begin,
-end)`, the exact mean over a time interval; a line in COURSES; and in validation/amplitude_resolution.py whether time
+end)`, the exact mean over a time interval; a line in AMPLITUDES; and in validation/amplitude_resolution.py whether time
 steps resolve it.
 """
 
@@ -184,7 +184,7 @@ def _read_table(path: str, changed: int, at: str, value: str, unit: float, whole
     times = tuple(unit * t for t in table.numbers[at])
     shares = tuple(v / whole for v in table.numbers[value])
     if len(times) < 2:
-        raise Unreadable(table.name, "a course needs two rows", "give the value at the start and at the end")
+        raise Unreadable(table.name, "an amplitude needs two rows", "give the value at the start and at the end")
     wrong = next((i for i, (a, b) in enumerate(pairwise(times), 1) if not b > a), None)
     if wrong is not None:
         raise Unreadable(table.name, f"line {table.lines[wrong]}, column `{at}`: time does not go on,"

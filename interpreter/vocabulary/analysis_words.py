@@ -45,8 +45,9 @@ class Static:
     likewise. `amount` also scales the flattened, collapsed and inverted states. The same `seed` gives the same
     disturbance. See `solve.recovery` in the report.
 
-    `states` are several load levels, solved one after another: loads and supports with `amplitude = per_state` act with the
-    fraction of their size that is the state's value. Measurements with as many `states` are compared one by one, and
+    `states` are several load levels, solved one after another: loads and supports with `amplitude = per_state` act
+    with the fraction of their size that is the state's value. Measurements with as many `states` are compared one by
+    one, and
     every metric is available in each state. `fem` and springs start each state from the previous one, unless they are
     `disturbed` or follow a path; other models start from rest. A state without a solution ends the sequence. A report
     shows every metric from state to state. `MODEL.METRIC.at(12.5 %)` is the value in one state, and `expect
@@ -66,7 +67,9 @@ class Static:
     amount: Annotated[float, "1 in (0, 1000]", "size of the disturbance"] = 1.0
     seed: Annotated[int, "1 in [0, 1000000000]", "seed of the random disturbance"] = 1
     states: Annotated[
-        VectorValue | None, "values of 1", "load levels, solved in this order, for everything with `amplitude = per_state`"
+        VectorValue | None,
+        "values of 1",
+        "load levels, solved in this order, for everything with `amplitude = per_state`",
     ] = None
 
     @property
@@ -92,12 +95,12 @@ class Quasistatic:
 
     Time goes from 0 to `duration` in steps of `step`. Results are recorded at `times`; by default at 20 equally spaced
     times. Each of these times is a state, like those of `static(states = ...)`, and `MODEL.METRIC.at(5 s)` is the value
-    at one of them. Loads and supports without an amplitude (`amplitude`) act in full from the very start, as for a body
+    at one of them. Loads and supports without `amplitude` act in full from the very start, as for a body
     that is stretched at once and then held. Steps end at each of `times`, at the start and end of ramps, at the jumps
     of pulses and at the rows of tables, so steps are never longer than `step` and some are shorter.
 
-    Only viscoelastic materials (`viscoelastic`) depend on time. For elastic bodies the steps between `times` are skipped,
-    because the result does not depend on the rate.
+    Only viscoelastic materials (`viscoelastic`) depend on time. For elastic bodies the steps between `times` are
+    skipped, because the result does not depend on the rate.
 
     History variables are integrated with second-order accuracy in the step, and exactly where stress grows in
     proportion to time. The remaining error is part of the stated error (`time`): a third of the change caused by

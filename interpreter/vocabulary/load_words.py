@@ -128,8 +128,8 @@ class Load:
 def in_state_of_value(thing: Any, value: float) -> Any:
     """Return a load, support or material in a state of this value; it is unchanged without `amplitude = per_state`.
 
-    If `value` is a time of a quasistatic analysis, the result is scaled by the amplitude at that time, and its `amplitude`
-    (`AtOneTime`) keeps the original at full size.
+    If `value` is a time of a quasistatic analysis, the result is scaled by the amplitude at that time, and its
+    `amplitude` (`AtOneTime`) keeps the original at full size.
     """
     if isinstance(value, Moment):
         full, amplitude = thing, thing.amplitude

@@ -1,4 +1,4 @@
-"""Studies: parameters to vary and questions about the results. `dsl compare` and `dsl stress` run them."""
+"""Studies: parameters to vary and questions about the results. `dsl compare` and `dsl robustness` run them."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class Stability:
 
     `until = failure` continues through inaccurate points until the model gives no result; `inaccuracy` stops at the
     first point that is not right. `maps = pairs` adds a coarse grid for each pair of quantities and each model; `auto`
-    does so if there are at most three quantities. `dsl stress` runs it; a scene without such a study gets one over all
+    does so if there are at most three quantities. `dsl robustness` runs it; a scene without such a study gets one over all
     its numbers.
     """
 

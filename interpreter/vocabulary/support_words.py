@@ -186,8 +186,9 @@ class Turned(Holding):
     rotation in steps of at most 15 degrees from rest, and raises the loads with them, so a rotation of 360 degrees
     differs from none. With all components held the part keeps its shape; with `components = (y, z)` a part that rotates
     about x may slide along x. `moment(NAME, along = +x)` is the torque of the support, `force(NAME, along = +x)` its
-    axial force. On a beam whole cross-sections rotate. Because of the load steps, `path = arc_length`, `max_iterations`, reduced
-    models and `disturbed` starts are refused. In small strain a large rotation would appear as growth of the body.
+    axial force. On a beam whole cross-sections rotate. Because of the load steps, `path = arc_length`,
+    `max_iterations`, reduced models and `disturbed` starts are refused. In small strain a large rotation would appear
+    as growth of the body.
     """
 
     moves = True
@@ -261,7 +262,9 @@ class Hinged(ByVector):
     axis: Annotated[Vector3 | None, "direction", "axis about which sections may rotate; default: all axes"] = None
     by: Annotated[Vector3, "m", "displacement at full load"] = (0.0, 0.0, 0.0)
     components: Annotated[tuple[int, ...], "components", "directions that are held"] = (0, 1, 2)
-    amplitude: Annotated[Any | None, "amplitude", "amplitude from state to state; default: full motion from the start"] = None
+    amplitude: Annotated[
+        Any | None, "amplitude", "amplitude from state to state; default: full motion from the start"
+    ] = None
 
     @property
     def moves(self) -> bool:  # type: ignore[override]

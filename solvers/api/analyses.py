@@ -103,7 +103,7 @@ def march(
     """Return the motion of a solid from its undeformed shape, for `duration` in steps of `step`, s.
 
     `integrator` is a key of INTEGRATORS; `damping` are a (1/s) and b (s) of C = a M + b K; `velocity` is the initial
-    velocity, of all nodes (3,) or of each (n, 3), m/s. `courses` are the amplitudes of the loads in time; by default
+    velocity, of all nodes (3,) or of each (n, 3), m/s. `amplitudes` are those of the loads in time; by default
     loads act fully from the start. An explicit integrator uses a lumped mass. Raises NotConverged, Diverged,
     StepTooLong, and ValueError.
     """

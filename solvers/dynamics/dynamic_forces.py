@@ -57,7 +57,7 @@ class DynamicForces:
         self._blocks = _block_places(self.pattern, self.free, problem.turning.where) if problem.turning else None
 
     def _impact(self, amplitudes: Sequence[Amplitude], meets: Sequence[DynamicPatternEnergy]) -> DynamicContacts:
-        """Return the contacts with rigid bodies, moved by `courses`, and between deformable surfaces."""
+        """Return the contacts with rigid bodies, moved by `amplitudes`, and between deformable surfaces."""
         from softmark.solvers.dynamics.dynamic_contact import DynamicContacts
 
         known: list[Any] = list(self.contacts)

@@ -68,15 +68,15 @@ class Rayleigh:
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Dynamic problem M a + C v + dE/dx = 0, E(x, t) = internal energies + sum_i courses_i(t) loads_i.
+    """Dynamic problem M a + C v + dE/dx = 0, E(x, t) = internal energies + sum_i amplitudes_i(t) loads_i.
 
     The motion starts from `rest` at time 0.
 
     A state is its own vector of degrees of freedom (`VectorSpace`): displacements of solids or of particles; with
     `turning` also rotation vectors, counted from every accepted step (rotational_inertia.py). `mass` is a sparse matrix
-    or its diagonal (dofs,), in kg. The degrees of freedom `fixed` are at rest + target * support_course(t); their
+    or its diagonal (dofs,), in kg. The degrees of freedom `fixed` are at rest + target * support_amplitude(t); their
     velocities and accelerations are central differences over one step, so the amplitude is evaluated one step before 0
-    and one step after the end too. `assembly.loads` follow the amplitudes `courses`, one for each, by their means over
+    and one step after the end too. `assembly.loads` follow `amplitudes`, one for each, by their means over
     each step (load_amplitudes.py); by default they are constant.
 
     A step is solved by Newton's method until the residual is at most `tolerance` times the largest of the forces that
@@ -87,15 +87,16 @@ class Dynamics:
     first tried with one lagged tangent: same tolerance, faster. If that does not converge, Newton's method takes the
     step.
 
-    `max_iterations` is a number of iterations after which an implicit step is accepted although it has not converged, as many
-    real-time codes do; the trajectory records such steps and their residuals. With max_iterations = 1 and without `lagged` a step
-    is linearly implicit (Baraff and Witkin 1998).
+    `cap` is a number of iterations after which an implicit step is accepted although it has not converged,
+    as many real-time codes do; the trajectory records such steps and their residuals. With max_iterations = 1 and
+    without
+    `lagged` a step is linearly implicit (Baraff and Witkin 1998).
 
     The last `pulling` of the loads are muscle, whose work is reported separately. With `remembering`, its viscoelastic
     histories supply the internal energies of every step. `meets` are contacts between deformable surfaces, which stay
-    apart at the end of every step (dynamic_contact.py). With a `way`, supports are at rest + way.at(support_course(t))
-    instead. `sound` returns whether a state may be accepted. A step that fails is halved, down to `shortest` times the
-    step.
+    apart at the end of every step (dynamic_contact.py). With a `way`, supports are at rest +
+    way.at(support_amplitude(t)) instead. `sound` returns whether a state may be accepted. A step that fails is halved,
+    down to `shortest` times the step.
     """
 
     assembly: Assembly
@@ -141,7 +142,7 @@ class Dynamics:
             raise ValueError("a cap of less than one iteration")
         loads = len(self.assembly.loads)
         if self.amplitudes and len(self.amplitudes) != loads:
-            raise ValueError(f"{len(self.courses)} courses for {loads} loads")
+            raise ValueError(f"{len(self.courses)} amplitudes for {loads} loads")
         if len(self.target) not in (0, len(self.fixed)):
             raise ValueError(f"{len(self.target)} targets for {len(self.fixed)} supports")
         dofs = self.assembly.dofs

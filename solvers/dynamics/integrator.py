@@ -50,7 +50,7 @@ class Stage:
 
         (1 - alpha_m) M a + alpha_m M a0 + C ((1 - alpha_f) v + alpha_f v0) + f = 0,
 
-    with forces f of the weighted state, f((1 - alpha_f) x + alpha_f x0), if `rigid_contact`, and otherwise the
+    with forces f of the weighted state, f((1 - alpha_f) x + alpha_f x0), if `between`, and otherwise the
     weighted forces (1 - alpha_f) f(x) + alpha_f f(x0), each under the load of its end of the step.
     """
 

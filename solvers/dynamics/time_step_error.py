@@ -176,7 +176,7 @@ def _ritz_vectors(
 
 @dataclass(frozen=True)
 class _Modal:
-    """Modal equations q'' + drag q' + w^2 q = pushes @ courses(t)."""
+    """Modal equations q'' + drag q' + w^2 q = pushes @ amplitudes(t)."""
 
     w: Floats  # (k,) rad/s
     alpha: float  # mass-proportional part of the damping, 1/s
@@ -195,7 +195,9 @@ class _Modal:
         return found
 
 
-def _exact(w: Floats, drag: Floats, pushes: Floats, amplitudes: list[Amplitude], speed: Floats, times: Floats) -> Floats:
+def _exact(
+    w: Floats, drag: Floats, pushes: Floats, amplitudes: list[Amplitude], speed: Floats, times: Floats
+) -> Floats:
     """Return modal displacements (t, k), exact for loads that are linear in each part of a step."""
     modal, z = _Modal(w, 0.0, drag, pushes, amplitudes), np.zeros((len(w), 2))
     z[:, 1] = speed
@@ -308,7 +310,9 @@ def _newmark(
     for begin, end in itertools.pairwise(times):
         h = float(end - begin)
         start, stop, _, first, last = modal.loads(begin, end, weight, m - f)
-        a = a + (first - (modal.pushes @ np.array([k.at(0.0) for k in modal.amplitudes]) if factors is None else factors))
+        a = a + (
+            first - (modal.pushes @ np.array([k.at(0.0) for k in modal.amplitudes]) if factors is None else factors)
+        )
         factors = last
         coast = x + h * v + h**2 * (0.5 - beta) * a
         soon = v + h * (1.0 - gamma) * a
@@ -327,7 +331,9 @@ def _leapfrog(modal: _Modal, speed: Floats, times: Floats) -> Floats:
     for begin, end in itertools.pairwise(times):
         h = float(end - begin)
         *_, first, last = modal.loads(begin, end)
-        a = a + (first - (modal.pushes @ np.array([k.at(0.0) for k in modal.amplitudes]) if factors is None else factors))
+        a = a + (
+            first - (modal.pushes @ np.array([k.at(0.0) for k in modal.amplitudes]) if factors is None else factors)
+        )
         factors = last
         half = v + 0.5 * h * a
         x = x + h * half

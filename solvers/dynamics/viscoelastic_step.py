@@ -18,8 +18,8 @@ class StepForces(Protocol):
 class ViscoelasticStep:
     """Viscoelastic histories at the start of a step, and provisional ones at the end of a trial step.
 
-    Forces within a step are those of the energies over the step, at its end; with `rigid_contact`, as for the midpoint rule,
-    over half of it. Forces at its start are those of a step of zero length.
+    Forces within a step are those of the energies over the step, at its end; with `between`, as for the midpoint
+    rule, over half of it. Forces at its start are those of a step of zero length.
     """
 
     def __init__(self, memories: BodyHistory, between: bool = False) -> None:

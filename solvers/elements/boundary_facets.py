@@ -229,7 +229,7 @@ class Quad9(Quadrilateral):
 
 
 def _with_middles(between: Rows) -> Floats:
-    """Return the corners of the square and the points `rigid_contact` them (k, 2)."""
+    """Return the corners of the square and the points `between` them (k, 2)."""
     rim = np.array(Quadrilateral.rim)
     return np.array([*rim, *(rim[list(ends)].mean(axis=0) for ends in between)])
 

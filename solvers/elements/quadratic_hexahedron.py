@@ -19,7 +19,9 @@ else:
 
 
 class QuadraticHexahedron(Hexahedron):
-    """Hexahedron with corner nodes and midside nodes `rigid_contact` them; 27 Gauss points, linear pressures if `mixed`."""
+    """Hexahedron with corner nodes and midside nodes between them; 27 Gauss points, linear pressures if
+    `mixed`.
+    """
 
     order: ClassVar[int] = 2
     constant: ClassVar[bool] = False

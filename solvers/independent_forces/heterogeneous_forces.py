@@ -59,7 +59,7 @@ class HeterogeneousBody(CheckedBody):
 
 @dataclass(frozen=True)
 class HeterogeneousMixedBody(MixedBody):
-    """A deformed mesh with pressure unknowns and varying constants: `disjoint` splits the law at points (n, 3), m."""
+    """A deformed mesh with pressure unknowns and varying constants: `apart` splits the law at points (n, 3), m."""
 
     apart: Callable[[Floats], SplitLaw] | None = None
 

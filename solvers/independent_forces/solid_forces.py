@@ -256,7 +256,7 @@ class StressTerm:
 class CheckedBody:
     """A deformed mesh under test: `points` (n, 3), `cells` (m, a), displacements `u` (n, 3), m; modulus `stiff`, Pa.
 
-    With `rotated` each cell has one rotation, that of its mean deformation gradient, and forces of linear elasticity in
+    With `turned` each cell has one rotation, that of its mean deformation gradient, and forces of linear elasticity in
     that frame. With a `depth`, m, it is a slice of that thickness through a body of revolution about the y axis, and
     forces are those of whole rings. `rules` are local points (m, q, 3) and weights (m, q) of each cell, None if all
     have those of their kind.

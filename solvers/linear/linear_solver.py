@@ -34,8 +34,8 @@ MOST = 20_000  # iterations of conjugate gradients without a cap
 class Linear:
     """Linear solver options: `method` as in `linear.factorisations.factor`, or diagonal-preconditioned CG.
 
-    `max_iterations` stops CG after that many iterations, converged or not. `reuse` keeps an earlier factor as the preconditioner
-    as
+    `cap` stops CG after that many iterations, converged or not. `reuse` keeps an earlier factor as the
+    preconditioner as
     long as that costs less than a new one. `modes` are the body's rigid motions. `spare` is the extra compliance of
     systems
     with pressures (see `linear.saddle_point`), which have no cap, no reuse and double precision. `halved` marks these

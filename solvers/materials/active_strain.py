@@ -26,8 +26,9 @@ class ActiveStrain(ActiveMaterial):
     Where nothing holds it, it is free of stress at F = Fa: its fibres are shorter by `shortening` s, and it is thicker
     across them, for Fa keeps the volume. Held at its length it pulls, with the stress that its law has in fibres of the
     stretch 1 / (1 - s). So what it pulls is what its law resists, and grows less where it has shortened; a tension that
-    is given (`active`) does not know how far it has. Less than nothing makes it longer. By a `amplitude` it shortens from
-    state to state, or in the time of a quasistatic analysis; in a motion it is short from the start, and a course is
+    is given (`active`) does not know how far it has. Less than nothing makes it longer. By an `amplitude` it shortens
+    from state to state, or in the time of a quasistatic analysis; in a motion it is short from the start, and a course
+    is
     refused. It may vary in space. Its stress comes at once and not with the loads: where one step is too long, take
     several states.
     Source: Ambrosi, Pezzuto (2012), "Active stress vs. active strain in mechanobiology: constitutive issues",

@@ -84,8 +84,9 @@ class Active(ActiveMaterial):
 
     S = S of the law + T f (x) f, the second Piola-Kirchhoff stress; f are the fibres before deformation
     The tension grows with the loads: in a static analysis both come in the same steps, to their full size. By a
-    `amplitude` it grows and falls as loads do, in the states of a static analysis, in the time of a quasistatic one or of
-    a motion; without one it is whole from the start. What it does in a motion is in the balance of energy, and told by
+    `amplitude` it grows and falls as loads do, in the states of a static analysis, in the time of a quasistatic one or
+    of a motion; without one it is whole from the start. What it does in a motion is in the balance of energy, and told
+    by
     itself: `muscle_work`, a part of `load_work`. As it is Ta f (x) f, force per area before deformation over stretch,
     stress along stretched fibres grows with the square of their stretch. It may vary in space, by an expression or a
     field. `fibres` are those of the law; one without, as rubber, takes its own here.

@@ -23,8 +23,9 @@ class Cut:
     """A surface on which nodes must lie: the coordinate `axis` of a shape equals `at` (m) there.
 
     `thin`: everything between it and the nearest end of the body is held, so that the layer may be arbitrarily thin.
-    For a graded cut, cells are `refine_factor` by that factor there, and grow evenly to their usual size over `reach` (m). For
-    a filled surface, they are finer where a condition `holds(x, y, z, extent)`, and `axis` is no coordinate. `turn`
+    For a graded cut, cells are smaller by that factor there, and grow evenly to their usual size over `reach`
+    (m). For a filled surface, they are finer where a condition `holds(x, y, z, extent)`, and `axis` is no coordinate.
+    `turn`
     (rad) is the direction of the normal of a chord of a disc, from the first transverse axis.
     """
 

@@ -198,8 +198,8 @@ class MeshFile(Shape):
     (nearer than 1e-6 of the extent and a hundredth of the shortest edge) separate parts of a mesh that looks connected:
     they are an error, unless `coincident = merge` joins them or `keep` declares a slit.
     Parts that share no face, faces of three cells and self-intersecting meshes are errors. Pieces that share no node
-    are an error too, unless `pieces = keep` declares a body in several pieces: only supports, contact (`self_contact(BODY)`)
-    or glue (`tied(BODY)`) then connect one piece to another.
+    are an error too, unless `pieces = keep` declares a body in several pieces: only supports, contact
+    (`self_contact(BODY)`) or glue (`tied(BODY)`) then connect one piece to another.
     """
 
     prebuilt = True

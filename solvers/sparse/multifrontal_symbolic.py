@@ -140,7 +140,7 @@ def compute_front_structures(
     sorting
     is needed. `place` is the inverse of `order`, `owner` (n,) the front of each node in that order, `offset` (n + 1,)
     its
-    first unknown; `tetrahedralized` begins as index_start, `mark` (fronts,) with -1.
+    first unknown; `filled` begins as index_start, `mark` (fronts,) with -1.
     """
     for k in range(len(order)):
         for t in range(indptr[order[k]], indptr[order[k] + 1]):

@@ -145,8 +145,9 @@ class Statics:
 
     Options. `linear` selects the linear solver. `start` is a state from which full steps are tried before those from
     rest.
-    With a `max_iterations`, full steps stop after that many linear systems, with criterion "cap"; the same if the linear solver
-    reaches a cap of its own. If `assembly` computes in single precision, `exact` is the same in double: the reported
+    With a `cap`, full steps stop after that many linear systems, with criterion "cap"; the same if the
+    linear solver reaches a cap of its own. If `assembly` computes in single precision, `exact` is the same in double:
+    the reported
     residual is computed with it, and a state is refused if its residual and its error in the energy norm both exceed
     `rounded`.
     """

@@ -2,8 +2,8 @@
 
     .venv/bin/python tests/benchmarks/indentation_block.py [--cells hex20:3.3:6 tet10:3.5:6]
 
-The cube of 40 mm of `tests/shared/indented.py`, small strain, travels of 0.25, 0.5 and 1 mm. Cells are `refine_factor` times as
-small below the sphere as their size, which they have in the corner across.
+The cube of 40 mm of `tests/shared/indented.py`, small strain, travels of 0.25, 0.5 and 1 mm. Cells are `refine_factor`
+times as small below the sphere as their size, which they have in the corner across.
 """
 
 from __future__ import annotations

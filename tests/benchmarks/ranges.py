@@ -1,6 +1,6 @@
 """The measured ranges that `dsl explain` shows: `python tests/benchmarks/ranges.py DIR/stress.json SECONDS [WORD ...]`.
 
-`dsl stress beam-at-the-extremes --timeout SECONDS --out DIR` makes the file; this writes its part of
+`dsl robustness beam-at-the-extremes --timeout SECONDS --out DIR` makes the file; this writes its part of
 `interpreter/help/ranges.json` from it. With words the pages of these show it, as `between rigid hertz` of an
 indentation, and not those of its models; `tied=one` is a word that the model `one` alone is about.
 """

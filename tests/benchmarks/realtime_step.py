@@ -9,7 +9,8 @@ at t = 0; dt = 10 ms. Ways of taking the step:
 * `lagged`: the default of `Dynamics`: one tangent with the pressures of earlier states, factorised once where the
   states lead;
 * `newton`: Newton's method with exact tangents, to the same tolerance of the same residual;
-* `linear`: `max_iterations = 1`: one Newton iteration from the last state, what most real-time codes do. It does not balance
+* `linear`: `max_iterations = 1`: one Newton iteration from the last state, what most real-time codes do. It does not
+balance
   the forces; the table says by how much.
 
 Compilation, mesh and analysis of the pattern are left out, and so is the ledger of energies that `march` keeps. The

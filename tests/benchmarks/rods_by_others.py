@@ -52,7 +52,8 @@ def main() -> None:
         (p, h, n) for p, h in (("mujoco", "1 ms"), ("mujoco", "0.1 ms"), ("pyelastica", explicit)) for n in SEGMENTS
     ]
     models = "".join(
-        f"model m{i} = external_rod({p}, segments = {n}, step = {h}, time = 500 s)\n" for i, (p, h, n) in enumerate(runs)
+        f"model m{i} = external_rod({p}, segments = {n}, step = {h}, time = 500 s)\n"
+        for i, (p, h, n) in enumerate(runs)
     )
     loaded = softmark.loads(SCENE.format(young=asked.young, radius=asked.radius) + models)
     found: dict[str, Any] = dict(run_pipeline.run_scene(loaded.scene, [], run_pipeline.RunOptions(draw=False)).models)

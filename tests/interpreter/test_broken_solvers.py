@@ -385,12 +385,13 @@ SUPPORT_TEXTS: dict[str, str] = {
     "fixed": WALL.replace("wall", "held"),
     "displaced": WALL + "support held = displaced(bar, where = x >= 20 mm, by = (2, 1, 0) mm)",
     "turned": WALL + "support held = rotated(bar, where = x >= 20 mm, axis = +x, angle = 20 deg,"
-                     " through = (0, 5, 5) mm)",
+    " through = (0, 5, 5) mm)",
     "symmetric": "support held = symmetric(bar, where = x <= 0 mm)\nsupport side = symmetric(bar, where = y <= 0 mm)\n"
-                 "support below = symmetric(bar, where = z <= 0 mm)",
+    "support below = symmetric(bar, where = z <= 0 mm)",
     "bedded": "support held = elastic_foundation(bar, where = x <= 0 mm, stiffness = 1 kPa/mm)",
-    "level": WALL.replace("x <= 0 mm", "x <= 0 mm and y <= 5 mm") + "support held = rigid_plate(bar, where = x >= 20 mm)",
-}  # fmt: skip
+    "level": WALL.replace("x <= 0 mm", "x <= 0 mm and y <= 5 mm")
+    + "support held = rigid_plate(bar, where = x >= 20 mm)",
+}
 NO_REACTION = {
     "drained": "it holds the pressure of a fluid: test_broken_energies.py",
     "pore_pressure": "it holds the pressure of a fluid: test_broken_energies.py",

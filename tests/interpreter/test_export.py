@@ -262,7 +262,9 @@ model full = fem(tet4, strain = finite, size = 10 mm)
 def test_a_model_of_mujoco_moves_as_its_adapter_says(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The file alone, stepped as often as it says, ends where `external_solver(mujoco, ...)` does: it is the same model."""
+    """The file alone, stepped as often as it says, ends where `external_solver(mujoco, ...)` does: it is the same
+    model.
+    """
     mujoco = pytest.importorskip("mujoco")
     monkeypatch.chdir(tmp_path)  # where it leaves its log
     assert exported(FALLS, "mujoco", tmp_path) == 0

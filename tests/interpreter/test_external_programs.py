@@ -211,7 +211,8 @@ def test_what_is_not_tried_is_no_failure(why: str, monkeypatch: pytest.MonkeyPat
         status, message = "skipped", "scikit-fem is not installed: pip install it"
     elif why == "unsupported":
         text = BLOCK.replace(
-            "theirs = external_solver(scikit_fem, hex8, strain = small", "theirs = external_solver(scikit_fem, hex8, strain = finite"
+            "theirs = external_solver(scikit_fem, hex8, strain = small",
+            "theirs = external_solver(scikit_fem, hex8, strain = finite",
         )
         message = "scikit-fem is not asked for strain = finite (its adapter has strain = small)"
     else:

@@ -183,7 +183,9 @@ def test_the_body_is_read_from_the_scene() -> None:
 
 def test_tensions_and_pressures_add_up() -> None:
     more = f"load squeeze = pressure(ball, where = {OUTER}, magnitude = 30 Pa)\n"
-    more += "load across = remote_stress(ball, where = x^2 + y^2 + z^2 >= (15 mm)^2, magnitude = 5 Pa, direction = -z)\n"
+    more += (
+        "load across = remote_stress(ball, where = x^2 + y^2 + z^2 >= (15 mm)^2, magnitude = 5 Pa, direction = -z)\n"
+    )
     assert core(BALL + more).stress == pytest.approx((70.0, -30.0, -25.0))
     more = "load squeeze = pressure(plate, where = x^2 + y^2 >= (20 mm)^2, magnitude = 30 Pa)\n"
     assert core(PLATE + more).stress == pytest.approx((70.0, -30.0, 0.0))
@@ -211,19 +213,22 @@ WRONG = {
     "cut off": BALL.replace("<= (5 mm)^2", "<= (5 mm)^2 and x >= 1 mm"),
     "the matrix": BALL.replace("<= (5 mm)^2", ">= (5 mm)^2"),
     "a clamp": BALL.replace("symmetric(ball, where = z", "fixed(ball, where = z"),
-    "a half": BALL.replace(MID_Z, "support mid_z = "
-                           "fixed(ball, where = z <= 0 mm, components = z)\n"),
+    "a half": BALL.replace(MID_Z, "support mid_z = fixed(ball, where = z <= 0 mm, components = z)\n"),
     "a force": BALL + "load push = point_force(ball, at = (6, 3, 2) mm, vector = (1, 0, 0) mN)\n",
     "a part of it": BALL.replace(f"where = {OUTER}", f"where = {OUTER} and x > 3 mm"),
-    "nothing": BALL.replace(f"load pull = remote_stress(ball, where = {OUTER}, magnitude = 100 Pa, direction = +x)\n", ""),
+    "nothing": BALL.replace(
+        f"load pull = remote_stress(ball, where = {OUTER}, magnitude = 100 Pa, direction = +x)\n", ""
+    ),
     "the hollow": SHELL.replace("(15 mm)^2, mag", "(4 mm)^2, mag"),
     "in motion": BALL + "analysis a = dynamic(duration = 1 s, step = 10 ms)\n",
     "an ellipse": PLATE.replace("inner = 5 mm", "inner = 5 mm, inner_y = 4 mm"),
-    "no ring": PLATE.replace("quarter_ring(inner = 5 mm, outer = 20 mm)",
-                             "quadrilateral((0, 0, 0) mm, (20, 0, 0) mm, (20, 20, 0) mm, (0, 20, 0) mm)"),
+    "no ring": PLATE.replace(
+        "quarter_ring(inner = 5 mm, outer = 20 mm)",
+        "quadrilateral((0, 0, 0) mm, (20, 0, 0) mm, (20, 20, 0) mm, (0, 20, 0) mm)",
+    ),
     "a solid": BALL.replace("goodier", "kirsch"),
     "a plate": PLATE.replace("kirsch", "goodier"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", WRONG)

@@ -103,7 +103,8 @@ def test_large_rotation_of_a_support_is_followed() -> None:
 def test_switching_shear_and_stretch_off_gives_euler_bernoulli() -> None:
     text = "model stiff = beam6dof(segments = 40, shear = no, axial = no)\nreference textbook = small_deflection(bar)\n"
     report = bar(
-        text + "load g = gravity(0.001 m/s^2, direction = -z)\nmetric eta = relative_l2_error(axis, against = textbook)\n"
+        text
+        + "load g = gravity(0.001 m/s^2, direction = -z)\nmetric eta = relative_l2_error(axis, against = textbook)\n"
     )
     value = report.models["stiff"].metrics["eta"].value
     assert value is not None

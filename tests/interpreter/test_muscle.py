@@ -176,8 +176,13 @@ def test_fibres_that_shorten_by_a_course_are_not_known_beside_what_relaxes() -> 
 material damper = viscoelastic(matrix, g = [0.5], tau = [1] s, of = whole)
 material matrix = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
 analysis now = quasistatic(duration = 1 s, step = 0.5 s, times = [0.5, 1] s)"""
-    text = CUBE.format(law=RUBBER.format(nu=0.3), muscle=SHORT.format("10 %", ", own = +x, amplitude = ramp(over = 1 s)"),
-                       more=more, model="hex8", size="5 mm").replace(SIGMA, "")  # fmt: skip
+    text = CUBE.format(
+        law=RUBBER.format(nu=0.3),
+        muscle=SHORT.format("10 %", ", own = +x, amplitude = ramp(over = 1 s)"),
+        more=more,
+        model="hex8",
+        size="5 mm",
+    ).replace(SIGMA, "")
     with pytest.raises(softmark.SceneError) as refused:
         softmark.loads(text)
     assert [d.code for d in refused.value.diagnostics] == ["E362"]

@@ -22,7 +22,8 @@ from softmark.references.contact_patch_test import DeformedStack
 PAIR = """
 material gel   = linear_elastic(young = 10 kPa, poisson = 0.25, density = 1000 kg/m^3)
 material stiff = linear_elastic(young = 40 kPa, poisson = 0.1, density = 1000 kg/m^3)
-body     pair  = solid(disjoint(box(size = (10, 20, 10) mm), box(size = (30, 20, 10) mm, origin = (10.5, 0, 0) mm)), gel)
+body     pair  = solid(disjoint(box(size = (10, 20, 10) mm),
+    box(size = (30, 20, 10) mm, origin = (10.5, 0, 0) mm)), gel)
 region   far   = part(pair, where = x >= 10.2 mm, material = stiff)
 contact  touch = self_contact(pair, where = x >= 10 mm and x <= 10.5 mm)
 support  base  = fixed(pair, where = x <= 0 mm, components = x)

@@ -27,7 +27,8 @@ metric   deep  = pore_pressure(plug, at = (0, 0, 0) mm, against = told)
 """
 LOAD = "load     press = traction(plug, where = z >= 10 mm, vector = (0, 0, -1) kPa)"
 MOVED = (
-    "support press = displaced(plug, where = z >= 10 mm, by = (0, 0, -1) mm, components = z, amplitude = ramp(over = 5 s))"
+    "support press = displaced(plug, where = z >= 10 mm, by = (0, 0, -1) mm, components = z,"
+    " amplitude = ramp(over = 5 s))"
 )
 OPEN = "drained(plug, where = z >= 10 mm)"
 SLAB = """

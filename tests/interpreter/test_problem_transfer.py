@@ -23,7 +23,8 @@ probe end = point(block, at = (20, 5, 5) mm)
 metric drop = displacement(end, along = -z)
 """
 FLOOR = (
-    "body floor = rigid(box(size = (90, 90, 5) mm, origin = (-40, -40, -6) mm))\ncontact touch = rigid_contact(floor, block)"
+    "body floor = rigid(box(size = (90, 90, 5) mm, origin = (-40, -40, -6) mm))\n"
+    "contact touch = rigid_contact(floor, block)"
 )
 FACE = "where = x >= 20 mm"
 MOVES = "analysis fall = dynamic(duration = 10 ms, step = 0.5 ms"
@@ -41,9 +42,9 @@ SAID = {  # what a scene says, and what of it is named by every program that cou
     "material own = active(base, own = +x, tension = 1 kPa)": "the muscle Active",
     "material own = active_strain(base, own = +x, shortening = 10 %)": "the directed ActiveStrain",
     f"material own = {LAW.replace('60 kPa', '60 kPa * (1 + x / 20 mm)')}": "the graded NeoHookeanIsochoric",
-    "material own = viscoelastic(base, g = [0.5], tau = [1 s])\nanalysis wait = quasistatic(duration = 1 s, step = 0.5 s)":
-        "stress that relaxes",
-}  # fmt: skip
+    "material own = viscoelastic(base, g = [0.5], tau = [1 s])\n"
+    "analysis wait = quasistatic(duration = 1 s, step = 0.5 s)": "stress that relaxes",
+}
 MOVING = {
     FLOOR: "contact `touch`",
     "support bed = elastic_foundation(block, where = z <= 0 mm, stiffness = 10 kPa/mm)": "support `bed`",

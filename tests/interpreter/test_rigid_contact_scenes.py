@@ -336,7 +336,10 @@ def test_the_stated_error_of_a_force_holds_and_is_no_wider_than_it_need_be(eleme
     """Of three travels: errors within it (and what the truth is known to), a tenth of it in the median at least."""
     table, found = indented.NEO_HOOKEAN, []
     for travel, right in zip((25, 50, 100), table, strict=True):
-        how = AT_ONCE | {"course": ", amplitude = per_state", "analysis": f"analysis press = static(states = [{travel}] %)"}
+        how = AT_ONCE | {
+            "course": ", amplitude = per_state",
+            "analysis": f"analysis press = static(states = [{travel}] %)",
+        }
         scene = loads(pressed(element, size, "finite", how))
         model = run_to_report(CheckedScene(scene.scene, scene.warnings), RunOptions(draw=False, stated=())).models[
             "quads"

@@ -149,7 +149,9 @@ def test_a_turn_that_cells_cannot_follow_is_no_answer(angle: int) -> None:
 @pytest.mark.slow
 def test_a_whole_turn_in_states_that_cells_cannot_follow_is_no_answer() -> None:
     """The state at half of the turn has an answer, and the whole turn is no state without twist."""
-    text = "analysis turn = static(states = [50, 100] %)\n" + CLAMPED.format(angle=360, course=", amplitude = per_state")
+    text = "analysis turn = static(states = [50, 100] %)\n" + CLAMPED.format(
+        angle=360, course=", amplitude = per_state"
+    )
     model = softmark.loads(BODY.format(rest=text)).run().models["hexes"]
     assert [state.status for state in model.each] == ["converged", "not_converged"]
 

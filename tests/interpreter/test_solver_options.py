@@ -38,7 +38,8 @@ model single = fem(tet4, strain = corotational, size = h, precision = single)
 model reused = fem(tet4, strain = corotational, size = h, factorisation = reused)
 model cg     = fem(tet4, strain = corotational, size = h, linear = conjugate_gradients)
 model capped = fem(tet4, strain = corotational, size = h, max_iterations = 3)
-model sofa   = fem(tet4, strain = corotational, size = h, max_iterations = 1, linear = conjugate_gradients, max_linear_iterations = 25)
+model sofa   = fem(tet4, strain = corotational, size = h, max_iterations = 1,
+    linear = conjugate_gradients, max_linear_iterations = 25)
 model coarse = fem(hex8, strain = finite, integration = selective, size = 2 * h)
 model fine   = fem(hex8, strain = finite, integration = selective, size = h, initial_guess = coarse)
 """

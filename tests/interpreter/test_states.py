@@ -67,7 +67,9 @@ ANALYSIS = "analysis rest = static(states = [10, 40, 100] %)\n"
 
 
 def several(expect: str = "", models: str = MODELS) -> softmark.Report:
-    return softmark.loads(BAR.format(by=10, side=300, course=", amplitude = per_state") + ANALYSIS + models + expect).run()
+    return softmark.loads(
+        BAR.format(by=10, side=300, course=", amplitude = per_state") + ANALYSIS + models + expect
+    ).run()
 
 
 def alone(share: float, models: str = MODELS) -> softmark.Report:

@@ -228,7 +228,10 @@ def test_models_that_a_reference_refines_enter_without_their_size() -> None:
 
 def test_what_a_model_is_made_from_enters_its_key_however_far_away() -> None:
     """A reduced model of one that starts from another: all three, and nothing else."""
-    more = BEAM + "model near = fem(hex8, strain = finite, size = 30 mm, initial_guess = tet)\nmodel few = modal(of = near)"
+    more = (
+        BEAM
+        + "model near = fem(hex8, strain = finite, size = 30 mm, initial_guess = tet)\nmodel few = modal(of = near)"
+    )
     few = key(more, "few")
     assert few != key(more.replace("h      = 20 mm", "h      = 10 mm"), "few")
     assert few != key(more.replace("fem(tet10, strain = finite", "fem(tet10, strain = corotational"), "few")

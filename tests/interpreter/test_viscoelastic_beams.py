@@ -11,7 +11,9 @@ import pytest
 import softmark
 from softmark.interpreter.pipeline import run_pipeline
 
-GEL = "material gel = viscoelastic(linear_elastic(young = 60 kPa, poisson = NU, density = 1000 kg/m^3), g = [0.3, 0.2],\n"
+GEL = (
+    "material gel = viscoelastic(linear_elastic(young = 60 kPa, poisson = NU, density = 1000 kg/m^3), g = [0.3, 0.2],\n"
+)
 HEAD = (
     GEL
     + """    tau = [1, 10] s, of = OF)
@@ -212,7 +214,8 @@ def test_a_slender_beam_that_is_held_bent_relaxes() -> None:
     ones: the step must be accepted at the rounding limit. 40 segments with shear are off by 1e-3.
     """
     text = """
-material gel  = viscoelastic(linear_elastic(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3), g = [0.5], tau = [2] s,
+material gel  = viscoelastic(linear_elastic(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3),
+    g = [0.5], tau = [2] s,
     of = whole)
 body     bar  = solid(box(size = (1000, 20, 20) mm), gel)
 support  wall = fixed(bar, where = x <= 0 mm)

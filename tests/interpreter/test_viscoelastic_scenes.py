@@ -14,7 +14,8 @@ from softmark.interpreter.results.run_report import Report
 from softmark.solvers.energies.viscoelastic_memory import ViscoelasticHistory
 
 GEL = """
-material gel   = viscoelastic(neo_hookean_isochoric(young = 60 kPa, poisson = 0.4, density = 1000 kg/m^3), g = [0.3, 0.2],
+material gel   = viscoelastic(neo_hookean_isochoric(young = 60 kPa, poisson = 0.4, density = 1000 kg/m^3),
+    g = [0.3, 0.2],
     tau = [1, 10] s)
 """
 ELASTIC = "material gel = neo_hookean_isochoric(young = 60 kPa, poisson = 0.4, density = 1000 kg/m^3)\n"
@@ -83,7 +84,8 @@ def test_a_curve_over_time_is_held_against_a_measured_one(tmp_path: Path) -> Non
     rows = "\n".join(f"{a:.12g},{30.0 * (1.0 + np.exp(-a)):.12g}" for a in t)
     (tmp_path / "rig.csv").write_text(f"t,f\n{rows}\n")
     text = """
-material gel   = viscoelastic(linear_elastic(young = 60 kPa, poisson = 0, density = 1000 kg/m^3), g = [0.5], tau = [1] s,
+material gel   = viscoelastic(linear_elastic(young = 60 kPa, poisson = 0, density = 1000 kg/m^3),
+    g = [0.5], tau = [1] s,
     of = whole)
 body     bar   = solid(box(size = (20, 10, 10) mm), gel)
 support  left  = fixed(bar, where = x <= 0 mm)
@@ -109,7 +111,9 @@ def test_a_time_is_the_same_from_the_one_before_and_from_the_start() -> None:
 
 @pytest.mark.slow
 def test_elastic_bodies_load_nothing_of_what_remembers() -> None:
-    text = ELASTIC + BAR.replace(", amplitude = ramp(over = 2 s)", "").replace("metric   heat  = dissipation(bar)\n", "")
+    text = ELASTIC + BAR.replace(", amplitude = ramp(over = 2 s)", "").replace(
+        "metric   heat  = dissipation(bar)\n", ""
+    )
     words = (
         "fem_relaxation",
         "beam_relaxation",
@@ -230,7 +234,8 @@ def test_the_theory_of_what_relaxes_is_refused_where_no_share_does() -> None:
 def test_energy_of_a_law_that_is_not_convex_is_said_to_be_unknown_in_a_motion() -> None:
     """The wrong example of W368, without inertia to speak of."""
     text = """
-material gel    = viscoelastic(neo_hookean(young = 60 kPa, poisson = 0.4, density = 1e-3 kg/m^3), g = [0.9], tau = [1] s,
+material gel    = viscoelastic(neo_hookean(young = 60 kPa, poisson = 0.4, density = 1e-3 kg/m^3),
+    g = [0.9], tau = [1] s,
     of = whole)
 body     bar    = solid(box(size = (20, 10, 10) mm), gel)
 support  left   = fixed(bar, where = x <= 0 mm)

@@ -177,7 +177,7 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "facets": (lambda: sm.pressure(solid(), 1.0, solid().nodes(end)), r"\(f, 4\)"),
     "integrator": (lambda: sm.march(solid(), [], [], 1.0, 0.1, "euler"), "no integrator is called 'euler'"),
     "step": (lambda: sm.march(solid(), [], [], 1.0, 0.0), "must be positive"),
-    "courses": (lambda: sm.march(solid(), [], [], 1.0, 0.1, amplitudes=[object()]), "1 courses for 0 loads"),  # type: ignore[list-item]
+    "courses": (lambda: sm.march(solid(), [], [], 1.0, 0.1, amplitudes=[object()]), "1 amplitudes for 0 loads"),  # type: ignore[list-item]
 }
 
 

@@ -85,7 +85,7 @@ def test_nothing_that_is_not_finite_comes_out(states: States, quadratic: type[An
 
 def test_parts_that_do_not_fit_are_refused(oscillators: Oscillators, quadratic: type[Any]) -> None:
     assembly = Assembly(2, NONE, [quadratic(np.eye(2))], [DeadForces(np.ones(2))])
-    with pytest.raises(ValueError, match="2 courses for 1 loads"):
+    with pytest.raises(ValueError, match="2 amplitudes for 1 loads"):
         Dynamics(assembly, np.ones(2), np.zeros(2), np.zeros(2), amplitudes=(Constant(), Constant()))
     with pytest.raises(ValueError, match="1 targets for 0 supports"):
         Dynamics(assembly, np.ones(2), np.zeros(2), np.zeros(2), target=np.ones(1))

@@ -98,9 +98,17 @@ def case(seed: int) -> tuple[Dynamics, np.ndarray, float, float, np.ndarray, np.
     beta = float(rng.choice([0.0, 0.02 / w[0]])) if not integrator.explicit else 0.0
     problem = Dynamics(
         Assembly(3 * count, fixed, [QuadraticEnergy(K, 0.0)], forces),
-        mass, np.zeros(3 * count), velocity, fixed, np.zeros(3), amplitudes=(*amplitudes,), damping=Rayleigh(alpha, beta),
-        integrator=integrator, linear=DenseSolver(), lagged=False,
-    )  # fmt: skip
+        mass,
+        np.zeros(3 * count),
+        velocity,
+        fixed,
+        np.zeros(3),
+        amplitudes=(*amplitudes,),
+        damping=Rayleigh(alpha, beta),
+        integrator=integrator,
+        linear=DenseSolver(),
+        lagged=False,
+    )
     points = np.column_stack([np.arange(count), np.zeros((count, 2))]).astype(float)
     return problem, points, duration, step, K, mass
 

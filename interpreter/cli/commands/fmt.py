@@ -13,19 +13,23 @@ from softmark.interpreter.cli.commands.scene_arguments import Unread, has_errors
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """FILE... [--check]"""
+    """FILE... [--check | --upgrade]"""
     parser.add_argument(
         "files", nargs="+", metavar="FILE", help="scene files; - formats standard input to standard output"
     )
-    parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a file is not in canonical form")
+    mode = parser.add_mutually_exclusive_group()
+    mode.add_argument("--check", action="store_true", help="write nothing; exit 1 if a file is not in canonical form")
+    mode.add_argument(
+        "--upgrade", action="store_true", help="replace earlier words of the language by the present ones; nothing else"
+    )
 
 
 def run(parsed: argparse.Namespace) -> int:
     """Return 0 if done, 1 with --check if a file would change, 2 if a file cannot be formatted."""
-    return max(_one(name, parsed.check) for name in parsed.files)
+    return max(_one(name, parsed.check, parsed.upgrade) for name in parsed.files)
 
 
-def _one(name: str, check: bool) -> int:
+def _one(name: str, check: bool, upgrade: bool) -> int:
     from softmark.grammar.printer import CannotFormat, format_source
 
     try:
@@ -43,6 +47,8 @@ def _one(name: str, check: bool) -> int:
         remedy = f"give the path of a file of your own; `dsl fmt --check {name}` says whether it would change"
         show([Diagnostic("E404", problem, None, None, help=remedy)])
         return 2
+    if upgrade:
+        return _upgrade(source, path)
     problems = parse(source)[1]
     if has_errors(problems):
         show(problems)
@@ -53,6 +59,18 @@ def _one(name: str, check: bool) -> int:
         print(f"error[E405]: {source.name} is left as it is: {reason}", file=sys.stderr)
         return 2
     return _deliver(source, text, path, check)
+
+
+def _upgrade(source: Source, path: Path | None) -> int:
+    """Replace the earlier words of a scene; declarations that cannot be parsed stay as they are."""
+    from softmark.interpreter.language.renamed_words import upgrade
+
+    text = source.text if "\0" in source.text else upgrade(source.text, parse(source)[0])
+    if path is None:
+        sys.stdout.write(text)
+    elif text != source.text:
+        return _replace(path, text, "upgraded")
+    return 0
 
 
 def _deliver(source: Source, text: str, path: Path | None, check: bool) -> int:
@@ -67,7 +85,7 @@ def _deliver(source: Source, text: str, path: Path | None, check: bool) -> int:
     return 0
 
 
-def _replace(path: Path, text: str) -> int:
+def _replace(path: Path, text: str, done: str = "formatted") -> int:
     """Write a temporary file and rename it, so that an interruption never leaves a partial file."""
     from softmark.interpreter.results.atomic_files import replacing
 
@@ -79,5 +97,5 @@ def _replace(path: Path, text: str) -> int:
     except OSError as error:
         print(f"error[E404]: cannot write {path}: {error.strerror}", file=sys.stderr)
         return 2
-    print(f"formatted {path}")
+    print(f"{done} {path}")
     return 0

@@ -1,7 +1,8 @@
 """Option `--also PROGRAM`: adds models of other programs that match the finite element models of a scene.
 
-For every `fem(...)` of a scene with a plain displacement formulation an `external_solver(PROGRAM, ...)` of the same element,
-size, body and mesh is added; corotational strain, which other programs do not have, becomes finite strain. Of identical
+For every `fem(...)` of a scene with a plain displacement formulation an `external_solver(PROGRAM, ...)` of the same
+element, size, body and mesh is added; corotational strain, which other programs do not have, becomes finite strain. Of
+identical
 models only one is added. A model that the scene refuses is omitted; what a program cannot do is `unsupported`, with its
 reason.
 """

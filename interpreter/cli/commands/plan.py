@@ -37,7 +37,7 @@ def run(parsed: argparse.Namespace) -> int:
     if compared := [n for n in studies if n not in stability]:
         print(f"  left to `dsl compare`: {', '.join(compared)}")
     if stability:
-        print(f"  left to `dsl stress`: {', '.join(stability)}")
+        print(f"  left to `dsl robustness`: {', '.join(stability)}")
     if plan.idle:
         print(f"  not built, since nothing asks for it: {', '.join(plan.idle)}")
     return 0

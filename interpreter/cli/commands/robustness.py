@@ -1,4 +1,4 @@
-"""Command `dsl stress`: robustness studies of the models of a scene."""
+"""Command `dsl robustness`, also called `dsl stress`: robustness studies of the models of a scene."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 def arguments(parser: argparse.ArgumentParser) -> None:
     """FILE [-p NAME=VALUE]... [--model NAME]... [--study NAME] [--out DIR] [--json FILE] ..."""
     parser.description = (
-        "walk every model of a scene to its edges: right, inaccurate and saying so, silent, or without an answer. "
-        "Exit status 1 where a point is silent: converged, wrong, and nothing says so."
+        "vary parameters of a scene until each model fails. Each point is right, inaccurate with a warning, silent "
+        "(wrong without a warning), or without a result. Exit status 1 if a point is silent."
     )
     scene_options(parser)
-    parser.add_argument("--study", metavar="NAME", help="only this stability study of the scene")
+    parser.add_argument("--study", metavar="NAME", help="only this robustness study of the scene")
     parser.add_argument("--out", type=folder_name, metavar="DIR",
                         help="folder for stress.html, stress.json and journal.jsonl"
                         " (default: NAME-stress)")  # fmt: skip
@@ -52,7 +52,7 @@ def run(parsed: argparse.Namespace) -> int:
     from softmark.interpreter.cli.commands.progress_line import Progress
 
     progress = Progress(sys.stderr)
-    progress.say("start", f"stressing {parsed.file}")
+    progress.say("start", f"testing the robustness of {parsed.file}")
     try:
         return _stress(parsed, progress)
     finally:

@@ -10,8 +10,8 @@ import numpy as np
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.shared.solid_dynamics import (
     PreparedMotion,
-    check_amplitudes,
     amplitude_of,
+    check_amplitudes,
     integrator_of,
     support_amplitude,
     velocity,

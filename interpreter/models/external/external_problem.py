@@ -110,7 +110,7 @@ class Problem:
 class Answer:
     """Answer of a program: displacements `u` (s, n, 3), m, in the requested states.
 
-    For a motion these are the states after the requested steps; for a rod, `rotated` are the axes of its sections, as
+    For a motion these are the states after the requested steps; for a rod, `turned` are the axes of its sections, as
     columns. `settled` is whether its own log reports convergence, None if unknown. Its own times are in s, absent if
     unknown: `setup_s`, `solve_s`, `io_s`, and `whole_s` if only the total is reported.
     """

@@ -65,7 +65,10 @@ def _of_model(model: Fem) -> Iterator[Reason]:
     if model.integration != "full":
         yield f"integration = {model.integration}", "what others call reduced or selective is not the same"
     if model.max_iterations is not None or model.max_linear_iterations is not None:
-        yield "max_iterations" if model.max_iterations is not None else "max_linear_iterations", "it leaves a state unsolved in a way of our own"
+        yield (
+            "max_iterations" if model.max_iterations is not None else "max_linear_iterations",
+            "it leaves a state unsolved in a way of our own",
+        )
 
 
 def _of_analysis(case: Case) -> Iterator[Reason]:

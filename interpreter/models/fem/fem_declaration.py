@@ -27,8 +27,13 @@ if TYPE_CHECKING:
 
 LARGE_ANGLE = 0.1  # rad: a rotation that small strains misread by 0.5 % strain (1 - cos)
 PLAIN: dict[str, Any] = {
-    "max_iterations": None, "max_linear_iterations": None, "initial_guess": None, "precision": "double", "linear": "auto", "factorisation": "fresh",
-}  # fmt: skip
+    "max_iterations": None,
+    "max_linear_iterations": None,
+    "initial_guess": None,
+    "precision": "double",
+    "linear": "auto",
+    "factorisation": "fresh",
+}
 SHORTCUTS = ("max_iterations", "max_linear_iterations", "precision", "initial_guess")
 TOUCHED = "; few cells under what presses make its force too small, so that it may be off either way"
 FORMULATIONS = {"mixed": "with pressures", "mean_dilatation": "mean dilatation"}  # in an outline
@@ -60,14 +65,14 @@ class Fem(HasMaterial, Model):
     without further unknowns, for Poisson's ratios below 0.5, in statics and dynamics.
 
     The following options trade accuracy, or nothing, for speed; `sweep` varies them, and `dsl compare` shows the cost.
-    `max_iterations` stops Newton's method after this number of linear systems, in total in statics and per time step in dynamics,
-    as
+    `max_iterations` stops Newton's method after this number of linear systems, in total in statics and per time step
+    in dynamics, as
     programs do that must keep a frame rate. Such a state is `capped`: it is not converged and never counts as real
     time;
     its residual is that of the state, and its metrics show the effect of the cap. `linear` names the linear solver;
     `auto`
-    selects a suitable one. `conjugate_gradients` is preconditioned by the diagonal, and `max_linear_iterations` stops it after
-    this
+    selects a suitable one. `conjugate_gradients` is preconditioned by the diagonal, and `max_linear_iterations` stops
+    it after this
     number of iterations in every Newton step; the state is `capped` if it is then not in equilibrium. `precision =
     single`
     stores geometry, state, forces, tangent and factor in 32 bits. The reported residual is computed in 64 bits;
@@ -77,15 +82,14 @@ class Fem(HasMaterial, Model):
     `quality` moves the nodes of the mesh at random, reproducibly, until its worst cell has this mean ratio (Knupp 2001;
     1 is a regular cell, 0 a flat one), to study the effect of bad meshes. The shape of the body is kept: nodes of plane
     faces move within them, those of straight edges along them, and others stay.
-    `refine_factor` and `towards` grade the mesh: at the border of a condition, if that is a plane or a circle that a mesh of
-    the
-    shape can follow, cells are `refine_factor` times shorter across it, and reach their `size` at half the body's extent away.
-    In a
+    `refine_factor` and `refine_at` grade the mesh: at the border of a condition, if that is a plane or a circle that a
+    mesh of the
+    shape can follow, cells are `refine_factor` times shorter across it, and reach their `size` at half the body's
+    extent away. In a
     filled surface, cells are smaller by that factor where the condition holds; facets of combined shapes have the
     smallest
     size. A mesh of half the size is graded in the same way.
-    `start` names another model of the body whose solution is the initial guess of Newton's method, for example on a
-    coarser
+    `initial_guess` names another model of the body from whose solution Newton's method starts, for example on a coarser
     mesh or with a cheaper strain measure; its cost is part of the cost of this model.
     """
 
@@ -142,7 +146,7 @@ class Fem(HasMaterial, Model):
         "mean ratio of the worst cell, for a mesh made worse on purpose; default: as generated",
     ] = None
     refine_factor: Annotated[
-        float | None, "1 in (1, 100]", "how many times smaller cells are where `towards` says; none: alike everywhere"
+        float | None, "1 in (1, 100]", "ratio of the usual cell size to that at `refine_at`; default: uniform mesh"
     ] = None
     refine_at: Annotated[
         Any | None, "condition", "condition at whose border cells are smaller, as at a clamp: `refine_at = x <= 0 mm`"

@@ -56,7 +56,7 @@ class InitialGuess:
                 at,
                 f"`{declared.name}` could not start from `{self.model}`",
                 "it started from rest",
-                f"{why}: what was spent on it is part of the time; leave `start` out, or start from a finer model",
+                f"{why}: its cost is part of the time; remove `initial_guess`, or name a finer model",
             ),
         )
 

@@ -75,7 +75,11 @@ def check_grading(model: Fem, declared: Declared, case: Case) -> Diagnostic | No
         given = next((name for name in ("refine_factor", "refine_at") if getattr(model, name) is not None), None)
         if given is None:
             return None
-        help = "`refine_at = x <= 0 mm` says where" if given == "refine_factor" else "`refine_factor = 4` says how many times"
+        help = (
+            "`refine_at = x <= 0 mm` says where"
+            if given == "refine_factor"
+            else "`refine_factor = 4` says how many times"
+        )
         return diagnostic("E339", declared.at(given), f"`{declared.name}` has `{given}` alone", "how is it graded?",
                           f"{help} cells are smaller: give both, or neither")  # fmt: skip
     shape = case.shape
@@ -88,7 +92,9 @@ def check_grading(model: Fem, declared: Declared, case: Case) -> Diagnostic | No
         return None
     ways = ", ".join(f"`{name}`" for name in shape.gradable)
     problem = f"`{declared.name}` is graded towards nothing that its mesh follows"
-    help = f"cells can be finer where {ways} of the shape has a value, ends of the body included: `refine_at = x <= 0 mm`"
+    help = (
+        f"cells can be finer where {ways} of the shape has a value, ends of the body included: `refine_at = x <= 0 mm`"
+    )
     return diagnostic("E341", declared.at("refine_at"), problem, "no border there", help)
 
 
@@ -225,4 +231,6 @@ def check_start(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic
     if other_body(scene, first, case) is None:
         return []
     problem = f"`{declared.name}` is about `{case.body.name}`, and `{first.name}` is not"
-    return [diagnostic("E508", declared.at("initial_guess"), problem, "another body", "start from a model of the same body")]
+    return [
+        diagnostic("E508", declared.at("initial_guess"), problem, "another body", "start from a model of the same body")
+    ]

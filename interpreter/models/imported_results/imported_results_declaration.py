@@ -44,7 +44,7 @@ class Results(Model):
     value.
     Nothing is solved, so there is no residual, stability, stress, reaction or time, and each is refused with that
     reason.
-    Its status is `read`, it takes no part in `dsl stress`, and it is unchecked: only references assess it.
+    Its status is `read`, it takes no part in `dsl robustness`, and it is unchecked: only references assess it.
     """
 
     loads = (object,)

@@ -13,7 +13,12 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
     from softmark.interpreter.problem.body_case import Case
 
-LEVERS = {"precision": "double", "max_linear_iterations": None, "max_iterations": None, "initial_guess": None}  # of what is solved to the end, alone
+LEVERS = {
+    "precision": "double",
+    "max_linear_iterations": None,
+    "max_iterations": None,
+    "initial_guess": None,
+}  # of what is solved to the end, alone
 
 
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:

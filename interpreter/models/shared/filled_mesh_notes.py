@@ -29,7 +29,7 @@ PER_FACET = np.array([[1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1], [1,
 
 
 def facts(shape: Shape, mesh: Mesh | None) -> dict[str, Any]:
-    """Return the `tetrahedralized` part of a report, empty for other meshes; cached in the mesh."""
+    """Return the `filled` part of a report, empty for other meshes; cached in the mesh."""
     if not isinstance(mesh, FilledMesh) or mesh.filling is None:
         return {}
     if "filled" not in mesh.selections:

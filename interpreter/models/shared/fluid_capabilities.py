@@ -18,9 +18,15 @@ if TYPE_CHECKING:
 TIMED = "`analysis wait = quasistatic(duration = 100 s, step = 1 s)`"
 # levers that change how a state is solved, and what they may be
 PLAIN = {
-    "formulation": "displacement", "integration": "full", "rotation": "point", "precision": "double", "initial_guess": None,
-    "max_iterations": None, "max_linear_iterations": None, "factorisation": "fresh",
-}  # fmt: skip
+    "formulation": "displacement",
+    "integration": "full",
+    "rotation": "point",
+    "precision": "double",
+    "initial_guess": None,
+    "max_iterations": None,
+    "max_linear_iterations": None,
+    "factorisation": "fresh",
+}
 LINEAR = ("conjugate_gradients", "multigrid")
 
 
@@ -40,7 +46,7 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
                          "use `fem(tet10, ...)`, or the drained law by itself")  # fmt: skip
     elif not isinstance(case.analysis, Quasistatic):
         yield diagnostic("E373", declared.at(), f"fluid seeps through `{case.body.name}` in time, and the analysis"
-                         " follows none without inertia", "needs a time course",
+                         " follows none without inertia", "needs a time history",
                          f"declare {TIMED}, or use the drained law by itself")  # fmt: skip
     elif case.parts or not case.uniform or getattr(case.material.law, "turning", False):
         yield diagnostic("E375", case.body.at("material"), f"`{case.body.name}` is full of fluid, and not the same"

@@ -76,7 +76,7 @@ class Model:
     constant = False  # constant stiffness
     read = False  # its displacements are read from a file
     timed = True  # solved by softmark, with timing
-    unwalked = ""  # reason why `dsl stress` leaves it out, if it does
+    unwalked = ""  # reason why `dsl robustness` leaves it out, if it does
     forceless: str | None = None  # reason why it has no forces, if it has none
     even = False  # homogeneous strain
     unsolved = False  # may accept states that are not converged

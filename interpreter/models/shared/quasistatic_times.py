@@ -46,7 +46,7 @@ def case_at_full_size(case: Case) -> Case:
 
 @dataclass(frozen=True)
 class AmplitudeSchedule:
-    """Loads and supports over time: `courses` of loads, `movers`, and full support displacements `target` (c,).
+    """Loads and supports over time: `amplitudes` of loads, `movers`, and full support displacements `target` (c,).
 
     Muscle and tendon amplitudes follow those of loads. A mover is an amplitude and the indices in the target that
     follow
@@ -92,7 +92,9 @@ class AmplitudeSchedule:
         jumps = {t for c in amplitudes if isinstance(c, Pulse) for t in (c.start, c.until)}
         times |= jumps | {t for c in amplitudes if isinstance(c, Ramp | Smooth) for t in (c.start, c.start + c.over)}
         tables = (
-            deviations_between_steps(c.rows, analysis.step, analysis.duration) for c in amplitudes if isinstance(c, Table)
+            deviations_between_steps(c.rows, analysis.step, analysis.duration)
+            for c in amplitudes
+            if isinstance(c, Table)
         )
         times |= {t for rows in tables for t, off in rows if off > KINKED}
         last = -1.0

@@ -22,8 +22,15 @@ FALLS = 1e-3  # of what is dissipated: less than this may come back without a wo
 ROUNDED = 1e-7  # of the work: what equilibria solved to their tolerance leave in what is dissipated
 COARSE = 0.5  # of a time of relaxation: a longer step shows little of it
 # levers that change how a state is solved, and what they may be
-PLAIN = {"integration": "full", "rotation": "point", "precision": "double", "initial_guess": None, "max_iterations": None,
-         "shear": True, "axial": True}  # fmt: skip
+PLAIN = {
+    "integration": "full",
+    "rotation": "point",
+    "precision": "double",
+    "initial_guess": None,
+    "max_iterations": None,
+    "shear": True,
+    "axial": True,
+}
 
 
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
@@ -38,7 +45,7 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
                          "use `fem(...)` or `beam6dof(...)`, or the elastic law by itself")  # fmt: skip
     elif not isinstance(case.analysis, Quasistatic | Dynamic):
         yield diagnostic("E359", declared.at(), f"the stress of `{case.body.name}` relaxes in time, and the analysis"
-                         " follows none", "needs a time course",
+                         " follows none", "needs a time history",
                          f"declare {TIMED}, or use the elastic law by itself")  # fmt: skip
     else:
         yield from _incompatible_options(model, declared, case)

@@ -31,9 +31,13 @@ def refusals(surfaced: bool, declared: Declared, case: Case) -> Iterator[Diagnos
             yield _error(pair, f"`{pair.name}` glues what is at rest alone: what turns would turn against it",
                          "not in motion", "use `static(...)`, or make one piece of them: `union(...)`")  # fmt: skip
         elif isinstance(case.analysis, Dynamic) and declared.thing.capped_at is not None:
-            yield diagnostic("E651", declared.at("max_iterations"), f"`{declared.name}` solves states with contact to the end,"
-                             " from rest, in double precision", f"not with the contact `{pair.name}`",
-                             "leave `max_iterations` out")  # fmt: skip
+            yield diagnostic(
+                "E651",
+                declared.at("max_iterations"),
+                f"`{declared.name}` solves states with contact to the end, from rest, in double precision",
+                f"not with the contact `{pair.name}`",
+                "leave `max_iterations` out",
+            )
         elif case.planar == "plane_stress":
             yield _error(pair, f"`{pair.name}` is asked of a plate in plane stress, whose thickness changes",
                          "not in plane stress", "use `plane_strain(...)` or `solid(...)`")  # fmt: skip

@@ -337,7 +337,7 @@ def _unbalanced(declared: Declared, analysis: Dynamic, track: Trajectory) -> tup
                 at,
                 f"the energies of `{declared.name}` do not balance: {problem}",
                 "the step is too long",
-                "try a smaller step, or give loads and supports that act at once a `amplitude`",
+                "try a smaller step, or give loads and supports that act at once an `amplitude`",
             ),
         )
     if found.loss <= LOSS:

@@ -1,1 +1,1 @@
-"""Page and terminal text of `dsl stress`."""
+"""Page and terminal text of `dsl robustness`."""

@@ -1,4 +1,4 @@
-"""HTML page of `dsl stress`, one self-contained file that starts with the silently wrong points."""
+"""HTML page of `dsl robustness`, one self-contained file that starts with the silently wrong points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Display data of `dsl stress` from a `softmark-stress/1` result: classes in words, and positions of values."""
+"""Display data of `dsl robustness` from a `softmark-stress/1` result: classes in words, and positions of values."""
 
 from __future__ import annotations
 

@@ -144,7 +144,7 @@ def find_pareto_front(candidates: Iterable[Candidate]) -> list[Candidate]:
 
 @dataclass(frozen=True)
 class EffortEstimate:
-    """Effort at which a line reaches a level of error; `rigid_contact` are the keys between which it is interpolated."""
+    """Effort at which a line reaches a level of error; `between` are the keys between which it is interpolated."""
 
     effort: Spread
     between: tuple[str, ...]  # one key: a computed point

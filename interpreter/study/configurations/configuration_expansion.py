@@ -210,7 +210,7 @@ def _check_names(subject: SceneSubject, asked: CommandLineAdditions) -> None:
         problems.append(at_name("--study", asked.study, "E201", message, "not found", known))
     elif asked.study is not None and isinstance(studies[asked.study].thing, Stability):
         message = f"`{asked.study}` is a study of stability, which varies nothing that is compared"
-        help = f"carry it out with `dsl stress --study {asked.study}`"
+        help = f"carry it out with `dsl robustness --study {asked.study}`"
         problems.append(at_name("--study", asked.study, "E213", message, "not compared", help))
     if problems:
         raise SceneError(list(dict.fromkeys(problems)))

@@ -99,7 +99,7 @@ def _requested_studies(scene: Scene, request: RobustnessRequest) -> list[Resolve
         message = f"`{request.study}` is not a stability study of the scene"
         problems.append(at_name("--study", request.study, "E201", message, "not found", help))
     if not own and not list(find_judging_metrics(scene)):
-        problems.append(no_judge_error(scene, None, "dsl stress"))
+        problems.append(no_judge_error(scene, None, "dsl robustness"))
     if problems:
         raise SceneError(problems)
     wanted: list[Declared | None] = [d for n, d in own.items() if request.study in (None, n)]

@@ -66,7 +66,7 @@ class OutsideRod(ExternalModel):
     What a program cannot do exactly as the scene means it is never approximated: the model is `unsupported`, with the
     reason, and W710 in validation. If it is not installed, the model is `skipped`. A motion is not checked in our
     equations, that is unchecked, and it states no error, neither of its steps nor of its segments: theories and other
-    models assess it. `dsl stress`, which compares models with their stated errors, leaves it out.
+    models assess it. `dsl robustness`, which compares models with their stated errors, leaves it out.
     """
 
     recovers = False
