@@ -1,6 +1,7 @@
 """Measured validity ranges of models, contacts and theories, from robustness studies, as shown by `dsl explain`.
 
-`ranges.json` in this folder is written by `python tests/benchmarks/ranges.py`, from one `dsl robustness` for each scene.
+`ranges.json` in this folder is written by `python tests/benchmarks/ranges.py`, from one `dsl robustness` for each
+scene.
 """
 
 from __future__ import annotations

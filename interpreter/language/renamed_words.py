@@ -6,11 +6,10 @@ field must not be a field of the constructors that it is listed for.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator, Mapping
 
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Fix, Remedy
-from softmark.grammar.tree import Span
 
 KINDS = {"course": "amplitude"}  # kinds of declarations
 CONSTRUCTORS = {
@@ -53,70 +52,53 @@ def remedy(new: str) -> Remedy:
 
 def upgrade(text: str, parsed: tree.Tree) -> str:
     """Return a scene with every earlier word replaced by its present name; nothing else changes."""
-    for span, new in sorted(set(_replacements(parsed)), key=lambda found: found[0].start, reverse=True):
-        text = text[: span.start] + new + text[span.end :]
+    for start, end, new in sorted(set(_replacements(parsed)), reverse=True):
+        text = text[:start] + new + text[end:]
     return text
 
 
-def _replacements(parsed: tree.Tree) -> Iterator[tuple[Span, str]]:
-    """Yield the place of each earlier word and its present name."""
-    declared = {d.name: d for d in parsed.declarations if isinstance(d, tree.Declare)}
-    names = {d.name for d in parsed.declarations if isinstance(d, tree.Declare | tree.Param)}
+def _replacements(parsed: tree.Tree) -> Iterator[tuple[int, int, str]]:
+    """Yield start and end of each earlier word, and its present name."""
+    names = {d.name: d for d in parsed.declarations if isinstance(d, tree.Declare | tree.Param)}
     for declaration in parsed.declarations:
         if isinstance(declaration, tree.Declare):
             if declaration.kind in KINDS:
-                yield declaration.kind_span, KINDS[declaration.kind]
+                yield declaration.kind_span.start, declaration.kind_span.end, KINDS[declaration.kind]
             yield from _bare(declaration.value, names)
-        for part in _expressions(declaration):
-            yield from _in_expression(part, declared, names)
+        for root in tree.expressions(declaration):
+            for part, _ in tree.walk(root):
+                if isinstance(part, tree.Call):
+                    yield from _in_call(part, names)
+                elif isinstance(part, tree.Name):
+                    yield from _field_of_declared(part, names)
 
 
-def _expressions(declaration: tree.Declaration) -> Iterator[tree.Expression | tree.Argument]:
-    """Yield every expression and argument of a declaration, outermost first."""
-    match declaration:
-        case tree.Declare() | tree.Param():
-            found = [declaration.value]
-        case tree.Expect():
-            found = [declaration.condition]
-        case _:
-            return
-    if isinstance(declaration, tree.Param):
-        found += [limit for limit in (declaration.low, declaration.high) if limit is not None]
-    for root in found:
-        for part, _ in tree.walk(root):
-            yield part
+def _in_call(call: tree.Call, names: Container[str]) -> Iterator[tuple[int, int, str]]:
+    """Yield the earlier words of a constructor, its fields, and amplitudes that are given by name only."""
+    present = CONSTRUCTORS.get(call.function.text, call.function.text)
+    if present != call.function.text:
+        yield call.function.span.start, call.function.span.end, present
+    for argument in call.arguments:
+        new = find_renamed_field(present, argument.name or "")
+        if new and argument.name_span is not None:
+            yield argument.name_span.start, argument.name_span.end, new
+        if argument.name in (*FIELDS, *FIELDS.values()):
+            yield from _bare(argument.value, names)
 
 
-def _in_expression(
-    part: tree.Expression | tree.Argument, declared: dict[str, tree.Declare], names: set[str]
-) -> Iterator[tuple[Span, str]]:
-    if isinstance(part, tree.Call):
-        function = part.function
-        if function.text in CONSTRUCTORS:
-            yield function.span, CONSTRUCTORS[function.text]
-        present = CONSTRUCTORS.get(function.text, function.text)
-        for argument in part.arguments:
-            new = find_renamed_field(present, argument.name or "")
-            if new and argument.name_span is not None:
-                yield argument.name_span, new
-            if argument.name in (*FIELDS, *FIELDS.values()):
-                yield from _bare(argument.value, names)
-    elif isinstance(part, tree.Name) and len(part.parts) == 2 and part.parts[0] in declared:
-        owner, field = part.parts
-        value = declared[owner].value
-        made = value.function.text if isinstance(value, tree.Call) else ""
-        new = find_renamed_field(CONSTRUCTORS.get(made, made), field)
-        if new:
-            start = part.span.end - len(field)
-            yield Span(start, part.span.end, *_line_and_column(part.span, start)), new
-
-
-def _bare(value: tree.Expression, names: set[str]) -> Iterator[tuple[Span, str]]:
+def _bare(value: tree.Expression, names: Container[str]) -> Iterator[tuple[int, int, str]]:
     """Yield a constructor that is written without brackets and is no name of the scene."""
     if isinstance(value, tree.Name) and value.text in CONSTRUCTORS and value.text not in names:
-        yield value.span, CONSTRUCTORS[value.text]
+        yield value.span.start, value.span.end, CONSTRUCTORS[value.text]
 
 
-def _line_and_column(span: Span, start: int) -> tuple[int, int, int, int]:
-    column = span.column + start - span.start
-    return span.line, column, span.end_line, span.end_column
+def _field_of_declared(
+    name: tree.Name, names: Mapping[str, tree.Declare | tree.Param]
+) -> Iterator[tuple[int, int, str]]:
+    """Yield the earlier name of a field in `coarse.size`, as studies name what they vary; metrics keep their names."""
+    owner = names.get(name.parts[0])
+    if len(name.parts) != 2 or owner is None or not isinstance(owner.value, tree.Call) or name.parts[1] in names:
+        return
+    made = owner.value.function.text
+    if (new := find_renamed_field(CONSTRUCTORS.get(made, made), name.parts[1])) is not None:
+        yield name.span.end - len(name.parts[1]), name.span.end, new

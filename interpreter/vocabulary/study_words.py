@@ -79,8 +79,8 @@ class Stability:
 
     `until = failure` continues through inaccurate points until the model gives no result; `inaccuracy` stops at the
     first point that is not right. `maps = pairs` adds a coarse grid for each pair of quantities and each model; `auto`
-    does so if there are at most three quantities. `dsl robustness` runs it; a scene without such a study gets one over all
-    its numbers.
+    does so if there are at most three quantities. `dsl robustness` runs it; a scene without such a study gets one over
+    all its numbers.
     """
 
     over: Annotated[
