@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from softmark.interpreter.documentation.docstring_markdown import escape_markup
 from softmark.interpreter.documentation.word_reference import link_to_word
-from softmark.interpreter.language import foreign_aliases
+from softmark.interpreter.language import foreign_aliases, renamed_words
 from softmark.interpreter.language.foreign_words import TABLE
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
 SAME = "## Called otherwise"
+EARLIER = "## Earlier names\n\nBefore the first release some words had other names. `dsl fmt --upgrade FILE...` rewrites a scene."
 ELSE = "## Not here\n\nWhat is nearest in meaning is said of each, as messages say it too."
 
 
@@ -20,6 +21,8 @@ def page() -> str:
         ":::{container} words",
         *_synonym_rows(),
         ":::",
+        EARLIER,
+        *_earlier_rows(),
         ELSE,
         *_unavailable_rows(),
     ]
@@ -32,6 +35,12 @@ def _synonym_rows() -> list[str]:
         for other, ours in table.items():
             found.setdefault(ours, []).append(other)
     return [f"{_own_word(word)}\n: {_listed(dict.fromkeys(others))}" for word, others in sorted(found.items())]
+
+
+def _earlier_rows() -> list[str]:
+    renamed = {old: new for table in renamed_words.FIELDS_OF.values() for old, new in table.items()}
+    every = {**renamed_words.CONSTRUCTORS, **renamed_words.KINDS, **renamed}
+    return [f"{_own_word(new)}\n: `{old}`" for old, new in sorted(every.items(), key=lambda pair: pair[1])]
 
 
 def _own_word(word: str) -> str:

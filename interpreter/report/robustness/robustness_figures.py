@@ -1,4 +1,4 @@
-"""Figures of `dsl robustness`: strips along each quantity, one row per model, and heat maps over pairs.
+"""Figures of `dsl robustness`: strips along each quantity, one row per model, and heat maps over pairs."""
 
 from __future__ import annotations
 
