@@ -9,7 +9,7 @@ from softmark.interpreter.language.foreign_words import TABLE
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
 SAME = "## Called otherwise"
-EARLIER = "## Earlier names\n\nBefore the first release some words had other names. `dsl fmt --upgrade FILE...` rewrites a scene."
+EARLIER = "## Earlier names\n\nSome words had other names once. `dsl fmt --upgrade FILE...` rewrites scenes."
 ELSE = "## Not here\n\nWhat is nearest in meaning is said of each, as messages say it too."
 
 
