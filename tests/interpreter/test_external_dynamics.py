@@ -92,6 +92,7 @@ def test_mujoco_says_when_its_iterations_do_not_solve_a_step() -> None:
     assert theirs.metrics["frame"].value is None  # what is not solved is no frame
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_newton_moves_them_by_block_descent() -> None:
     """A hundred sweeps a step come near implicit Euler's: 5 %, for its law is another relative of the neo-Hookean."""
@@ -105,6 +106,7 @@ def test_newton_moves_them_by_block_descent() -> None:
     assert theirs.metrics["strayed"].value < 0.05
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("program", [newton_vbd, newton_xpbd], ids=["vbd", "xpbd"])
 def test_newton_lets_a_free_body_fall(program: Any, tmp_path: Path) -> None:

@@ -296,6 +296,7 @@ def test_a_page_says_what_is_a_bound_what_is_left_out_and_which_versions(tmp_pat
     assert "was not met" not in page
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_its_time_says_by_whose_clock() -> None:
     pytest.importorskip("skfem")

@@ -41,6 +41,7 @@ def rods(*models: tuple[int, str]) -> str:
     return "".join(each.format(n, n, step) for n, step in models)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_pyelastica_moves_the_same_rod_to_first_order_in_its_segments() -> None:
     """Its clamp holds half a segment: the rod is shorter by that, and what it strays by halves with the segments.

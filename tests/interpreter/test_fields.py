@@ -178,6 +178,7 @@ metric   far = displacement(end, along = +z)
 """
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_body_from_an_image_is_checked_and_said(tmp_path: Path) -> None:
     """Random voxels: forces are found again by scipy's interpolation, and what lies outside is a number."""

@@ -495,6 +495,7 @@ def test_hostile_files_are_read_or_refused(tmp_path: Path) -> None:
     assert fuzzed(tmp_path, 60, 1) > 5
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_two_thousand_hostile_files_are_read_or_refused(tmp_path: Path) -> None:
     assert 200 < fuzzed(tmp_path, 2000, 2) < 1900

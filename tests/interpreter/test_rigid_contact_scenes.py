@@ -365,6 +365,7 @@ def test_the_stated_errors_of_area_and_pressure_hold(element: str, size: float) 
         assert abs(model.metrics[name].value - table[1]) <= stated + known * table[1]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(("element", "size", "finer"), [
     ("hex8, integration = selective", 2.5, 8), ("tet10", 3.5, 6),
@@ -394,6 +395,7 @@ metric   area  = contact_area(touch)
 """
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(("poisson", "hertz"), [(0.3, 4.14422e-3), (0.49, 4.96281e-3)])
 def test_a_half_space_resists_as_hertz_has_it(poisson: float, hertz: float) -> None:
