@@ -1,5 +1,5 @@
 """Python entry points of the interpreter: `softmark.load(...).run(...)`, `softmark.compare(...)`,
-`softmark.stress(...)`.
+`softmark.robustness(...)`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.api.shown_report import RunReport
-    from softmark.interpreter.api.shown_studies import ShownComparison, ShownStress
+    from softmark.interpreter.api.shown_studies import ShownComparison, ShownRobustness
 
 Parameter = Any  # a text such as "120 mm", a number where it has no unit, a quantity of pint
 TOLD = ("model", "reference", "metric")  # kinds of what a scene declares that its `repr` names
@@ -198,7 +198,7 @@ def compare(
         return ShownComparison.showing(carry_out(subjects, request))
 
 
-def stress(
+def robustness(
     scene: str | Path | LoadedScene,
     models: str | Sequence[str] = (),
     study: str | None = None,
@@ -208,7 +208,7 @@ def stress(
     memory: float = 4.0,
     resume: bool = False,
     fresh: bool = False,
-) -> ShownStress:
+) -> ShownRobustness:
     """Run the robustness studies of a scene, or one over all its numbers, and return where each model fails.
 
     `silent` of the result lists the points that look right and are wrong. `folder` keeps the journal from which
@@ -230,7 +230,7 @@ def stress(
         api_arguments.place("folder", folder, "a folder")
 
     from softmark.interpreter.api import notebook_progress
-    from softmark.interpreter.api.shown_studies import ShownStress
+    from softmark.interpreter.api.shown_studies import ShownRobustness
     from softmark.interpreter.study.configurations.configuration_expansion import subject_of
     from softmark.interpreter.study.robustness.robustness_study import RobustnessRequest
     from softmark.interpreter.study.robustness.robustness_study import run_robustness_studies as carry_out
@@ -238,6 +238,9 @@ def stress(
     loaded = scene if isinstance(scene, LoadedScene) else load(scene)
     with tempfile.TemporaryDirectory() as scratch, notebook_progress.progress_line() as say:
         request = RobustnessRequest(
-            Path(folder or scratch), only, study, jobs, timeout, memory, resume, fresh, "softmark.stress", say
+            Path(folder or scratch), only, study, jobs, timeout, memory, resume, fresh, "softmark.robustness", say
         )
-        return ShownStress.showing(carry_out(subject_of(loaded.scene), request))
+        return ShownRobustness.showing(carry_out(subject_of(loaded.scene), request))
+
+
+stress = robustness  # its earlier name

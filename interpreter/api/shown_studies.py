@@ -11,7 +11,7 @@ from typing import Self
 from softmark.interpreter.api.shown_report import own_fields
 from softmark.interpreter.results.prompt_representation import shorten
 from softmark.interpreter.study.comparison_study import Comparison
-from softmark.interpreter.study.robustness.robustness_record import Stress
+from softmark.interpreter.study.robustness.robustness_record import Robustness
 
 
 class ShownComparison(Comparison):
@@ -43,17 +43,17 @@ class ShownComparison(Comparison):
         return _write_files(folder, {"compare.json": self.dumps(), "compare.html": page(self.found)})
 
 
-class ShownStress(Stress):
+class ShownRobustness(Robustness):
     """Result of `stress`, with its files."""
 
     @classmethod
-    def showing(cls, found: Stress) -> Self:
-        """Return the study as a ShownStress."""
+    def showing(cls, found: Robustness) -> Self:
+        """Return the study as a ShownRobustness."""
         return cls(**own_fields(found))
 
     def __repr__(self) -> str:
         said = ", ".join(f"{n} {word.replace('_', ' ')}" for word, n in self.summary.classes.items() if n)
-        return f"<Stress of {str(self.scene['title'])!r}: {self.summary.points} points: {said or 'none'}>"
+        return f"<Robustness of {str(self.scene['title'])!r}: {self.summary.points} points: {said or 'none'}>"
 
     def _repr_html_(self) -> str:
         from softmark.interpreter.report.notebook.robustness_box import inline

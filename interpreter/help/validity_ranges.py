@@ -26,9 +26,9 @@ def ranges_of(stress: Mapping[str, Any], constructors: Mapping[str, str], second
 
     Each point had at most `seconds` of CPU time, s.
     """
-    from softmark.interpreter.study.robustness.robustness_record import Stress
+    from softmark.interpreter.study.robustness.robustness_record import Robustness
 
-    found = Stress.from_json(stress)
+    found = Robustness.from_json(stress)
     models = [
         {"constructor": constructors[m], "model": m, "outline": study.outlines.get(m, m),
          "ranges": [_range(edges, q) for q in study.quantities if (edges := study.edges_of(m, q.name))]}

@@ -13,7 +13,7 @@
     found = softmark.compare("beam.scene", vary={"h": ["10 mm", "5 mm"]})
     found.points, found.analysis                       # plain dicts: errors and times, and what they tell
 
-    found = softmark.stress("beam.scene")
+    found = softmark.robustness("beam.scene")
     found.silent                                       # points that look right and are wrong: there should be none
 
 In Jupyter and in IPython `%load_ext softmark` adds `%%scene`, which runs a cell as a scene.
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.api.python_api import compare as compare
     from softmark.interpreter.api.python_api import load as load
     from softmark.interpreter.api.python_api import loads as loads
+    from softmark.interpreter.api.python_api import robustness as robustness
     from softmark.interpreter.api.python_api import stress as stress
     from softmark.interpreter.api.shown_report import RunReport as RunReport
     from softmark.interpreter.language.compiled_scene import SceneError as SceneError
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.run_report import ReferenceResult as ReferenceResult
     from softmark.interpreter.results.run_report import Report as Report
     from softmark.interpreter.study.comparison_study import Comparison as Comparison
-    from softmark.interpreter.study.robustness.robustness_record import Stress as Stress
+    from softmark.interpreter.study.robustness.robustness_record import Robustness as Robustness
 
 __version__ = "0.1.0"
 
@@ -53,6 +54,7 @@ _PUBLIC = {
     "load": "softmark.interpreter.api.python_api",
     "loads": "softmark.interpreter.api.python_api",
     "compare": "softmark.interpreter.api.python_api",
+    "robustness": "softmark.interpreter.api.python_api",
     "stress": "softmark.interpreter.api.python_api",
     "LoadedScene": "softmark.interpreter.api.python_api",
     "SceneError": "softmark.interpreter.language.compiled_scene",
@@ -65,7 +67,7 @@ _PUBLIC = {
     "ProbeResult": "softmark.interpreter.results.run_report",
     "MetricResult": "softmark.interpreter.results.run_report",
     "Comparison": "softmark.interpreter.study.comparison_study",
-    "Stress": "softmark.interpreter.study.robustness.robustness_record",
+    "Robustness": "softmark.interpreter.study.robustness.robustness_record",
 }
 
 

@@ -72,13 +72,13 @@ def beam() -> Any:
     (lambda b: softmark.compare(b, cluster=7), "`cluster` is"),
     (lambda b: softmark.compare(b, resume=True, fresh=True), "give one of them"),
     (lambda b: softmark.compare(b, allow_contaminated="no"), "`allow_contaminated` is True or False"),
-    (lambda b: softmark.stress(3), "`file` is"),
-    (lambda b: softmark.stress(b, jobs=0), "`jobs` is"),
-    (lambda b: softmark.stress(b, timeout=-1), "`timeout` is"),
-    (lambda b: softmark.stress(b, memory=0), "`memory` is a positive number of GiB"),
-    (lambda b: softmark.stress(b, memory=None), "`memory` is"),
-    (lambda b: softmark.stress(b, study=1), "`study` is"),
-    (lambda b: softmark.stress(b, fresh=1), "`fresh` is True or False"),
+    (lambda b: softmark.robustness(3), "`file` is"),
+    (lambda b: softmark.robustness(b, jobs=0), "`jobs` is"),
+    (lambda b: softmark.robustness(b, timeout=-1), "`timeout` is"),
+    (lambda b: softmark.robustness(b, memory=0), "`memory` is a positive number of GiB"),
+    (lambda b: softmark.robustness(b, memory=None), "`memory` is"),
+    (lambda b: softmark.robustness(b, study=1), "`study` is"),
+    (lambda b: softmark.robustness(b, fresh=1), "`fresh` is True or False"),
 ])  # fmt: skip
 def test_what_cannot_be_meant_is_one_error_at_once(call: Callable[[Any], object], said: str, beam: Any) -> None:
     with pytest.raises(softmark.SceneError) as refused:

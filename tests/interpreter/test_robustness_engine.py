@@ -16,7 +16,7 @@ from softmark.interpreter.cli.main import main
 from softmark.interpreter.study.configurations.configuration_expansion import subject_of
 from softmark.interpreter.study.configurations.task_outcome import PointTask
 from softmark.interpreter.study.robustness import robustness_study, task_queue
-from softmark.interpreter.study.robustness.robustness_record import Stress
+from softmark.interpreter.study.robustness.robustness_record import Robustness
 from softmark.interpreter.study.robustness.robustness_study import RobustnessRequest, run_robustness_studies
 from softmark.interpreter.study.workers import worker_pool
 from softmark.interpreter.study.workers.task_journal import JournalRefused
@@ -66,12 +66,12 @@ def made_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(worker_pool, "WORKER", (sys.executable, "-c", WORKER))
 
 
-def found_in(folder: Path, study: str, **more: Any) -> Stress:
+def found_in(folder: Path, study: str, **more: Any) -> Robustness:
     subject = subject_of(softmark.loads(BEAM + study).scene)
     return run_robustness_studies(subject, RobustnessRequest(folder, **more))
 
 
-def edges(found: Stress) -> dict[tuple[str, str, str], dict[str, Any]]:
+def edges(found: Robustness) -> dict[tuple[str, str, str], dict[str, Any]]:
     return {(e.model, e.quantity, e.direction): e.to_json() for s in found.studies for e in s.edges}
 
 
@@ -236,7 +236,7 @@ def test_the_command_from_end_to_end(file: Path, capsys: pytest.CaptureFixture[s
     found = json.loads(Path("found.json").read_text(encoding="utf-8"))
     written = Path("beam-stress/stress.json").read_text(encoding="utf-8")
     assert found == json.loads(written)
-    assert Stress.from_json(found).dumps() == written, "read and written again it is the same to the letter"
+    assert Robustness.from_json(found).dumps() == written, "read and written again it is the same to the letter"
     assert set(found) == {"schema", "created", "environment", "command", "scene", "studies", "summary"}
     assert (found["schema"], found["scene"]["title"]) == ("softmark-stress/1", "Two rods")
     assert status == (1 if found["summary"]["silent"] else 0)
@@ -301,9 +301,9 @@ def test_compare_leaves_stability_alone(file: Path, capsys: pytest.CaptureFixtur
 def test_from_python(tmp_path: Path, made_up: None) -> None:
     file = tmp_path / "beam.scene"
     file.write_text(BEAM + "study s = robustness(over = [soft], maps = none)\n", encoding="utf-8")
-    found = softmark.stress(file, models=["rod"])
-    assert repr(found).startswith(f"<Stress of 'Two rods': {found.summary.points} points: ")
+    found = softmark.robustness(file, models=["rod"])
+    assert repr(found).startswith(f"<Robustness of 'Two rods': {found.summary.points} points: ")
     assert [p.name for p in found.write(file.parent / "written")] == ["stress.json", "stress.html"]
-    assert isinstance(found, softmark.Stress)
+    assert isinstance(found, softmark.Robustness)
     assert [p.found.word for p in found.points] == ["right"] * 4
     assert found.silent == []

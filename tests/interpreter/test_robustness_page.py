@@ -16,7 +16,7 @@ from softmark.interpreter.report.notebook.robustness_box import inline
 from softmark.interpreter.report.page.html_document import POLICY
 from softmark.interpreter.report.robustness.robustness_page import again, page
 from softmark.interpreter.report.robustness.robustness_view import format_value, point_tooltip, ruler
-from softmark.interpreter.study.robustness.robustness_record import RobustnessPoint, Stress
+from softmark.interpreter.study.robustness.robustness_record import Robustness, RobustnessPoint
 
 Json = dict[str, Any]
 Parsed = Callable[[str], Any]  # reads a page: conftest.py
@@ -38,7 +38,7 @@ def point(model: str, name: str, error: float | None, **values: Any) -> Robustne
     })  # fmt: skip
 
 
-def made_of(silent: bool = False, hostile: str = "") -> Stress:
+def made_of(silent: bool = False, hostile: str = "") -> Robustness:
     """Tetrahedra lock above 0.499, both fail at 1000 N, and the pair fails sooner."""
     points = []
     for model in ("tets", "mixed"):
@@ -72,7 +72,7 @@ def made_of(silent: bool = False, hostile: str = "") -> Stress:
         "maps": [{"model": "tets", "x": "rubber.poisson", "y": "tip.total", "xs": list(RATIOS), "ys": list(LOADS),
                   "classes": classes, "errors": [[0.01 if c == "right" else None for c in row] for row in classes]}],
     }  # fmt: skip
-    return Stress.from_json({
+    return Robustness.from_json({
         "schema": "softmark-stress/1", "created": "2026-01-02T03:04:05+00:00", "environment": {"softmark": "1"},
         "command": "dsl stress beam.scene", "studies": [study],
         "scene": {"title": "A beam" + hostile, "file": "beam.scene", "sha256": "0", "text": "scene 'x'" + hostile},

@@ -13,7 +13,7 @@ from softmark.interpreter.planning.parameter_walk import PointClass, Walk
 from softmark.interpreter.planning.varied_quantities import WalkedQuantity
 from softmark.interpreter.report.robustness.robustness_page import page
 from softmark.interpreter.report.robustness.robustness_terminal import table
-from softmark.interpreter.study.robustness.robustness_record import ClassifiedPoint, Stress, ValidityEdge
+from softmark.interpreter.study.robustness.robustness_record import ClassifiedPoint, Robustness, ValidityEdge
 from softmark.interpreter.study.robustness.validity_edges import choice_of, edge_of
 
 Json = dict[str, Any]
@@ -51,7 +51,7 @@ def study(edges: list[ValidityEdge], quantity: WalkedQuantity, classes: dict[str
 
 
 def said(found: Json) -> str:
-    return table(Stress.from_json(found), "beam.scene", [], False, None)
+    return table(Robustness.from_json(found), "beam.scene", [], False, None)
 
 
 NOWHERE: dict[str, int] = {"unjudged": 9}
@@ -59,13 +59,13 @@ NOWHERE: dict[str, int] = {"unjudged": 9}
 
 def test_what_was_not_judged_anywhere_is_neither_right_nor_wrong() -> None:
     found = study(walked(lambda nu: "unjudged"), POISSON, NOWHERE)
-    for shown in (said(found), page(Stress.from_json(found))):
+    for shown in (said(found), page(Robustness.from_json(found))):
         assert "not judged" in shown
         for claim in ("not right", "even here", "right as far as", "right 0", "nowhere"):
             assert claim not in shown, claim
     assert said(found).count(NO_TRUTH[:40]) == 1, "both ways have the same reason"
     assert "nothing was judged" in said(found)
-    assert "None was wrong without a word" not in page(Stress.from_json(found))
+    assert "None was wrong without a word" not in page(Robustness.from_json(found))
 
 
 def test_one_point_that_is_right_is_one_point(parsed: Callable[[str], Any]) -> None:
@@ -73,8 +73,8 @@ def test_one_point_that_is_right_is_one_point(parsed: Callable[[str], Any]) -> N
     found = study(walked(lambda nu: "right" if nu == 0 else "unjudged"), POISSON, {"right": 1, "unjudged": 8})
     assert "rod  right at 0; not judged here" in said(found)
     assert "0 .. 0.4" not in said(found)
-    assert "0 … 0.4" not in parsed(page(Stress.from_json(found))).text
-    assert "not judged here" in parsed(page(Stress.from_json(found))).text
+    assert "0 … 0.4" not in parsed(page(Robustness.from_json(found))).text
+    assert "not judged here" in parsed(page(Robustness.from_json(found))).text
 
 
 def test_what_is_wrong_here_is_said_to_be() -> None:
@@ -103,7 +103,7 @@ def test_choices_are_listed_under_what_each_came_to(here: str, other: str, expec
     assert f"rod  {expected}\n" in said(found)
     assert edge.remedy is None or other == "inaccurate", "a finer mesh does not mend the truth"
     assert "right: none" not in said(found)
-    page(Stress.from_json(found))
+    page(Robustness.from_json(found))
 
 
 def test_the_measured_range_of_a_model_does_not_take_the_scene_for_judged() -> None:

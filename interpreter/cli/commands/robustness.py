@@ -23,7 +23,7 @@ from softmark.interpreter.cli.commands.study_options import (
 if TYPE_CHECKING:
     from softmark.interpreter.cli.commands.progress_line import Progress
     from softmark.interpreter.study.configurations.configuration_expansion import SceneSubject
-    from softmark.interpreter.study.robustness.robustness_record import Stress
+    from softmark.interpreter.study.robustness.robustness_record import Robustness
     from softmark.interpreter.study.robustness.robustness_study import RobustnessRequest
 
 
@@ -80,7 +80,7 @@ def _stress(parsed: argparse.Namespace, progress: Progress) -> int:
     return found if isinstance(found, int) else _write_result(found, folder, parsed)
 
 
-def _run_study(subject: SceneSubject, request: RobustnessRequest) -> Stress:
+def _run_study(subject: SceneSubject, request: RobustnessRequest) -> Robustness:
     from softmark.interpreter.study.robustness.robustness_study import run_robustness_studies
 
     return run_robustness_studies(subject, request)
@@ -96,7 +96,7 @@ def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> Ro
     )  # fmt: skip
 
 
-def _write_result(found: Stress, folder: Path, parsed: argparse.Namespace) -> int:
+def _write_result(found: Robustness, folder: Path, parsed: argparse.Namespace) -> int:
     """Write the result, print it and return the exit status."""
     from softmark.interpreter.cli.commands.scene_arguments import supports_colour
     from softmark.interpreter.report.robustness.robustness_page import page

@@ -5,12 +5,12 @@ from __future__ import annotations
 from softmark.interpreter.report.notebook.box_frame import ROWS, if_it_fits, isolated_frame, shell, verdict
 from softmark.interpreter.report.page.html_markup import prose, tag
 from softmark.interpreter.report.robustness.robustness_page import conclusion, edges, silent, strips
-from softmark.interpreter.study.robustness.robustness_record import Stress
+from softmark.interpreter.study.robustness.robustness_record import Robustness
 
 WHERE = "`stress.write(FOLDER)`"
 
 
-def inline(stress: Stress) -> str:
+def inline(stress: Robustness) -> str:
     """Return a robustness study as a piece of HTML of bounded size."""
     said = [verdict("bad" if stress.silent else "good", conclusion(stress))]
     said += [silent(stress, ROWS)] if stress.silent else []

@@ -22,16 +22,16 @@ from softmark.interpreter.report.robustness.validity_range_text import gaps, now
 from softmark.interpreter.report.run.tables.provenance_table import listing, scene_name, table_of
 from softmark.interpreter.study.robustness.robustness_record import (
     ChoiceEdge,
+    Robustness,
     RobustnessPoint,
     RobustnessStudyRecord,
-    Stress,
     ValidityEdge,
 )
 
 FOLDED = 60  # points beyond which their table is folded
 
 
-def page(stress: Stress) -> str:
+def page(stress: Robustness) -> str:
     """Return a complete HTML5 document of a `softmark-stress/1` result, without network access or other files."""
     return document(
         f"{stress.scene['title']} – softmark stress",
@@ -45,7 +45,7 @@ def page(stress: Stress) -> str:
     )
 
 
-def conclusion(stress: Stress) -> str:
+def conclusion(stress: Robustness) -> str:
     """Return `2 340 points of 9 models: 1 402 right, 512 inaccurate and said so, ...; none was wrong ...`"""
     summary, counts = stress.summary, stress.summary.classes
     models = len(dict.fromkeys(m for study in stress.studies for m in study.models))
@@ -57,7 +57,7 @@ def conclusion(stress: Stress) -> str:
     return f"{count(summary.points, 'point')} of {count(models, 'model')}: {said or 'none computed'}. {last}"
 
 
-def _header(stress: Stress) -> str:
+def _header(stress: Robustness) -> str:
     where = [moment(stress.created or ""), text((stress.environment or {}).get("cpu") or "")]
     line = tag("p", " · ".join(tag("span", piece) for piece in where if piece), class_="where")
     above = tag("p", "softmark stress", class_="eyebrow")
@@ -65,11 +65,11 @@ def _header(stress: Stress) -> str:
     return tag("header", above, tag("h1", text(stress.scene["title"])), said, line)
 
 
-def _silent(stress: Stress) -> str:
+def _silent(stress: Robustness) -> str:
     return section("silent", "Wrong without a word", silent(stress)) if stress.silent else ""
 
 
-def silent(stress: Stress, most: int | None = None) -> str:
+def silent(stress: Robustness, most: int | None = None) -> str:
     """Return the silently wrong points, at most `most`, with the command that repeats each."""
     file, plugins = scene_name(stress.scene, "-"), [p["file"] for p in stress.scene.get("plugins", ())]
     items = [
@@ -90,16 +90,16 @@ def _command(said: str) -> str:
     return tag("pre", tag("code", text(said)), class_="command")
 
 
-def _edges(stress: Stress) -> str:
+def _edges(stress: Robustness) -> str:
     return section("edges", "Where each model is right", edges(stress))
 
 
-def edges(stress: Stress) -> str:
+def edges(stress: Robustness) -> str:
     """Return for each study the range in which each model is right, and its status beyond."""
     return "".join(_with_study_name(stress, study, _table(study)) for study in stress.studies)
 
 
-def _with_study_name(stress: Stress, study: RobustnessStudyRecord, markup: str) -> str:
+def _with_study_name(stress: Robustness, study: RobustnessStudyRecord, markup: str) -> str:
     """Return the markup under the study's name if there are several studies."""
     if not markup or len(stress.studies) < 2:
         return markup
@@ -150,12 +150,12 @@ def _beyond(edge: ValidityEdge, unit: str) -> str:
     return text(f"{side}: {met or 'right as far as it was walked, to ' + format_value(edge.reached, unit)}")
 
 
-def _strips(stress: Stress) -> str:
+def _strips(stress: Robustness) -> str:
     drawn = strips(stress)
     return section("walks", "Along each quantity", drawn) if drawn else ""
 
 
-def strips(stress: Stress) -> str:
+def strips(stress: Robustness) -> str:
     """Return one figure for each quantity."""
     blocks = []
     for study in stress.studies:
@@ -164,13 +164,13 @@ def strips(stress: Stress) -> str:
     return "".join(blocks)
 
 
-def _maps(stress: Stress) -> str:
+def _maps(stress: Robustness) -> str:
     """Return heat maps of pairs."""
     blocks = [_with_study_name(stress, study, stress_figures.maps(study)) for study in stress.studies]
     return section("maps", "Two at a time", *blocks) if any(blocks) else ""
 
 
-def _remedies(stress: Stress) -> str:
+def _remedies(stress: Robustness) -> str:
     """Return the cause of each limit, and what would move it."""
     found: dict[tuple[str, str, str], list[str]] = {}
     for study in stress.studies:
@@ -185,7 +185,7 @@ def _remedies(stress: Stress) -> str:
     return section("remedies", "What would move the edges", tag("ul", *items, class_="wanted")) if items else ""
 
 
-def _points(stress: Stress) -> str:
+def _points(stress: Robustness) -> str:
     """Return the table of all points."""
     rows = [_point(p) for p in stress.points]
     if not rows:
@@ -208,7 +208,7 @@ def _point(point: RobustnessPoint) -> str:
     )  # fmt: skip
 
 
-def _provenance(stress: Stress) -> str:
+def _provenance(stress: Robustness) -> str:
     """Return the command, the environment and the scene."""
     repeat = tag("p", "To repeat this study:") + _command(stress.command) if stress.command else ""
     return section("provenance", "Provenance", repeat, table_of(stress.environment or {}), listing(stress.scene))

@@ -11,9 +11,9 @@ from softmark.interpreter.planning.varied_quantities import WalkedQuantity
 from softmark.interpreter.report.robustness.validity_range_text import ends, gaps, nowhere_right, options_by_class
 from softmark.interpreter.study.robustness.robustness_record import (
     ChoiceEdge,
+    Robustness,
     RobustnessStudyRecord,
     RobustnessSummary,
-    Stress,
     ValidityEdge,
 )
 
@@ -26,7 +26,7 @@ SAID = {
 }  # fmt: skip
 
 
-def table(found: Stress, file: str, overrides: Sequence[str], colour: bool, place: str | None) -> str:
+def table(found: Robustness, file: str, overrides: Sequence[str], colour: bool, place: str | None) -> str:
     """Return all studies, the counts, and every silently wrong point with the command that repeats it."""
     lines = [str(found.scene["title"])]
     for study in found.studies:
@@ -97,7 +97,7 @@ def _counts(summary: RobustnessSummary) -> str:
     return said + (": nothing was judged, so that says nothing" if none else "")
 
 
-def _silent(found: Stress, file: str, overrides: Sequence[str], colour: bool) -> Iterator[str]:
+def _silent(found: Robustness, file: str, overrides: Sequence[str], colour: bool) -> Iterator[str]:
     """Yield points that look right and are wrong, with the commands that repeat them."""
     silent = [(s.metric, p) for s in found.studies for p in s.points if p.found.word == "silent"]
     if not silent:

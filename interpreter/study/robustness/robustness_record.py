@@ -186,7 +186,7 @@ class RobustnessSummary(JsonRecord):
 
 
 @dataclass(frozen=True)
-class Stress(JsonRecord):
+class Robustness(JsonRecord):
     """Results of the robustness studies of a scene."""
 
     READ: ClassVar = {"studies": list_reader(RobustnessStudyRecord.from_json), "summary": RobustnessSummary.from_json}

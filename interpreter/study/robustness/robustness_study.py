@@ -27,9 +27,9 @@ from softmark.interpreter.study.robustness.robustness_points import Values, Vari
 from softmark.interpreter.study.robustness.robustness_record import (
     ClassifiedPoint,
     PairMap,
+    Robustness,
     RobustnessPoint,
     RobustnessStudyRecord,
-    Stress,
     ValidityEdge,
 )
 from softmark.interpreter.study.robustness.task_queue import KIND, TaskQueue
@@ -62,7 +62,7 @@ class RobustnessRequest:
     say: Say = field(default=lambda what, detail: None, repr=False)
 
 
-def run_robustness_studies(subject: SceneSubject, request: RobustnessRequest) -> Stress:
+def run_robustness_studies(subject: SceneSubject, request: RobustnessRequest) -> Robustness:
     """Run the robustness studies of a scene, or one over everything if it declares none.
 
     Raises SceneError for an invalid request, JournalRefused for an unusable folder, NoWorkers if no worker starts,
@@ -87,7 +87,7 @@ def run_robustness_studies(subject: SceneSubject, request: RobustnessRequest) ->
             kept = f"{len(journal.on_disk(KIND))} points are in {journal.path}"
             raise Interrupted(f"{kept}; the same command with `--resume` goes on") from stop
     created, studies = started.isoformat(timespec="seconds"), tuple(t.found() for t in trials)
-    return Stress.of(created, describe_environment(started), request.command, subject.described(), studies)
+    return Robustness.of(created, describe_environment(started), request.command, subject.described(), studies)
 
 
 def _requested_studies(scene: Scene, request: RobustnessRequest) -> list[ResolvedStudy]:
