@@ -142,7 +142,7 @@ class Dynamics:
             raise ValueError("a cap of less than one iteration")
         loads = len(self.assembly.loads)
         if self.amplitudes and len(self.amplitudes) != loads:
-            raise ValueError(f"{len(self.courses)} amplitudes for {loads} loads")
+            raise ValueError(f"{len(self.amplitudes)} amplitudes for {loads} loads")
         if len(self.target) not in (0, len(self.fixed)):
             raise ValueError(f"{len(self.target)} targets for {len(self.fixed)} supports")
         dofs = self.assembly.dofs

@@ -416,9 +416,9 @@ class Fem(HasMaterial, Model):
         return (
             ", single precision" if self.precision == "single" else "",
             f", {self.linear}".replace("_", " ") if self.linear != "auto" else "",
-            f" of at most {self.linear_cap} iterations" if self.max_linear_iterations is not None else "",
+            f" of at most {self.max_linear_iterations} iterations" if self.max_linear_iterations is not None else "",
             ", factors reused" if self.factorisation == "reused" else "",
-            f", started from {self.start}" if self.initial_guess is not None else "",
+            f", started from {self.initial_guess}" if self.initial_guess is not None else "",
             f", worst cell of quality {self.quality:g}" if self.quality is not None else "",
         )
 
