@@ -188,4 +188,4 @@ def test_as_it_was_drawn_a_ramp_is_a_value_of_its_own() -> None:
     drawn = TIME.replace(" Pa, amplitude = ramp(over = 0.5 s))", " Pa * ramp(over = 0.5 s))")
     with pytest.raises(softmark.SceneError) as refused:
         softmark.loads(drawn)
-    assert "course" in str(refused.value)  # the message says where it goes
+    assert "amplitude" in str(refused.value)  # the message says where it goes

@@ -69,7 +69,7 @@ def read_sweep_targets(binder: Binder, field: Field, node: tree.Expression, plac
 
 def _one_target(binder: Binder, field: Field, item: tree.Expression, place: Place) -> SweepTarget | None:
     try:
-        return read_sweep_target(binder, field, item, place, "stability(over = [{}])")
+        return read_sweep_target(binder, field, item, place, "robustness(over = [{}])")
     except EvaluationError:
         return None
 

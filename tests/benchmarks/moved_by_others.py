@@ -104,10 +104,10 @@ def settings(size: str) -> dict[str, list[tuple[str, str]]]:
         "ours": [(step, f"{fem}, strain = finite)") for step in STEPS],
         "ours, turning": [(step, f"{fem}, strain = corotational)") for step in STEPS],
         "ours, one iteration": [(step, f"{fem}, strain = corotational, cap = 1)") for step in STEPS],
-        "mujoco": [(step, f"outside(mujoco, {of}, iterations = 1000)") for step in STEPS],
-        "mujoco, few": [("2 ms", f"outside(mujoco, {of}, iterations = {n})") for n in SWEEPS],
-        "newton_vbd": [("2 ms", f"outside(newton_vbd, {of}, iterations = {n})") for n in SWEEPS],
-        "newton_xpbd": [(step, f"outside(newton_xpbd, {of}, iterations = {n})") for step, n in FEW],
+        "mujoco": [(step, f"external_solver(mujoco, {of}, iterations = 1000)") for step in STEPS],
+        "mujoco, few": [("2 ms", f"external_solver(mujoco, {of}, iterations = {n})") for n in SWEEPS],
+        "newton_vbd": [("2 ms", f"external_solver(newton_vbd, {of}, iterations = {n})") for n in SWEEPS],
+        "newton_xpbd": [(step, f"external_solver(newton_xpbd, {of}, iterations = {n})") for step, n in FEW],
     }
 
 

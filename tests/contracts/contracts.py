@@ -72,14 +72,14 @@ BEADS = 'reference beads = markers("beads.csv", unit = 1 mm, uncertainty = 0.1 m
 SUPPORTED = {
     "fixed": "fixed(bar, where = x >= 40 mm, components = (y, z))",
     "displaced": "displaced(bar, where = x >= 40 mm, by = (0, 0, 1) mm)",
-    "turned": "turned(bar, where = x >= 40 mm, axis = +x, angle = 10 deg)",
+    "rotated": "rotated(bar, where = x >= 40 mm, axis = +x, angle = 10 deg)",
     "symmetric": "symmetric(bar, where = y <= -10 mm)",
-    "follows": "follows(bar, where = x >= 40 mm, of = beads, reach = 15 mm)",
-    "bedded": "bedded(bar, where = z <= 0 mm, stiffness = 1 kPa/mm)",
-    "level": "level(bar, where = x >= 40 mm)",
+    "measured_motion": "measured_motion(bar, where = x >= 40 mm, of = beads, reach = 15 mm)",
+    "elastic_foundation": "elastic_foundation(bar, where = z <= 0 mm, stiffness = 1 kPa/mm)",
+    "rigid_plate": "rigid_plate(bar, where = x >= 40 mm)",
     "drained": "drained(bar, where = x >= 40 mm)",
     "pore_pressure": "pore_pressure(bar, where = x >= 40 mm, value = 1 kPa)",
-    "hinged": "hinged(bar, where = x >= 40 mm, by = (0, 0, 1) mm, components = z)",
+    "pinned": "pinned(bar, where = x >= 40 mm, by = (0, 0, 1) mm, components = z)",
 }
 ANALYSED = {
     "rest": "",

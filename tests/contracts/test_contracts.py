@@ -65,8 +65,8 @@ MODELLED = {
 }  # fmt: skip
 STRICT = {
     "homogeneous",  # whole faces and normal tractions alone: tests/interpreter/test_homogeneous.py
-    "outside",  # what a program takes: tests/interpreter/test_external_programs.py
-    "outside_rod",  # the same of rods: tests/interpreter/test_external_rods.py
+    "external_solver",  # what a program takes: tests/interpreter/test_external_programs.py
+    "external_rod",  # the same of rods: tests/interpreter/test_external_rods.py
     "results",  # whatever loads there are: tests/interpreter/test_judge_command.py
 }
 TAKES = {  # of 70: each load, and each support under gravity, in each of five analyses; lines for all but springs
@@ -85,11 +85,11 @@ PROBED = {
     "line": "line(bar, from = (0, 0, 0) mm, to = (40, 0, 0) mm, points = 5)",
     "surface": "surface(bar, size = 10 mm)",
     "volume": "volume(bar, size = 10 mm)",
-    "nodes": 'nodes(bar, mesh = mesh("../errors/parts/sound.mesh", unit = 1 mm))',
+    "mesh_nodes": 'mesh_nodes(bar, mesh = mesh("../errors/parts/sound.mesh", unit = 1 mm))',
     "markers": "markers(bar, of = beads)",
 }
 SHAPED: dict[str, dict[str, Any]] = {
-    "apart": {
+    "disjoint": {
         "one": SHAPES["box"](size=(0.02, 0.04, 0.015)),
         "other": SHAPES["sphere"](radius=0.01, origin=(0.05, 0.0, 0.0)),
     },
@@ -105,8 +105,20 @@ SHAPED: dict[str, dict[str, Any]] = {
     "sphere": {"radius": 0.01},
     "ellipsoid": {"semiaxes": (0.02, 0.01, 0.015)},
     "spherical_shell": {"radius": 0.01, "inner": 0.005},
-    "bowl": {"inner": 0.007, "inner_along": 0.017, "outer": 0.01, "outer_along": 0.02, "rim": 0.005},
-    "bowl_section": {"inner": 0.007, "inner_along": 0.017, "outer": 0.01, "outer_along": 0.02, "rim": 0.005},
+    "truncated_ellipsoid_shell": {
+        "inner": 0.007,
+        "inner_along": 0.017,
+        "outer": 0.01,
+        "outer_along": 0.02,
+        "rim": 0.005,
+    },
+    "truncated_ellipsoid_section": {
+        "inner": 0.007,
+        "inner_along": 0.017,
+        "outer": 0.01,
+        "outer_along": 0.02,
+        "rim": 0.005,
+    },
     "quadrilateral": {
         "first": (0.0, 0.0, 0.0),
         "second": (0.02, 0.01, 0.0),
@@ -118,7 +130,7 @@ SHAPED: dict[str, dict[str, Any]] = {
     "difference": {"one": Box((0.02, 0.02, 0.01)), "other": Sphere(0.006, (0.01, 0.01, 0.01))},
     "intersection": {"one": Box((0.02, 0.02, 0.01)), "other": Sphere(0.008, (0.01, 0.01, 0.01))},
     "mesh": {"path": str(HERE.parent / "errors" / "parts" / "sound.mesh"), "unit": 1e-3},
-    "filled": {"path": str(HERE.parent / "errors" / "parts" / "cube.stl"), "unit": 1e-3},
+    "tetrahedralized": {"path": str(HERE.parent / "errors" / "parts" / "cube.stl"), "unit": 1e-3},
 }
 MEASURED: dict[str, dict[str, Any]] = {
     "contact_area": {"of": "touch"},
@@ -129,7 +141,7 @@ MEASURED: dict[str, dict[str, Any]] = {
     "stick_area": {"of": "touch"},
     "displacement": {"along": (0.0, 0.0, -1.0)},
     "period": {"along": (0.0, 0.0, -1.0)},
-    "realtime": {"rate": 25.0},
+    "realtime_factor": {"rate": 25.0},
     "force": {"of": "hold", "along": (0.0, 0.0, 1.0)},
     "moment": {"of": "hold", "along": (0.0, 1.0, 0.0), "about": (0.0, 0.0, 0.1)},
     "work": {"of": "push"},

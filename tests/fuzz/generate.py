@@ -74,7 +74,7 @@ ORDER = (
     "load",
     "contact",
     "analysis",
-    "course",
+    "amplitude",
     "stiffness",
     "model",
     "reference",
@@ -104,7 +104,7 @@ USUAL = {  # by name and form, in scenes with nothing amiss
 }
 PLACES = ("(100, 0, 0) mm", "(50, 0, 0) mm", "(0, 0, 0) mm")  # on the axis of a cylinder
 ALONE = (  # words that go with their own kind of body alone
-    "network", "frame6dof", "hinged", "group", "tendon", "rucker_webster", "frame_theory", "kirsch", "plane_strain",
+    "network", "frame6dof", "pinned", "group", "tendon", "rucker_webster", "frame_theory", "kirsch", "plane_strain",
     "plane_stress", "axisymmetric", "quarter_ring", "quadrilateral", "quad4", "quad8", "quad9", "tri3", "tri6",
 )  # fmt: skip
 Words = dict[str, tuple[str, ...]]
@@ -122,7 +122,7 @@ WORLDS: tuple[tuple[Words, Words], ...] = (  # words of kinds that go with one a
     ({}, {}),
     ({"shape": ("cylinder", "box", "tube"), "body": ("solid",), "model": ("beam6dof",), "support": ("fixed",),
       "load": ("tendon", "gravity"), "reference": ("rucker_webster",), "region": ()}, {}),
-    ({"shape": (), "body": ("network",), "model": ("frame6dof",), "support": ("fixed", "hinged"), "region": (),
+    ({"shape": (), "body": ("network",), "model": ("frame6dof",), "support": ("fixed", "pinned"), "region": (),
       "load": ("gravity", "point_force"), "reference": ("frame_theory",), "probe": ("point",)}, {}),
     (FLAT | {"body": ("plane_strain", "plane_stress"), "reference": ("kirsch",)}, IN_PLANE),
     (FLAT | {"body": ("axisymmetric",), "reference": ()}, IN_PLANE | {"condition": ("y <= 0 mm",)}),
@@ -134,7 +134,7 @@ FUSSY = (
     "published",
     "study",
     "metric",
-    "course",
+    "amplitude",
 )  # that seldom fit what else there is
 WANTED = ("density", "size", "segments", "radius", "direction")  # fields that are not required, and mostly needed
 LIKELY = {

@@ -130,7 +130,7 @@ TEXTS: dict[str, str] = {
     ),
     "AxisymmetricElastic": ROUND.format(nu=0.3, element="quad8"),
     "ElasticFoundation": BAR.format(nu=0.3, model="fem(hex8, strain = finite, size = 5 mm)").replace(
-        "fixed(bar, where = x <= 0 mm)", "bedded(bar, where = x <= 0 mm, stiffness = 1 kPa/mm)"
+        "fixed(bar, where = x <= 0 mm)", "elastic_foundation(bar, where = x <= 0 mm, stiffness = 1 kPa/mm)"
     ),
     "RodForces": ROD.format(load="gravity(1 m/s^2, direction = -z)"),
     "RodElementEnergy": ROD.format(load="traction(bar, where = x >= 100 mm, vector = (100, 0, -50) Pa)"),
@@ -138,9 +138,11 @@ TEXTS: dict[str, str] = {
     "EccentricRodForces": ROD.format(load="point_force(bar, at = (100, 0, 4) mm, vector = (0.01, 0, -0.002) N)"),
     "JointedRods": FRAME,
     "RigidContact": PRESSED.format(nu=0.3, more="", moved=DOWN.replace("0.2", "0"), friction=""),
-    "IpcContact": PAIR.format(nu=0.3, z=5.02, top=10.02, contact="itself(bar)", load=LID.format(top=10.02, along=0)),
+    "IpcContact": PAIR.format(
+        nu=0.3, z=5.02, top=10.02, contact="self_contact(bar)", load=LID.format(top=10.02, along=0)
+    ),
     "DeformableFriction": PAIR.format(
-        nu=0.3, z=5.02, top=10.02, contact="itself(bar, friction = 0.3)", load=LID.format(top=10.02, along=0.1)
+        nu=0.3, z=5.02, top=10.02, contact="self_contact(bar, friction = 0.3)", load=LID.format(top=10.02, along=0.1)
     ),
     "TieConstraint": PAIR.format(nu=0.3, z=5, top=10, contact="tied(bar)", load=LID.format(top=10, along=0.5)),
     "PoroelasticSolid": POROUS.format(open="drained(bar, where = y >= 5 mm)"),
@@ -182,7 +184,7 @@ def test_every_energy_has_a_scene_or_a_reason() -> None:
     assert not energies().keys() - known, "no scene breaks these energies: add them to TEXTS"
     assert not known - energies().keys(), "these energies are gone"
     assert not TEXTS.keys() & REASONS.keys()
-    assert {"between", "itself", "tied"} == CONTACTS.keys(), "a contact without a scene in TEXTS"
+    assert {"rigid_contact", "self_contact", "tied"} == CONTACTS.keys(), "a contact without a scene in TEXTS"
 
 
 @pytest.mark.parametrize("name", [

@@ -281,7 +281,7 @@ LOAD_TEXTS: dict[str, dict[str, str]] = {
     "gravity": {"solid": "gravity(9.81 m/s^2, direction = -z)", "rod": "gravity(9.81 m/s^2, direction = -z)"},
     "traction": {"solid": "traction(bar, where = x >= 20 mm, vector = (1000, 400, 200) Pa)",
                  "rod": "traction(bar, where = x >= 100 mm, vector = (1000, 100, 200) Pa)"},
-    "tension": {"solid": "tension(bar, where = x >= 20 mm, magnitude = 1 kPa, direction = +x)"},
+    "remote_stress": {"solid": "remote_stress(bar, where = x >= 20 mm, magnitude = 1 kPa, direction = +x)"},
     "pressure": {"solid": "pressure(bar, where = z >= 10 mm, magnitude = 500 Pa)"},
     "point_force": {"solid": "point_force(bar, at = (20, 6, 4) mm, vector = (0.05, 0.02, -0.05) N)",
                     "rod": "point_force(bar, at = (70, 0, 0) mm, vector = (0, 0.001, -0.002) N)"},
@@ -384,19 +384,19 @@ WALL = "support wall = fixed(bar, where = x <= 0 mm)\n"
 SUPPORT_TEXTS: dict[str, str] = {
     "fixed": WALL.replace("wall", "held"),
     "displaced": WALL + "support held = displaced(bar, where = x >= 20 mm, by = (2, 1, 0) mm)",
-    "turned": WALL + "support held = rotated(bar, where = x >= 20 mm, axis = +x, angle = 20 deg,"
+    "rotated": WALL + "support held = rotated(bar, where = x >= 20 mm, axis = +x, angle = 20 deg,"
     " through = (0, 5, 5) mm)",
     "symmetric": "support held = symmetric(bar, where = x <= 0 mm)\nsupport side = symmetric(bar, where = y <= 0 mm)\n"
     "support below = symmetric(bar, where = z <= 0 mm)",
-    "bedded": "support held = elastic_foundation(bar, where = x <= 0 mm, stiffness = 1 kPa/mm)",
-    "level": WALL.replace("x <= 0 mm", "x <= 0 mm and y <= 5 mm")
+    "elastic_foundation": "support held = elastic_foundation(bar, where = x <= 0 mm, stiffness = 1 kPa/mm)",
+    "rigid_plate": WALL.replace("x <= 0 mm", "x <= 0 mm and y <= 5 mm")
     + "support held = rigid_plate(bar, where = x >= 20 mm)",
 }
 NO_REACTION = {
     "drained": "it holds the pressure of a fluid: test_broken_energies.py",
     "pore_pressure": "it holds the pressure of a fluid: test_broken_energies.py",
-    "hinged": "networks of beams only: `tests/interpreter/test_networks.py` breaks their reactions",
-    "follows": "it needs a file of tracked points: its motion is measured, and its reaction that of `displaced`",
+    "pinned": "networks of beams only: `tests/interpreter/test_networks.py` breaks their reactions",
+    "measured_motion": "it needs a file of tracked points; its reaction is found as that of `displaced`",
 }
 
 
@@ -407,7 +407,7 @@ def _more(vector: Any) -> tuple[float, ...]:
 def support_text(name: str) -> str:
     known = name in SUPPORT_TEXTS or name in NO_REACTION
     assert known, f"no scene here breaks the support `{name}`: add its words to SUPPORT_TEXTS"
-    pull, shear = {"symmetric": (1000, 0), "level": (300, 0)}.get(name, (300, 100))
+    pull, shear = {"symmetric": (1000, 0), "rigid_plate": (300, 0)}.get(name, (300, 100))
     return HELD.format(support=SUPPORT_TEXTS[name], pull=pull, shear=shear)
 
 
@@ -429,7 +429,7 @@ def test_a_wrong_reaction_is_seen(name: str, monkeypatch: pytest.MonkeyPatch) ->
     assert said_of(text), f"the reaction of {name} is 5 % wrong, and nothing is said"
 
 
-@pytest.mark.parametrize("name", some_quick([n for n in SUPPORTS if n in ("fixed", "displaced", "turned")]))
+@pytest.mark.parametrize("name", some_quick([n for n in SUPPORTS if n in ("fixed", "displaced", "rotated")]))
 def test_a_wrong_motion_is_seen(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """What supports impose, of another size or, of what is held, not nothing."""
     text = support_text(name)

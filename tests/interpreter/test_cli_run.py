@@ -280,7 +280,7 @@ def test_a_missing_data_set_leaves_the_models_and_is_named(tmp_path: Path) -> No
     ("probe", "code"),
     [
         ("surface(beam, size = 5 mm, where = x > 200 mm)", "E302"),
-        ("nodes(beam, mesh = mesh(NAME, unit = 1 mm))", "E403"),
+        ("mesh_nodes(beam, mesh = mesh(NAME, unit = 1 mm))", "E403"),
     ],
 )
 def test_a_probe_that_cannot_be_placed_is_an_error_of_the_scene(tmp_path: Path, probe: str, code: str) -> None:

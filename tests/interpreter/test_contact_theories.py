@@ -162,7 +162,11 @@ def test_a_quarter_carries_a_quarter() -> None:
         ("cylinder(radius = 5 mm, length = 20 mm, axis = +z, origin = (0, 0, 0.1) mm)", "punch", 5e-3),
         ("punch(radius = 5 mm, rounding = 0.5 mm, length = 20 mm, origin = (0, 0, 0.1) mm)", "punch", 4.5e-3),
         ("cone(length = 10 mm, radius = 10 mm, axis = -z, origin = (0, 0, 10.1) mm)", "cone", math.pi / 4),
-        ("tip(angle = 90 deg, rounding = 0.1 mm, length = 10 mm, origin = (0, 0, 0.1) mm)", "cone", math.pi / 4),
+        (
+            "rounded_cone(angle = 90 deg, rounding = 0.1 mm, length = 10 mm, origin = (0, 0, 0.1) mm)",
+            "cone",
+            math.pi / 4,
+        ),
     ],
 )
 def test_cones_and_punches(shape: str, kind: str, size: float) -> None:
@@ -208,7 +212,7 @@ def test_a_cylinder_on_a_strip() -> None:
         softmark.loads("softmark 1\n" + lost)
 
 
-DRAGGED = BLOCK.replace("between(ball, block)", "between(ball, block, friction = 0.5)").replace(
+DRAGGED = BLOCK.replace("rigid_contact(ball, block)", "rigid_contact(ball, block, friction = 0.5)").replace(
     "hertz", "cattaneo_mindlin"
 )
 ALONG = "support drag = displaced(ball, by = (0.11233, 0, 0) mm)\n"
@@ -250,7 +254,7 @@ def test_a_bar_that_a_wall_stops() -> None:
 @pytest.mark.parametrize(
     ("text", "change", "why"),
     [
-        (BLOCK, ("between(ball, block)", "between(ball, block, friction = 0.2)"), "friction of 0.2"),
+        (BLOCK, ("rigid_contact(ball, block)", "rigid_contact(ball, block, friction = 0.2)"), "friction of 0.2"),
         (BLOCK, ("fixed(block, where = z <= -200 mm)", "fixed(block, where = x <= -200 mm)"), "not the far face"),
         (BLOCK, ("-200 mm)\nsup", "-200 mm)\nload weight = gravity(9.81 m/s^2)\nsup"), "`weight` acts as well"),
         (BLOCK, ("contact  touch = rigid_contact(ball, block)", "contact touch = rigid_contact(ball, block)\n"
@@ -261,7 +265,7 @@ def test_a_bar_that_a_wall_stops() -> None:
         (BLOCK, ("hertz", "sneddon"), "presses is a sphere"),
         (BLOCK, ("hertz", "signorini"), "is no plane"),
         (BLOCK, ("hertz", "elastica"), "left out"),
-        (BLOCK, ("displaced(ball, by = (0, 0, -0.6) mm)", "turned(ball, axis = +z, angle = 5 deg)"), "turns"),
+        (BLOCK, ("displaced(ball, by = (0, 0, -0.6) mm)", "rotated(ball, axis = +z, angle = 5 deg)"), "turns"),
         (BLOCK, (BALL, "cylinder(radius = 5 mm, length = 20 mm, axis = +x, origin = (0, 0, 9) mm)"), "not normal"),
         (BLOCK, (BALL, "box(size = (9, 9, 9) mm, origin = (0, 0, 1) mm)"), "no sphere, cylinder, cone or punch"),
         (BLOCK, ("-0.6) mm)", "-0.6) mm)\nsupport tilt = displaced(block, where = y <= -150 mm, by = (0, 0, 0) mm)"),
@@ -271,7 +275,8 @@ def test_a_bar_that_a_wall_stops() -> None:
         (STRIP, ("hertz_line", "pressed_layer"), "presses is a cylinder"),
         (STRIP, (ROLL, "cone(length = 10 m, radius = 9 m, axis = -y, origin = (40, 30.02, 0) m)"),
          "cut along its axis"),
-        (STRIP, (ROLL, "tip(angle = 90 deg, rounding = 1 m, length = 9 m, axis = +y, origin = (40, 20.02, 0) m)"),
+        (STRIP,
+         (ROLL, "rounded_cone(angle = 90 deg, rounding = 1 m, length = 9 m, axis = +y, origin = (40, 20.02, 0) m)"),
          "cut along its axis"),
         (DRAGGED, ("by = (0, 0, -0.6)", "by = (0.1, 0, -0.6)"), "dragged while"),
         (BAR, ("components = x)\nsupport  side", ")\nsupport  side"), "cannot grow narrower"),

@@ -94,10 +94,10 @@ def test_what_has_no_words_is_not_told() -> None:
     [
         ("analysis rest = static()", "analysis rest = dynamic(duration = 1 s, step = 10 ms)", "dynamic"),
         ("displaced(bar, where = x >= 30 mm, by = (1 mm, 0 mm, 0 mm), components = x)",
-         "turned(bar, where = x >= 30 mm, axis = +x, angle = 30 deg)", "support `pull`"),
+         "rotated(bar, where = x >= 30 mm, axis = +x, angle = 30 deg)", "support `pull`"),
         ("traction(bar, where = z >= 10 mm, vector = (0, 20, 5) Pa)",
          "pressure(bar, where = z >= 10 mm, magnitude = 5 Pa)", "load `push`"),
-        ("strain = finite,", "strain = finite, max_iterations = 3,", "cap"),
+        ("strain = finite,", "strain = finite, max_iterations = 3,", "max_iterations"),
         ("young = 10 kPa", "young = 10 kPa * (2 + x / 15 mm)", "NeoHookean"),
     ],
 )  # fmt: skip

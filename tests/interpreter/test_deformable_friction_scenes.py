@@ -39,7 +39,7 @@ metric   way  = slip(rub)
 metric   still = stick_area(rub)
 metric   area = contact_area(rub)
 """
-RUBS = "itself(pair, where = y >= 5 mm and y <= 5.02 mm, friction = 0.3)"
+RUBS = "self_contact(pair, where = y >= 5 mm and y <= 5.02 mm, friction = 0.3)"
 
 
 def found(text: str) -> dict[str, np.ndarray]:
@@ -127,7 +127,7 @@ def cubes(contact: str, by: str, strain: str) -> str:
 
 @pytest.mark.parametrize(
     ("contact", "strain", "remedy"),
-    [("tied(pair)", "finite", "let the surfaces meet"), ("itself(pair)", "small", "take `strain = finite`")],
+    [("tied(pair)", "finite", "let the surfaces meet"), ("self_contact(pair)", "small", "take `strain = finite`")],
 )
 def test_moments_of_what_pieces_exchange_are_told_with_a_remedy(contact: str, strain: str, remedy: str) -> None:
     model = loads(cubes(contact, "(0.2, 0, -0.1)", strain)).run().models["cubes"]
@@ -138,7 +138,7 @@ def test_moments_of_what_pieces_exchange_are_told_with_a_remedy(contact: str, st
 @pytest.mark.slow
 def test_the_gap_between_pieces_is_a_part_of_the_stated_error() -> None:
     """Both are thicker by it: of a force that grows in proportion twice the mean gap over the travel."""
-    loaded = loads(cubes("itself(pair, distance = 20 um)", "(0, 0, -0.1)", "finite"))
+    loaded = loads(cubes("self_contact(pair, distance = 20 um)", "(0, 0, -0.1)", "finite"))
     model = run_pipeline.run_scene(
         loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(stated=("cubes",))
     ).models["cubes"]
@@ -152,7 +152,7 @@ def test_the_gap_between_pieces_is_a_part_of_the_stated_error() -> None:
 @pytest.mark.parametrize("friction", ["", ", friction = 0.3"])
 def test_the_gap_between_pieces_that_move_is_a_part_of_it_too(friction: str) -> None:
     """The mean gap where it presses, less than the distance of the barrier."""
-    text = SCENE.replace("CONTACT", f"itself(pair, where = y >= 5 mm and y <= 5.02 mm{friction})")
+    text = SCENE.replace("CONTACT", f"self_contact(pair, where = y >= 5 mm and y <= 5.02 mm{friction})")
     text = text.replace("static(states = [0, 50, 100] %)", "dynamic(duration = 1 ms, step = 0.5 ms)")
     text = text.replace(", amplitude = per_state", "").replace("size = 2.5", "size = 5").replace("support  hand", "# ")
     text = text[: text.index("metric")] + "probe mid = point(pair, at = (20, 10, 0) mm)\n"

@@ -99,7 +99,9 @@ def test_newton_moves_them_by_block_descent() -> None:
     pytest.importorskip("newton")
     text = FALL.format(law="neo_hookean", integrator="implicit_euler", b="0 ms")
     text = "\n".join(line for line in text.splitlines() if not line.startswith("support guide"))
-    many = "outside(newton_vbd, tet4, strain = finite, size = 15 mm, iterations = 100, time = 500 s, memory = 16)"
+    many = (
+        "external_solver(newton_vbd, tet4, strain = finite, size = 15 mm, iterations = 100, time = 500 s, memory = 16)"
+    )
     report = run(f"{text}\nmodel theirs = {many}\n")
     theirs = report.models["theirs"]
     assert (theirs.status, theirs.message[:8]) == ("capped", "100 iter")

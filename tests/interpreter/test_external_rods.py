@@ -83,7 +83,7 @@ def test_a_rod_that_remembers_or_knows_directions_is_none_of_others() -> None:
     """`beam6dof` remembers: what another program would move in its place is elastic. Fibres are an error."""
     own = SWING.format(shape=ROUND, damping="") + rods((4, "0.5 ms"))
     law = "linear_elastic(young = 600 kPa, poisson = 0.49, density = 1070 kg/m^3)"
-    relaxing = own.replace(law, f"viscous({law}, g = [0.5], tau = [1 s])")
+    relaxing = own.replace(law, f"viscoelastic({law}, g = [0.5], tau = [1 s])")
     (warning,) = [w for w in softmark.loads(relaxing).warnings if w.code == "W710"]
     assert "stress that relaxes" in warning.message
     fibres = "transversely_isotropic(shear = 9 kPa, k1 = 1 kPa, k2 = 1, fibres = +x, density = 1070 kg/m^3)"

@@ -117,7 +117,7 @@ def test_on_a_flat_face_it_is_the_traction_along_it_alone() -> None:
     text += "metric far = displacement(tip, along = +x)\n"
     pulls = (
         "traction(block, where = x >= 20 mm, vector = (60, 80, 0) Pa)",  # 100 Pa (0.6, 0.8, 0) of 0.6 of the area
-        "tension(block, where = x >= 20 mm, magnitude = 166.66666666666667 Pa, direction = (3, 4, 0))",
+        "remote_stress(block, where = x >= 20 mm, magnitude = 166.66666666666667 Pa, direction = (3, 4, 0))",
     )
     traction, tension = (report_of(f"{text}load pull = {pull}\n").models["m"] for pull in pulls)
     assert tension.metrics["far"].value == pytest.approx(traction.metrics["far"].value, rel=1e-12)

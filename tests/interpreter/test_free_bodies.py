@@ -234,7 +234,7 @@ def test_what_friction_turns_of_a_ball_the_block_takes() -> None:
     """Momentum of both to 1e-8. The ball's moment of momentum about the origin changes by what the contact's moment on
     the block sums up to, to 3e-3 at steps of .2 ms: its arms are those of the ends of steps, of first order."""
     text = HIT.format(shape=BALL, integrator="trapezoidal", end="10 ms", step="0.2 ms")
-    text = text.replace("between(stone, block)", "between(stone, block, friction = 0.3)")
+    text = text.replace("rigid_contact(stone, block)", "rigid_contact(stone, block, friction = 0.3)")
     text += "".join(f"metric m{a} = moment(hit, along = +{a}, about = (0, 0, 0) mm)\n" for a in "xyz")
     report = loads(text).run().models["hexes"]
     assert report.status == "converged"

@@ -63,7 +63,9 @@ def test_a_report_tells_of_friction(tmp_path: Path, report_of: Callable[[Path], 
     implicit Euler goes by the speeds of the ends of steps.
     """
     file = written(tmp_path, speed=0, end="10 ms", away=0.001)
-    text = file.read_text(encoding="utf-8").replace("between(wall, bar)", "between(wall, bar, friction = 0.3)")
+    text = file.read_text(encoding="utf-8").replace(
+        "rigid_contact(wall, bar)", "rigid_contact(wall, bar, friction = 0.3)"
+    )
     text = text.replace("(0, 0, 0) m/s, integrator = trapezoidal", "(0.1, 0, 0) m/s").replace("0.1 ms", "0.5 ms")
     text = text.replace("(10, 10, 40)", "(40, 10, 10)")  # which does not bend
     file.write_text(text + "load     sag  = gravity(9.81 m/s^2)\n", encoding="utf-8")

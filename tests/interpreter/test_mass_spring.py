@@ -335,8 +335,8 @@ def test_a_measurement_is_fitted_at_full_load_only() -> None:
     ("metric", "code", "label"),
     [
         ("displacement(axis, along = -z)", "E521", "compares with no reference"),
-        ("energy_norm(axis, against = rod)", "E521", "a model"),
-        ("energy_norm(other, against = theory)", "E505", "different bodies"),
+        ("relative_l2_error(axis, against = rod)", "E521", "a model"),
+        ("relative_l2_error(other, against = theory)", "E505", "different bodies"),
     ],
 )
 def test_what_cannot_be_fitted_to(metric: str, code: str, label: str) -> None:

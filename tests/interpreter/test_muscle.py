@@ -46,7 +46,7 @@ def computed(law: str, muscle: str, more: str = "", model: str = TIGHT, size: st
     Of a single cell, from a file, where a folder is given.
     """
     text = CUBE.format(law=law, muscle=muscle, more=more, model=model, size=size)
-    if "viscous" in more:  # whose stress is not recovered to points
+    if "viscoelastic" in more:  # whose stress is not recovered to points
         text = text.replace(SIGMA, "")
     if at is None:
         scene = softmark.loads(text)
@@ -349,7 +349,7 @@ def test_what_is_said_of_courses(muscle: str, more: str, codes: list[str]) -> No
 @pytest.mark.parametrize(("muscle", "code"), [
     ("active(damper, tension = 1 kPa, own = +x)", "E367"),
     ("active_strain(damper, shortening = 10 %, own = +x)", "E367"),
-    ("viscous(pulling, g = [0.5], tau = [1] s)", "E363"),
+    ("viscoelastic(pulling, g = [0.5], tau = [1] s)", "E363"),
 ])  # fmt: skip
 def test_what_relaxes_is_no_muscle(muscle: str, code: str) -> None:
     """Memory is known of isotropic laws alone, and is said to be so."""

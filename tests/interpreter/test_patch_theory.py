@@ -123,7 +123,7 @@ def test_a_gap_that_is_not_closed_is_left() -> None:
 def test_three_blocks_and_any_end_that_moves() -> None:
     """Gaps of 0.5 and 0.1 mm: 0.25 mm are left, and P = -0.25 mm / 2.75 m/GPa."""
     third = "box(size = (10, 20, 10) mm, origin = (40.6, 0, 0) mm)"
-    text = PAIR.replace("apart(", "apart(apart(").replace("(10.5, 0, 0) mm))", f"(10.5, 0, 0) mm)), {third})")
+    text = PAIR.replace("disjoint(", "disjoint(disjoint(").replace("(10.5, 0, 0) mm))", f"(10.5, 0, 0) mm)), {third})")
     text = text.replace("x >= 10.2 mm, m", "x >= 10.2 mm and x <= 40.55 mm, m").replace("x >= 40.5 mm", "x >= 50.6 mm")
     again = "contact  again = self_contact(pair, where = x >= 40.5 mm and x <= 40.6 mm)\n"
     found = answer(text + again)
@@ -146,7 +146,7 @@ def test_three_blocks_and_any_end_that_moves() -> None:
     [
         "traction(pair, where = z >= 20 mm, vector = (0, 0, -3) kPa)",
         "pressure(pair, where = z >= 20 mm, magnitude = 3 kPa)",
-        "tension(pair, where = z >= 20 mm, magnitude = 4 kPa, direction = +z)",
+        "remote_stress(pair, where = z >= 20 mm, magnitude = 4 kPa, direction = +z)",
     ],
 )
 def test_a_model_of_glued_blocks_is_held_against_it(load: str) -> None:
@@ -195,7 +195,7 @@ def test_stress_is_known_everywhere() -> None:
         (PAIR, ("origin = (10.5, 0, 0)", "origin = (10.5, 1, 0)"), "with one section"),
         (PAIR, ("box(size = (30, 20, 10) mm, origin = (10.5, 0, 0) mm)",
                 "cylinder(radius = 5 mm, length = 30 mm, axis = +x, origin = (10.5, 9, 5) mm)"), "no boxes"),
-        (PAIR, ("apart(box(size = (10, 20, 10) mm), box(size = (30, 20, 10) mm, origin = (10.5, 0, 0) mm))",
+        (PAIR, ("disjoint(box(size = (10, 20, 10) mm), box(size = (30, 20, 10) mm, origin = (10.5, 0, 0) mm))",
                 "box(size = (40.5, 20, 10) mm)"), "is in one piece"),
         (PAIR, ("where = x >= 10 mm and x", "where = y >= 1 mm and x >= 10 mm and x"), "takes a part of a joint"),
         (PAIR, ("x >= 10.2 mm, m", "x >= 20 mm, m"), "no whole block"),

@@ -22,7 +22,7 @@ metric area = contact_area(touch)
 metric left = gap(touch)
 """
 PIECES = (
-    "apart(quadrilateral((0, 0, 0) mm, (10, 0, 0) mm, (10, 10, 0) mm, (0, 10, 0) mm),"
+    "disjoint(quadrilateral((0, 0, 0) mm, (10, 0, 0) mm, (10, 10, 0) mm, (0, 10, 0) mm),"
     " quadrilateral((0, {low}, 0) mm, (10, {low}, 0) mm, (10, 20, 0) mm, (0, 20, 0) mm))"
 )
 PRESSED = """
@@ -65,7 +65,7 @@ def test_the_area_under_a_roller() -> None:
 
 @pytest.mark.parametrize(
     ("contact", "strain", "low"),
-    [("itself(block, where = y >= 5 mm and y <= 15 mm)", "finite", 10.5), ("tied(block)", "small", 10.0)],
+    [("self_contact(block, where = y >= 5 mm and y <= 15 mm)", "finite", 10.5), ("tied(block)", "small", 10.0)],
 )
 def test_pieces_of_a_slice(contact: str, strain: str, low: float) -> None:
     """Of 1 m a barrier as thick as the gap pressed 1.8 times as hard as of 1 mm, and a joint gave way by 0.5 %."""

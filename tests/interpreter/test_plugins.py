@@ -234,7 +234,9 @@ THEIRS = HEAD.replace('{"metrics": {"sway": "Sway"}}', '{"adapters": {"theirs": 
     'install, refuses, write, command, read = "by hand", print, print, print, print\n'
     'def version():\n    return "1"\n'
 )
-OUTSIDE = WITHOUT.replace("beam6dof(segments = 2)", "outside(theirs, element = hex8, strain = small, size = 10 mm)")
+OUTSIDE = WITHOUT.replace(
+    "beam6dof(segments = 2)", "external_solver(theirs, element = hex8, strain = small, size = 10 mm)"
+)
 
 
 @pytest.mark.parametrize(("text", "scene"), [(SLAB, FLAT), (THEIRS, OUTSIDE)])

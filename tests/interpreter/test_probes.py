@@ -113,7 +113,7 @@ def test_the_held_face_ends_where_its_support_does() -> None:
 
 @pytest.mark.parametrize(
     "declaration",
-    ["surface(block, size = 5 mm, where = z > 25 mm)", "nodes(block, mesh = cells_of, where = z > 25 mm)"],
+    ["surface(block, size = 5 mm, where = z > 25 mm)", "mesh_nodes(block, mesh = cells_of, where = z > 25 mm)"],
 )
 def test_a_condition_that_selects_nothing_is_refused(tmp_path: Path, declaration: str) -> None:
     scene = written(tmp_path, declaration)
@@ -125,7 +125,7 @@ def test_a_condition_that_selects_nothing_is_refused(tmp_path: Path, declaration
 @pytest.mark.parametrize(
     ("declaration", "body", "owner"),
     [
-        ("nodes(block, mesh = cells_of)", "box(size = (60, 20, 20) mm)", "here"),
+        ("mesh_nodes(block, mesh = cells_of)", "box(size = (60, 20, 20) mm)", "here"),
         ("surface(block, mesh = cells_of)", "box(size = (60, 20, 20) mm)", "here"),
         ("surface(block)", "cells_of", "block"),
         ("volume(block)", "cells_of", "block"),
@@ -152,9 +152,9 @@ def written(folder: Path, declaration: str) -> softmark.LoadedScene:
 
 
 def test_nodes_are_those_of_the_mesh_in_its_order(tmp_path: Path) -> None:
-    found = written(tmp_path, "nodes(block, mesh = cells_of)").run().models["cells"].probes["here"]
+    found = written(tmp_path, "mesh_nodes(block, mesh = cells_of)").run().models["cells"].probes["here"]
     np.testing.assert_allclose(found.points, Box((0.06, 0.02, 0.02)).mesh("hex8", 0.01).points, atol=1e-15)
-    part = written(tmp_path, "nodes(block, mesh = cells_of, where = x >= 60 mm)").run().models["cells"]
+    part = written(tmp_path, "mesh_nodes(block, mesh = cells_of, where = x >= 60 mm)").run().models["cells"]
     assert len(part.probes["here"].points) == 9
     np.testing.assert_allclose(part.probes["here"].displacement, np.tile([0.006, 0, 0], (9, 1)), atol=1e-12)
 

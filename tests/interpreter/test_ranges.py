@@ -50,7 +50,9 @@ def test_ranges_say_where_a_model_is_right_and_what_comes_beyond() -> None:
     ]
 
 
-@pytest.mark.parametrize("model", ["fem", "beam6dof", "mass_spring", "modal", "between", "rigid", "pressed_layer"])
+@pytest.mark.parametrize(
+    "model", ["fem", "beam6dof", "mass_spring", "modal", "rigid_contact", "rigid", "pressed_layer"]
+)
 def test_the_page_of_a_model_shows_its_measured_range(model: str) -> None:
     measured = validity_ranges.lines(model)
     assert measured
@@ -63,5 +65,5 @@ def test_what_was_not_measured_shows_no_range() -> None:
 
 
 def test_a_study_of_other_words_is_not_on_the_page_of_its_models() -> None:
-    assert "layer of gel" in "\n".join(validity_ranges.lines("between"))
+    assert "layer of gel" in "\n".join(validity_ranges.lines("rigid_contact"))
     assert "layer of gel" not in "\n".join(validity_ranges.lines("fem"))

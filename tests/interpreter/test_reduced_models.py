@@ -276,7 +276,7 @@ def test_it_has_the_mesh_of_the_full_model_for_other_programs() -> None:
 def test_a_reduced_body_moves_as_the_full_one() -> None:
     """A load that grows over a period of the beam: the motion stays near states at rest, on which it was trained."""
     text = BEAM.replace("direction = -z)", "direction = -z, amplitude = smooth(over = 100 ms))")
-    text = text.replace("energy_norm", "course_norm")
+    text = text.replace("relative_l2_error", "trajectory_error")
     text += "analysis fall = dynamic(duration = 0.15 s, step = 5 ms, integrator = newmark)\n"
     text += "model p = pod(of = full, modes = 4)\n"
     text += "model few = pod(of = full, modes = 4, cells = sampled, sampling = 0.2 %)\n"
@@ -291,7 +291,7 @@ def test_a_reduced_body_moves_as_the_full_one() -> None:
 @pytest.mark.slow
 def test_explicit_steps_take_the_unit_mass_of_the_space() -> None:
     """0.1 ms is below the critical step of the full mesh; both march the same equations."""
-    text = BEAM.replace("energy_norm", "course_norm").replace("size = 10 mm", "size = 10 mm, mass = lumped")
+    text = BEAM.replace("relative_l2_error", "trajectory_error").replace("size = 10 mm", "size = 10 mm, mass = lumped")
     text += "analysis fall = dynamic(duration = 20 ms, step = 0.1 ms, integrator = central_differences)\n"
     report = run(text + "model m = modal(of = full, modes = 12)\n")
     assert error(report.models["m"]) < 0.02

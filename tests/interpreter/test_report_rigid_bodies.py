@@ -100,7 +100,7 @@ def test_what_turns_is_drawn_turned() -> None:
     """A quarter turn about a line along y through (10, 10, 30) mm, and 2 mm downwards."""
     own = seen(pressed(
         "box(size = (4, 6, 8) mm, origin = (10, 10, 30) mm)",
-        "turned(tool, angle = 90 deg, axis = (0, 1, 0), through = (10, 10, 30) mm)\n"
+        "rotated(tool, angle = 90 deg, axis = (0, 1, 0), through = (10, 10, 30) mm)\n"
         "support down = displaced(tool, by = (0, 0, -2) mm)",
     ))  # fmt: skip
     np.testing.assert_allclose(own.at(-1).min(axis=0), [0.010, 0.010, 0.024], atol=1e-9)

@@ -220,7 +220,7 @@ def test_what_is_no_text_of_the_scene_counts_as_well(first: Path, monkeypatch: p
 def test_another_program_of_the_same_number_is_another(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     own = tmp_path / "ccx"
     monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
-    text = changed("beam6dof(segments = 10)", "outside(calculix, hex8, strain = small, size = 10 mm)")
+    text = changed("beam6dof(segments = 10)", "external_solver(calculix, hex8, strain = small, size = 10 mm)")
     (tmp_path / "gels.scene").write_text(GELS, encoding="utf-8")
 
     def keyed() -> dict[str, str]:

@@ -339,7 +339,7 @@ def test_a_scene_without_states_pays_nothing() -> None:
 def test_whatever_has_a_course_says_that_it_may_be_that_of_states(kind: str) -> None:
     """What `dsl explain` says of the field, where every load and support takes `amplitude = per_state`."""
     known = (CATALOGUE.constructor(kind, name) for name in CATALOGUE[kind])
-    amplitudes = {c.name: field for c in known if c is not None and (field := c.field("course")) is not None}
+    amplitudes = {c.name: field for c in known if c is not None and (field := c.field("amplitude")) is not None}
     assert len(amplitudes) >= 2
     amplitudes.pop("pore_pressure", None)  # fluid flows in time: no state comes at once after another
     assert [name for name, field in amplitudes.items() if "from state to state" not in field.meaning] == []

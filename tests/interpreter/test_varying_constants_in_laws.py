@@ -13,12 +13,12 @@ CONSTANTS = {
     "poisson": "young = 50 kPa, poisson = 0.3 + 0.1 * x / (1 m), density = 1000 kg/m^3",
     "density": "young = 50 kPa, poisson = 0.3, density = 1000 kg/m^3 + x * 1 kg/m^3 / (1 mm)",
 }
-RELAXING = "viscous({}, g = [0.5], tau = [1] s)"
+RELAXING = "viscoelastic({}, g = [0.5], tau = [1] s)"
 PULLING = "active({}, tension = 1 kPa, own = +x)"
 SHORTENING = "active_strain({}, shortening = 0.1, own = +x)"
 POROUS = "biphasic({}, permeability = 1e-12 m^4/(N*s))"
 WRAPPED = {
-    "plain": "{}", "active": PULLING, "active_strain": SHORTENING, "viscous": RELAXING, "biphasic": POROUS,
+    "plain": "{}", "active": PULLING, "active_strain": SHORTENING, "viscoelastic": RELAXING, "biphasic": POROUS,
     "whole": RELAXING.replace("tau", "of = whole, tau"), "no_fibres": "active({}, tension = 1 kPa)",
     "viscous_active": RELAXING.format(PULLING), "active_viscous": PULLING.format(RELAXING),
     "biphasic_active": POROUS.format(PULLING), "active_biphasic": PULLING.format(POROUS),
@@ -37,7 +37,7 @@ SOLID = ("fem(tet10, strain = finite, size = 5 mm)",
          "fem(hex8, strain = small, formulation = mean_dilatation, size = 5 mm)",
          "beam6dof(segments = 4)", "homogeneous(state = uniaxial)",
          "mass_spring(size = 5 mm, stiffness = from_material())",
-         "outside(program = febio, element = tet10, strain = finite, size = 5 mm)")  # fmt: skip
+         "external_solver(program = febio, element = tet10, strain = finite, size = 5 mm)")  # fmt: skip
 
 
 @pytest.mark.parametrize("wrapped", WRAPPED)

@@ -193,7 +193,9 @@ def test_a_swing_that_steps_do_not_show_is_refused_where_it_is_remembered() -> N
     few = timed.replace("step = 1 s", "step = 200 ms")
     assert "W377" in codes(linear(tau="100, 1000") + moved + few)
     elastic = (
-        (linear() + moved).replace("viscous(", "").replace(", g = [0.3, 0.2],\n    tau = [1, 10] s, of = whole)", "")
+        (linear() + moved)
+        .replace("viscoelastic(", "")
+        .replace(", g = [0.3, 0.2],\n    tau = [1, 10] s, of = whole)", "")
     )
     elastic = "\n".join(line for line in elastic.splitlines() if "rod" not in line)
     assert not {"E381", "W377"} & set(codes(elastic + "\n" + timed))

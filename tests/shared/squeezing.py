@@ -16,7 +16,7 @@ ROUND = (  # what is a body of revolution about the way in which it presses, `up
     "half_space(origin = {at}, normal = {down})",
     "sphere(radius = {r} mm, origin = {over})",
     "punch(radius = {r} mm, rounding = {round} mm, length = 20 mm, axis = {up}, origin = {at})",
-    "tip(angle = 120 deg, rounding = {round} mm, length = 20 mm, axis = {up}, origin = {at})",
+    "rounded_cone(angle = 120 deg, rounding = {round} mm, length = 20 mm, axis = {up}, origin = {at})",
     "cylinder(radius = {r} mm, length = 10 mm, axis = {up}, origin = {at})",
     "cone(radius = {r} mm, length = {r} mm, axis = {way}, origin = {over})",
 )

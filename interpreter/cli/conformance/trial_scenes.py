@@ -32,7 +32,7 @@ CLAMP = "support wall = fixed(bar, where = x <= 0 mm)\n"
 LOOK = "probe tip = point(bar, at = (40, 0, 0) mm)\n"
 LOADED = {  # one of each, as a scene has it; a new word needs none of these to be checked by itself
     "gravity": WEIGHT,
-    "remote_stress": "tension(bar, where = x >= 40 mm, magnitude = 1 Pa, direction = +x)",
+    "remote_stress": "remote_stress(bar, where = x >= 40 mm, magnitude = 1 Pa, direction = +x)",
     "traction": "traction(bar, where = x >= 40 mm, vector = (0, 0, -1) Pa)",
     "pressure": "pressure(bar, where = z >= 10 mm, magnitude = 1 Pa)",
     "point_force": "point_force(bar, at = (40, 0, 0) mm, vector = (0, 0, -0.1) mN)",
@@ -326,7 +326,7 @@ def adapter_breaches(word: str, program: Any, module: Any, folder: Path, plugins
     law, outside = CATALOGUE.constructor("material", laws[0]), CATALOGUE.constructor("model", "external_solver")
     assert law is not None
     assert outside is not None
-    call = f"outside({word}, element = {program.elements[0]}, strain = {strain}, size = 10 mm)"
+    call = f"external_solver({word}, element = {program.elements[0]}, strain = {strain}, size = 10 mm)"
     trial = Trial(outside, call, folder, plugins)
     scene, errors = trial.scene(gel=example(law), model=call)
     yield from [_refusal_breach(errors, trial)] if scene is None else _run_breaches(trial, scene)
