@@ -8,9 +8,9 @@ from softmark.interpreter.language import foreign_aliases, renamed_words
 from softmark.interpreter.language.foreign_words import TABLE
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
-SAME = "## Called otherwise"
-EARLIER = "## Earlier names\n\nSome words had other names once. `dsl fmt --upgrade FILE...` rewrites scenes."
-ELSE = "## Not here\n\nWhat is nearest in meaning is said of each, as messages say it too."
+SAME = "## Other names"
+EARLIER = "## Earlier names\n\nSome words had other names before. `dsl fmt --upgrade FILE...` rewrites scenes."
+ELSE = "## Not available\n\nEach entry gives the closest alternative, as messages do."
 
 
 def page() -> str:

@@ -12,15 +12,15 @@ FOLDER = "messages"
 GROUPS = {  # the name of a page: which codes, and its title
     "text": ("[EW]1", "1: the text"),
     "names": ("[EW]2", "2: names, units, dimensions"),
-    "values": ("E3", "3: values that cannot be"),
-    "doubts": ("W3", "3: doubts about values and answers"),
+    "values": ("E3", "3: invalid values"),
+    "doubts": ("W3", "3: warnings about values and answers"),
     "files": ("[EW]4", "4: files"),
     "models": ("[EW]5", "5: models and references"),
     "contact": ("[EW]6", "6: contact and studies"),
     "others": ("[EW]7", "7: results, plugins, other programs"),
 }
 FENCE = re.compile(r"^```(wrong|right)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-SIGN = "# Messages\n\nWhat `dsl explain CODE` prints. `E` is an error, with which nothing runs; `W` is a warning."
+SIGN = "# Messages\n\nThe text that `dsl explain CODE` prints. An error, `E`, stops the run; `W` is a warning."
 
 
 def pages() -> dict[str, str]:

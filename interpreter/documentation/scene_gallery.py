@@ -22,10 +22,10 @@ PICTURES = ROOM / "pictures" / "gallery"
 FOLDER = "gallery"
 SIGN = """# Gallery
 
-Every scene that comes along, as it was run: a picture, its numbers, what they are held against, and its text.
-`dsl run NAME` runs it here, with a report of all of it that turns."""
+Each shipped scene is shown with a picture, its results, its references, and its text.
+`dsl run NAME` runs it and writes a report with shapes that can be rotated."""
 STALE = """:::{warning}
-The text of this scene has changed since these numbers were taken.
+The text of this scene has changed since these results were computed.
 :::"""
 QUIET = ("converged", "read")  # statuses that are not mentioned
 
@@ -82,7 +82,7 @@ def section(name: str, record: Json | None) -> str:
     head = [f"```{{scene}} {name}\n```", f"## `{name}`"]
     if record is None:
         return "\n\n".join(
-            [*head, "Nobody has run it for these pages yet.", collapsible("Its text", code_block("scene", text))]
+            [*head, "The results of this scene are not available.", collapsible("Its text", code_block("scene", text))]
         )
     stale = [STALE] if record["sha256"] != text_hash(name) else []
     picture = (

@@ -23,7 +23,7 @@ from softmark.interpreter.validation.constructor_registry import CATALOGUE
 from softmark.references.reference_base import Reference
 
 FOLDER = "reference"
-SIGN = "# The words of the language\n\nWhat `dsl explain NAME` prints, as pages; made from the classes themselves."
+SIGN = "# The words of the language\n\nThese pages contain the text that `dsl explain NAME` prints."
 
 
 def pages() -> dict[str, str]:
@@ -140,7 +140,7 @@ def _size(name: str, page: str) -> str:
 
 def _library() -> str:
     """Return the materials of the library with their sources."""
-    head = "# The library of materials\n\nOf each `dsl explain NAME` shows the curve of a pull as well."
+    head = "# The library of materials\n\n`dsl explain NAME` also plots the tension curve of a material."
     return "\n\n".join([head, *(_library_section(own) for own in materials().values())]) + "\n"
 
 

@@ -60,7 +60,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
     for body in scene.of_kind("rigid").values():
         if sure and body.name not in named and scene.acting("support", body.name):
             yield diagnostic("W614", body.at(), f"no contact names `{body.name}`, which is rigid: it touches nothing",
-                             "without a contact", "say what it touches: `contact touch = between("
+                             "without a contact", "say what it touches: `contact touch = rigid_contact("
                              f"{body.name}, BODY)`, or leave it out")  # fmt: skip
         yield from _check_actions(scene, body)
         yield from _check_supports(scene, body)

@@ -103,7 +103,7 @@ def settings(size: str) -> dict[str, list[tuple[str, str]]]:
     return {
         "ours": [(step, f"{fem}, strain = finite)") for step in STEPS],
         "ours, turning": [(step, f"{fem}, strain = corotational)") for step in STEPS],
-        "ours, one iteration": [(step, f"{fem}, strain = corotational, cap = 1)") for step in STEPS],
+        "ours, one iteration": [(step, f"{fem}, strain = corotational, max_iterations = 1)") for step in STEPS],
         "mujoco": [(step, f"external_solver(mujoco, {of}, iterations = 1000)") for step in STEPS],
         "mujoco, few": [("2 ms", f"external_solver(mujoco, {of}, iterations = {n})") for n in SWEEPS],
         "newton_vbd": [("2 ms", f"external_solver(newton_vbd, {of}, iterations = {n})") for n in SWEEPS],

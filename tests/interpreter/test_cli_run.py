@@ -213,7 +213,8 @@ def test_new_scenes_come_with_what_they_read(tmp_path: Path) -> None:
     listed = dsl("new", "--list", cwd=tmp_path).stdout
     names = [line.partition(":")[0] for line in listed.splitlines() if line and not line.startswith(" ")]
     assert {"beam", "pull", "press", "inclusion", "actuator", "organ", "network"} <= set(names)
-    assert "pull: My pull test: a law against a measured curve of force over travel\n  A strip is gripped" in listed
+    title = "My tensile test: a law against a measured curve of force over displacement"
+    assert f"pull: {title}\n  A strip is gripped" in listed
     assert "  writes pull.scene, pull.csv\n" in listed
     assert dsl("new", "pull", "--list", cwd=tmp_path).stdout in listed
 

@@ -311,5 +311,5 @@ def test_forces_of_what_has_none_are_refused() -> None:
 
 def test_the_example_of_the_guide_is_sound() -> None:
     guide = (Path(__file__).parents[2] / "grammar" / "README.md").read_text(encoding="utf-8")
-    example = guide.split("### What pulls from afar")[1].split("```text\n")[1].split("```")[0]
+    example = guide.split("### Remote stress")[1].split("```text\n")[1].split("```")[0]
     assert softmark.loads(example).warnings == ()

@@ -104,7 +104,7 @@ def test_two_blocks_of_two_materials() -> None:
     assert set(facts_of_theory(reference, found)) == {"off", "area_m2", "push_N"}
     moved = found.displacement(np.array([[0.01, 0.02, 0.01], [0.0105, 0.02, 0.01]]))
     assert moved == pytest.approx(np.array([[-2e-4, 1e-4, 5e-5], [-7e-4, 1e-5, 5e-6]]), abs=1e-15)
-    other = PAIR.replace("solid(disjoint(box(size = (10, 20, 10) mm), ", "solid(apart(").replace(
+    other = PAIR.replace("solid(disjoint(box(size = (10, 20, 10) mm), ", "solid(disjoint(").replace(
         "origin = (10.5, 0, 0) mm)", "origin = (10.5, 0, 0) mm), box(size = (10, 20, 10) mm)")  # fmt: skip
     rest = at_rest_of(*case(other), answer(other))
     assert rest is not None

@@ -62,7 +62,7 @@ def test_a_scene_that_has_changed_says_so() -> None:
     record = scene_gallery.load_results()[name]
     assert scene_gallery.STALE not in scene_gallery.section(name, record)
     assert scene_gallery.STALE in scene_gallery.section(name, {**record, "sha256": "0"})
-    assert "Nobody has run it" in scene_gallery.section(name, None)
+    assert "results of this scene are not available" in scene_gallery.section(name, None)
 
 
 def test_docstrings_become_paragraphs_and_formulas() -> None:
