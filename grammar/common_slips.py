@@ -22,7 +22,7 @@ from softmark.records import dataclass
 
 VALUES = frozenset({"NAME", "PATH", "NUMBER", "STRING", "LPAR", "LSQB", "UNIT"})  # tokens that start a value
 FAR = 400  # characters examined behind a comment
-SHAPE = "a declaration reads `kind name = value`"
+SHAPE = "write a declaration as `kind name = value`"
 WORDS_FOR = {  # kinds of token that have no fixed text
     "NUMBER": "a value",
     "NAME": "a name",
@@ -167,19 +167,21 @@ def _junk(slip: Slip) -> Diagnostic | None:
     text = slip.found.text
     match slip.found.kind:
         case "UNCLOSED_STRING":
-            return slip.say("E103", "the text is not closed", 'a text ends on the line it starts on, with `"`')
+            return slip.say("E103", "the text is not closed", 'close the text with `"` on the line on which it starts')
         case "SEMICOLON":
-            return slip.say("E107", "a declaration ends with its line, without `;`", Remedy("remove the `;`", Fix("")))
+            return slip.say(
+                "E107", "a declaration ends at the end of its line, without `;`", Remedy("remove the `;`", Fix(""))
+            )
         case "SLASHES" | "BLOCK_COMMENT":
             remedy = Remedy("write `# ...`", _as_comment(slip))
             return slip.say("E108", f"a comment starts with `#`, not with `{text[:2]}`", remedy)
         case "SINGLE_QUOTED":
-            return slip.say("E109", "a text stands in double quotes", write(f'"{text.strip(chr(39))}"'))
+            return slip.say("E109", "a text must be in double quotes", write(f'"{text.strip(chr(39))}"'))
         case "LBRACE" | "RBRACE":
-            help = "fields go into a call: `material skin = neo_hookean(young = 60 kPa, poisson = 0.49)`"
-            return slip.say("E112", f"there are no blocks in braces, found `{text}`", help)
+            help = "write fields in a call: `material skin = neo_hookean(young = 60 kPa, poisson = 0.49)`"
+            return slip.say("E112", f"blocks in braces do not exist, found `{text}`", help)
         case "FOREIGN_WORD":
-            help = "names are made of the letters A to Z, a to z, digits and `_`"
+            help = "use the letters A to Z, a to z, digits and `_` in names"
             return slip.say("E130", f"`{text[:30]}` is not a name", help)
         case "ILLEGAL":
             return slip.say("E102", f"unexpected {_character(text)}", _replace_lookalike(slip))
@@ -241,22 +243,24 @@ def _wrong_closing(slip: Slip) -> Diagnostic | None:
     if found.kind not in CLOSERS:
         return None
     if not slip.brackets:
-        remedy = Remedy(f"remove the `{found.text}`, or open it before", Fix(""))
-        return slip.say("E105", f"`{found.text}` closes nothing", remedy)
+        remedy = Remedy(f"remove the `{found.text}`, or add its opening bracket", Fix(""))
+        return slip.say("E105", f"`{found.text}` has no opening bracket", remedy)
     opening = slip.tokens[slip.brackets[-1]]
     if OPENERS[opening.kind] == found.kind:
         return None
     message = f"`{opening.text}` of line {opening.line} is closed by `{found.text}`"
-    return slip.say("E104", message, "close the brackets in the order they were opened, each by its own kind")
+    return slip.say(
+        "E104", message, "close the brackets in the order in which they were opened, each with its own kind"
+    )
 
 
 def _brackets_without_items(slip: Slip) -> Diagnostic | None:
     if slip.found.kind != "RPAR" or slip.in_call:
         return None
     if slip.kind(-1) == "COMMA":
-        return slip.say("E126", "a vector has at least two items", "a list may have one: `[1] mm`")
+        return slip.say("E126", "a vector needs at least two items", "write a list, which may have one item: `[1] mm`")
     if slip.kind(-1) == "LPAR":
-        return slip.say("E126", "the brackets are empty", "a list may be empty: `[]`")
+        return slip.say("E126", "the brackets are empty", "write items, or an empty list: `[]`")
     return None
 
 
@@ -269,7 +273,7 @@ def _comma(slip: Slip) -> Diagnostic | None:
     if slip.brackets or END not in slip.accepts:
         return None
     at_end = slip.kind(1) == END
-    message = "a declaration ends without a comma" if at_end else "there is no comma outside brackets"
+    message = "a declaration ends without a comma" if at_end else "a comma is allowed only inside brackets"
     remedy = Remedy("remove the `,`", Fix("")) if at_end else "write one declaration for each"
     return slip.say("E111", message, remedy)
 
@@ -282,7 +286,9 @@ def _equal(slip: Slip) -> Diagnostic | None:
     message = f"expected `=` after `{name}`, found {slip.shown}"
     if _names_declaration(slip) and slip.text(-2) in PROGRAMS:
         return slip.say(
-            "E106", message, "a scene declares and does not run: what varies is a `study NAME = sweep(...)`"
+            "E106",
+            message,
+            "a scene has declarations, not statements; to vary a value, write `study NAME = sweep(...)`",
         )
     if text in (":", ":=", "=="):
         return slip.say("E106", message, Remedy(f"write `{name} = ...`", Fix("=")))
@@ -322,8 +328,8 @@ def _comparison(slip: Slip) -> Diagnostic | None:
     if slip.in_call:
         return _comparison_in_argument(slip)
     if slip.kind(-1) == "NAME" and slip.kind(-2) in ("LPAR", "COMMA") and slip.tokens[0].kind != "EXPECT":
-        return slip.say("E101", help="named values stand in a call: `cylinder(length = 3 mm)`")
-    return slip.say("E117", "`=` gives a name its value; to compare, write `==`", write("=="))
+        return slip.say("E101", help="write named values in a call: `cylinder(length = 3 mm)`")
+    return slip.say("E117", "`=` assigns a value; to compare, write `==`", write("=="))
 
 
 def _comparison_in_argument(slip: Slip) -> Diagnostic | None:
@@ -334,7 +340,7 @@ def _comparison_in_argument(slip: Slip) -> Diagnostic | None:
     if own[:2] != ["NAME", "EQUAL"] or slip.kind(-1) != "NAME" or slip.kind(-2) in VALUES | CLOSERS:
         return None  # `f(a = 1 b = 2)`: a comma is missing
     remedy = write("==", ", or `<=` or `>=` to select a region")
-    return slip.say("E117", "`=` gives a name its value; to compare, write `==`", remedy)
+    return slip.say("E117", "`=` assigns a value; to compare, write `==`", remedy)
 
 
 def _reserved(slip: Slip) -> Diagnostic | None:
@@ -383,7 +389,7 @@ def _unit(slip: Slip) -> Diagnostic | None:
     if slip.found.kind != "UNIT":
         return None
     factor = f"* 1 {slip.text(0)}"
-    message = "a unit follows a number, a vector or a list; here it follows a call or a group"
+    message = "a unit must follow a number, a vector or a list; here it follows a call or a group"
     return slip.say("E118", message, Remedy(f"multiply: `{factor}`", Fix(factor)))
 
 
@@ -392,14 +398,14 @@ def _shape(slip: Slip) -> Diagnostic | None:
     if slip.start != "declaration" or slip.index > 1:
         return None
     if slip.index == 0:
-        help = f"{SHAPE}; one goes on over the end of a line inside brackets, or after an operator"
+        help = f"{SHAPE}; it continues on the next line only inside brackets or after an operator"
         return slip.say("E128", f"a declaration cannot start with {slip.shown}", help)
     if slip.accepts != {"NAME"}:
         return None
     if slip.kind(0) == "PATH":
-        return slip.say("E128", help="a name that is declared has no dots")
+        return slip.say("E128", help="a declared name must not contain dots")
     if slip.kind(-1) == "PARAM":
-        return slip.say("E128", help="a parameter reads `param name = value`")
+        return slip.say("E128", help="write a parameter as `param name = value`")
     if slip.kind(0) == "LPAR":
         return slip.say("E128", help=f"give it a kind and a name: `kind name = {slip.text(-1)}(...)`")
     return slip.say("E128", help=f"{SHAPE}; for a quantity, `param {slip.text(-1)} = ...`")

@@ -32,14 +32,14 @@ def binary(source: Source) -> Diagnostic | None:
     lines = re.split(BREAK, source.text[:place])
     line, column = len(lines), len(lines[-1]) + 1
     span = Span(place, place + 1, line, column, line, column + 1)
-    help = "a scene is a text in UTF-8"
+    help = "save the scene as text in UTF-8"
     return Diagnostic("E125", "this is not a text file", source, span, "a NUL character", help)
 
 
 def more(source: Source, last: Diagnostic, hidden: int) -> Diagnostic:
     """Report how many diagnostics are not shown."""
     count = f"{hidden} more syntax error{'s' if hidden > 1 else ''}"
-    help = "mend those above first"
+    help = "correct those above first"
     return Diagnostic("E199", f"{count} not shown", source, last.span, "after this one", help)
 
 
@@ -64,7 +64,7 @@ def deep(source: Source, tree: Declaration | Expression) -> Diagnostic | None:
         for node, depth in walk(part):
             if depth > MAX_DEPTH:
                 message = f"the expression is nested deeper than {MAX_DEPTH} operations"
-                help = "give a part of it a name of its own with `param`"
+                help = "give a part of it its own name with `param`"
                 return Diagnostic("E122", message, source, node.span, "too deep", help)
     return None
 
@@ -74,7 +74,7 @@ def version(source: Source, number: Token, span: Span, first: bool) -> Diagnosti
     if number.text not in map(str, VERSIONS):
         known = f"known: {', '.join(map(str, VERSIONS))}"
         message = f"version {number.text} of the language is not known"
-        return Diagnostic("E123", message, source, number.span, known, "a newer softmark may know it")
+        return Diagnostic("E123", message, source, number.span, known, "a newer version of softmark may support it")
     if not first:
         message = "the language version is not the first declaration"
         return Diagnostic("E123", message, source, span, help="move it to the first line")
@@ -83,7 +83,7 @@ def version(source: Source, number: Token, span: Span, first: bool) -> Diagnosti
 
 def foreign_word(source: Source, word: Token, instead: str) -> Diagnostic:
     """Report keywords of other languages such as `import` and `let`."""
-    message = f"`{word.text}` is not a word of the language; the one for this is `{instead}`"
+    message = f"`{word.text}` is not a word of the language; it is called `{instead}` here"
     return Diagnostic("E116", message, source, word.span, help=f"as in `{EXAMPLES[instead]}`", fix=Fix(instead))
 
 
@@ -134,5 +134,5 @@ def escape(source: Source, token: Token) -> Diagnostic | None:
         return None
     start, column = token.start + wrong.start(1), token.column + wrong.start(1)
     span = Span(start, start + 2, token.line, column, token.line, column + 2)
-    message = f"`{wrong[1]}` is not an escape"
-    return Diagnostic("E124", message, source, span, help='only `\\"` and `\\\\` are; write paths with `/`')
+    message = f"`{wrong[1]}` is not an escape sequence"
+    return Diagnostic("E124", message, source, span, help='use only `\\"` and `\\\\`; write paths with `/`')

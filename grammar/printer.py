@@ -44,7 +44,7 @@ def format_source(source: Source) -> str:
     text = print_tree(tree, source.text)
     again, wrong = parse(Source(source.name, text))
     if wrong or again != tree:
-        raise CannotFormat(f"the canonical form of {source.name} would mean something else")
+        raise CannotFormat(f"the canonical form of {source.name} would change its meaning")
     if [comment.text for comment in again.comments] != [comment.text for comment in tree.comments]:
         raise CannotFormat(f"the canonical form of {source.name} would lose or swap comments")
     return text

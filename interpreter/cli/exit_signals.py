@@ -106,8 +106,8 @@ def memory_shortage() -> str | None:
     least = min((limit for limit in limits if limit != resource.RLIM_INFINITY), default=NEEDED)
     if least >= NEEDED:
         return None
-    return (f"this process may have {_size(least)} of memory (`ulimit -v`), and numpy, scipy and numba alone need "
-            f"{_size(NEEDED)}; raise the limit")  # fmt: skip
+    return (f"this process is limited to {_size(least)} of memory (`ulimit -v`), but numpy, scipy and numba alone "
+            f"need {_size(NEEDED)}; raise the limit")  # fmt: skip
 
 
 def _size(size: float) -> str:

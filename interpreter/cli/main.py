@@ -25,21 +25,31 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "check": ("check", "parse, resolve, check dimensions and applicability; run nothing"),
     "plan": ("plan", "show what would be built, and which line asks for it"),
     "run": ("run", "run a scene and write its report"),
-    "serve-report": ("serve_report", "serve a report to a browser of this machine; it is loaded again when it changes"),
+    "serve-report": (
+        "serve_report",
+        "serve a report to a browser of this machine; the page reloads when the report changes",
+    ),
     "compare": ("compare", "compare models and settings: error, time, the Pareto front, a recommendation"),
     "judge": ("judge", "judge results that other programs have written, as models of a scene"),
     "import": ("import_deck", "make a scene of another program's mesh or deck; what it does not carry over is listed"),
+<<<<<<< HEAD
     "robustness": ("robustness", "vary parameters until each model fails: where it is wrong, and whether it warns"),
     "stress": ("robustness", "an earlier name of `dsl robustness`"),
+=======
+    "stress": ("robustness", "find where each model stops being right, and whether it warns there"),
+>>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     "export": ("export", "write models as files for another program, with an exam sheet"),
-    "conformance": ("conformance", "put somebody's plugin through the contracts of its words"),
-    "board": ("board", "put every model on every case of a suite: a matrix, profiles, fronts, as a site"),
+    "conformance": ("conformance", "check a plugin against the contracts of its words"),
+    "board": (
+        "board",
+        "run every model on every case of a suite; writes a site with a matrix, profiles and Pareto fronts",
+    ),
     "explain": ("explain", "explain a word of the language or a diagnostic code"),
     "list": ("list_words", "list models, materials, references, metrics, shapes, scenes, codes, ..."),
     "new": ("new", "print a commented starter scene"),
     "docs": ("docs", "open the documentation: tutorial, reference, gallery; no network"),
     "fmt": ("fmt", "rewrite scenes in canonical form"),
-    "editor": ("editor", "write what an editor needs to know scenes: colours, the language server"),
+    "editor": ("editor", "write the files that an editor needs for scenes: highlighting, the language server"),
     "lsp": ("lsp", "serve an editor: the language server"),
     "completion": ("completion", "print the completion script of a shell"),
 }
@@ -94,7 +104,7 @@ def _plugin_error_message(error: Exception) -> str | None:
     """Return a message if the exception comes from plugin code outside any model or metric; else None."""
     plugins = sys.modules.get("softmark.interpreter.language.plugin_words")
     said = plugins.find_faulty_plugin(error) if plugins else None
-    return f"{said}\n`dsl conformance` tries all of a plugin." if said else None
+    return f"{said}\n`dsl conformance` checks all of a plugin." if said else None
 
 
 def _complain(text: str) -> None:

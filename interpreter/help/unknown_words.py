@@ -17,7 +17,7 @@ def hint(name: str) -> str:
     if said := explain_foreign_word(name) or _unit_hint(name):
         return said
     close = find_misspelling(name, _known_names()) if len(name) > 1 else None
-    return f"did you mean `{close}`?" if close else "`dsl list` shows what there is"
+    return f"did you mean `{close}`?" if close else "`dsl list` shows all words"
 
 
 def _known_names() -> list[str]:

@@ -41,7 +41,7 @@ def page(name: str, words: Vocabulary = CATALOGUE) -> str | None:
         return f"`{name}` is an earlier name of `{present}`.\n\n{page(present)}"
     meant = foreign_aliases.WORDS.get(name) or foreign_aliases.SYNONYMS.get(name) or foreign_aliases.CHOICES.get(name)
     if meant and not explain_foreign_word(name) and not unit_page(name):
-        said = f"`{name}` is not a word of this language; what is meant is called `{meant}` here."
+        said = f"`{name}` is not a word of this language; here it is called `{meant}`."
         return f"{said}\n\n{page(meant) or _field_page(meant)}"
     return unit_page(name) or _library_page(name)
 

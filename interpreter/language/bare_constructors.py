@@ -26,7 +26,7 @@ def find_bare_constructor(
             return None
         raise place.fail("E213", node.span, f"expected {field.expected}, found the {kind} `{node.text}`",
                          f"{article(kind)} {kind}",
-                         f"`{node.text}` is {field.expected}, too: give the {kind} another name")  # fmt: skip
+                         f"`{node.text}` is also {field.expected}: give the {kind} another name")  # fmt: skip
     if node.text in words:
         return words[node.text]
     declared = scope.names(module, [field.kind])

@@ -197,7 +197,7 @@ class Binder:
         if nearest(name, [field.name]):
             return did_you_mean(field.name)
         if name in foreign_aliases.CONVERTED:
-            return f"there is `{field.name}`, which is {foreign_aliases.CONVERTED[name]}: {field.doc}"
+            return f"use `{field.name}`, which is {foreign_aliases.CONVERTED[name]}: {field.doc}"
         return Remedy(f"the field is called `{field.name}`: {field.doc}", Fix(field.name))
 
     @staticmethod
@@ -297,9 +297,9 @@ class Binder:
             raise place.fail(
                 "E301",
                 node.span,
-                f"`{field.name}` is beyond what can be computed with",
+                f"`{field.name}` is too large or too small to compute with",
                 f"this is {value:.3g} in SI units",
-                f"quantities of a scene are zero, or {1.0 / FARTHEST:g} to {FARTHEST:g} in SI units",
+                f"use zero, or {1.0 / FARTHEST:g} to {FARTHEST:g} in SI units",
             )
         if field.interval is None or value in field.interval:
             return
@@ -319,7 +319,7 @@ class Binder:
     def _vector(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
         unit = units.vector_unit(field.dimension or units.NONE)
         if isinstance(node, tree.List):
-            help = f"a vector has round brackets: `(0, 0, 1) {unit}`"
+            help = f"write a vector in round brackets: `(0, 0, 1) {unit}`"
             raise place.fail("E207", node.span, f"expected {field.expected}, found a list", "a list", help)
         if isinstance(node, tree.String | tree.Compare):
             raise self.wrong(field, node, place)
@@ -361,7 +361,7 @@ class Binder:
             return word
         if word in field.options:
             raise place.fail(
-                "E212", node.span, f"a choice for `{field.name}` stands without quotes", "a text", write(word)
+                "E212", node.span, f"a choice for `{field.name}` must not be in quotes", "a text", write(word)
             )
         meant = foreign_aliases.CHOICES.get(word)
         close = meant if meant in field.options else find_misspelling(word, field.options)
@@ -399,7 +399,7 @@ class Binder:
         if name in known:
             return name
         close = nearest(name, known)
-        hint = did_you_mean(close, f'"{close}"') if close else "`dsl list data` names them"
+        hint = did_you_mean(close, f'"{close}"') if close else "`dsl list data` lists the data sets"
         raise place.fail("E401", node.span, f"there is no data set `{name}`", "not found", hint)
 
     def _direction(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
@@ -410,7 +410,7 @@ class Binder:
                 return _unit(axis, -1.0 if sign == "-" else 1.0)
             case tree.Name() if node.text in foreign_aliases.DIRECTIONS:
                 low, usual = node.text.lower(), foreign_aliases.DIRECTIONS[node.text]
-                hint = Remedy(f"directions are named by coordinates: {usual}", Fix(low) if low in "xyz" else None)
+                hint = Remedy(f"name a direction by coordinates: {usual}", Fix(low) if low in "xyz" else None)
                 found = f"the name `{node.text}`"
                 raise place.fail("E207", node.span, f"expected {field.expected}, found {found}", found, hint)
             case tree.Vector() | tree.Name() | tree.Unary() | tree.Binary():
@@ -427,11 +427,11 @@ class Binder:
                              field.meaning)  # fmt: skip
         if value.dimension != units.NONE:
             found = evaluation.describe_value(value)
-            help = "a direction has no unit: `(0, 0, -1)`"
+            help = "write a direction without a unit: `(0, 0, -1)`"
             raise place.fail("E204", node.span, f"expected a direction, found {found}", found, help)
         norm = math.hypot(*value.values)
         if norm == 0.0:
-            raise place.fail("E301", node.span, "a direction cannot be zero", "no direction", field.meaning)
+            raise place.fail("E301", node.span, "a direction must not be zero", "no direction", field.meaning)
         return tuple(v / norm for v in value.values)
 
     def _condition(self, field: Field, node: tree.Expression, place: Place) -> Any:
@@ -443,7 +443,7 @@ class Binder:
     def _components(self, field: Field, node: tree.Expression, place: Place) -> tuple[int, ...]:
         items = node.items if isinstance(node, tree.Vector | tree.List) else (node,)
         name = field.name
-        help = f"write `{name} = z` or `{name} = (x, y)`; without `{name}` all three are taken"
+        help = f"write `{name} = z` or `{name} = (x, y)`; by default `{name}` is all three"
         if not items:
             raise place.fail("E212", node.span, f"`{field.name}` names no component", "empty", help)
         found = []
@@ -460,7 +460,7 @@ class Binder:
                              write(node.value, ", without quotes"))  # fmt: skip
         if isinstance(node, tree.String):
             known = ", ".join(self.compiler.scope.names(self.module, [field.kind])) or "none"
-            hint = f"names stand without quotes; declared {field_schema.plural(field.kind)}: {known}"
+            hint = f"write names without quotes; declared {field_schema.plural(field.kind)}: {known}"
             raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text", hint)
         if not isinstance(node, tree.Name):
             raise self.wrong(field, node, place)

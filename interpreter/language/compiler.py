@@ -230,7 +230,7 @@ class Compiler:
             raise symbol.module.place.fail(
                 "E210", symbol.node.name_span,
                 f"more than {DEEPEST} declarations refer to one another in a row", "too deep",
-                "declare what others refer to before them",
+                "declare a name before the declarations that refer to it",
             )  # fmt: skip
         if self.scope.known is not None and self.scope.same(full):
             self.declared[full] = made = self.scope.known.declared[full]
@@ -300,7 +300,7 @@ class Compiler:
         problem = f"declarations refer to each other in a circle: {' -> '.join([*members, full])}"
         if len(members) == 1:
             problem = f"`{full}` refers to itself"
-        place.fail("E210", name.span, problem, "closes the circle", "one of them needs a call of its own")
+        place.fail("E210", name.span, problem, "closes the circle", "define one of them with its own call")
 
     # ------------------------------------------------------------------ expectations
 

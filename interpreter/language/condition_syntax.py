@@ -70,7 +70,7 @@ def _comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:
             raise evaluator.place.fail(
                 "E204", right.span, f"expected {due}, found {found}", found,
                 quotient_warnings.suggest_quotient(right, evaluator.place.source.text, db, da)
-                or f"both sides of `{operator}` have the same dimension: give {due} in {units.usual_units(da)}",
+                or f"both sides of `{operator}` must have the same dimension: give {due} in {units.usual_units(da)}",
             )  # fmt: skip
         if abs(da[0]) > HIGHEST:
             raise evaluator.place.fail("E218", node.span, "the powers of lengths in this comparison are too high",
@@ -106,7 +106,7 @@ def _term(node: tree.Expression, evaluator: Evaluator) -> tuple[Term, Dimension]
             raise evaluator.place.fail(
                 "E203", node.function.span, f"`{node.function.text}` does not apply to coordinates",
                 "not in a condition",
-                "coordinates take + - * / ^, `sqrt` and `abs`",
+                "use only + - * / ^, `sqrt` and `abs` with coordinates",
             )  # fmt: skip
     raise evaluator.place.fail(
         "E207", node.span, f"expected a length, found {describe_expression(node)}", describe_expression(node),
@@ -119,7 +119,7 @@ def _combined(node: tree.Binary, evaluator: Evaluator) -> tuple[Term, Dimension]
     match node.operator:
         case "^" if db != NONE or b.varies or b.value not in EXPONENTS:
             raise evaluator.place.fail(
-                "E218", node.right.span, "a coordinate can be raised to the power of 2, 3 or 4 only",
+                "E218", node.right.span, "a coordinate can only be raised to the power of 2, 3 or 4",
                 "another exponent",
                 "take a root with `sqrt(...)`",
             )  # fmt: skip

@@ -85,7 +85,7 @@ class Expectations:
                                   f"models and references have them: {self._known(*OWNERS)}")  # fmt: skip
         if name.parts[0] in table.aliases:
             raise self.place.fail("E216", name.span,
-                                  "a scene that is used lends its declarations, not its results",
+                                  "a scene that is used provides its declarations, not its results",
                                   "not computed here",
                                   "declare the model in this scene")  # fmt: skip
         close = nearest(name.parts[0], self._own(*OWNERS))
@@ -107,20 +107,20 @@ class Expectations:
             what, due = units.dimension_name(value.dimension), "a time" if timed else "a plain number"
             known = "a time: `.at(5 s)`" if timed else "a part of the whole: `.at(12.5 %)`"
             raise self.place.fail("E204", node.span, f"expected {due}, found {what}", what,
-                                  f"a state is known by its value, {known}")  # fmt: skip
+                                  f"give a state by its value, {known}")  # fmt: skip
         own = name.text in self.compiler.table.symbols
         if not own and self.compiler.declaration(name.parts[1]).thing.of_all_states:
-            raise self.place.fail("E313", node.span, f"`{name.text}` is of the way through all states", "not of one",
-                                  "leave `.at(...)` out")  # fmt: skip
+            raise self.place.fail("E313", node.span, f"`{name.text}` is computed from all states", "not from one state",
+                                  "remove `.at(...)`")  # fmt: skip
         if own or not states:
             problem = f"`{name.text}` has no states" if states else "the analysis has no states"
-            raise self.place.fail("E313", node.span, problem, "of which states?",
-                                  "leave `.at(...)` out, or give the analysis some: `static(states = [5, 12.5] %)`",
+            raise self.place.fail("E313", node.span, problem, "no states",
+                                  "remove `.at(...)`, or add states to the analysis: `static(states = [5, 12.5] %)`",
                                   )  # fmt: skip
         if len(chosen := find_state_indices(states, value.value)) != 1:
             shown = format_state(Moment(value.value) if timed else value.value)
             listed = ", ".join(map(format_state, states))
-            problem = f"the analysis has no state {shown}" if not chosen else f"it is in the state {shown} twice"
+            problem = f"the analysis has no state {shown}" if not chosen else f"the state {shown} occurs twice"
             raise self.place.fail("E313", node.span, problem, "which state?", f"its states are {listed}")
         return found
 
@@ -143,14 +143,14 @@ class Expectations:
         if value.dimension != units.TIME:
             found = units.dimension_name(value.dimension)
             raise self.place.fail("E204", node.span, f"expected a time, found {found}", found,
-                                  "what is followed in a motion is asked for at a time: `.at(5 ms)`")  # fmt: skip
+                                  "give a time of the dynamic analysis: `.at(5 ms)`")  # fmt: skip
         if not self.compiler.declaration(name.parts[1]).thing.in_time:
-            raise self.place.fail("E313", node.span, f"`{name.text}` has one value in a motion",
-                                  "not followed over time", "leave `.at(...)` out; followed is what contacts do, by"
-                                  " metrics without `over` and `against`")  # fmt: skip
+            raise self.place.fail("E313", node.span, f"`{name.text}` has one value in a dynamic analysis",
+                                  "no time history", "remove `.at(...)`; only contact metrics without `over` "
+                                                            "and `against` have a value at each time")  # fmt: skip
         if not 0.0 <= value.value <= end:
-            raise self.place.fail("E313", node.span, f"the motion has no time {format_state(Moment(value.value))}",
-                                  "beyond its end", f"it goes from 0 s to {format_state(Moment(end))}")  # fmt: skip
+            raise self.place.fail("E313", node.span, f"the analysis has no time {format_state(Moment(value.value))}",
+                                  "after its end", f"it goes from 0 s to {format_state(Moment(end))}")  # fmt: skip
 
     def _alone(self, name: tree.Name, kind: str) -> EvaluationError:
         """Report a name without a dot that is not a parameter."""
@@ -158,14 +158,16 @@ class Expectations:
         example = f"{owners[0] if owners else 'model'}.{metrics[0] if metrics else 'metric'}"
         if kind == "metric":
             example = f"{owners[0] if owners else 'model'}.{name.text}"
-            return self.place.fail("E216", name.span,
-                                   f"the metric `{name.text}` stands alone, without a model",
-                                   "of which model?",
-                                   Remedy(f"for example `{example}`", Fix(example) if len(owners) == 1 else None),
-                                   )  # fmt: skip
+            return self.place.fail(
+                "E216",
+                name.span,
+                f"the metric `{name.text}` is given without a model",
+                "of which model?",
+                Remedy(f"write, for example, `{example}`", Fix(example) if len(owners) == 1 else None),
+            )
         if kind:
             problem = f"expected a number, found the {kind} `{name.text}`"
-            remedy = f"expect something of a metric of a model, such as `{example}`"
+            remedy = f"compare a metric of a model, such as `{example}`"
             return self.place.fail("E213", name.span, problem, f"{field_schema.article(kind)} {kind}", remedy)
         try:
             self.compiler.scope.lookup(name, self.module, self.place)
@@ -180,8 +182,8 @@ class Expectations:
         thing = self.compiler.declaration(metric).thing
         if thing.measured_from == owner:
             raise self.place.fail(
-                "E216", name.span, f"`{metric}` is measured against `{owner}` itself", "always zero",
-                "expect something of a model, or of another reference",
+                "E216", name.span, f"`{metric}` is an error relative to `{owner}` itself", "always zero",
+                "name a model, or another reference",
             )  # fmt: skip
         return Quantity(math.nan, units.parse_unit(thing.unit).dimension)
 

@@ -128,11 +128,11 @@ class Evaluator:
         if node.text in CONSTANTS:
             return Quantity(CONSTANTS[node.text], NONE)
         if node.text in COORDINATES:
-            help = "coordinates stand in conditions, such as `where = x <= 0 mm`, and in directions"
+            help = "use coordinates in conditions, such as `where = x <= 0 mm`, and in directions"
             problem = f"the coordinate `{node.text}` has no value here"
             raise self.place.fail("E213", node.span, problem, "a coordinate", help)
         if node.text in ("yes", "no"):
-            help = "`yes` and `no` are the values of switches, such as `shear = no`"
+            help = "use `yes` and `no` for switches, such as `shear = no`"
             problem = f"expected a number, found `{node.text}`"
             raise self.place.fail("E207", node.span, problem, "not a number", help)
         return self.lookup(node)
@@ -168,7 +168,7 @@ class Evaluator:
         """Return the value unless it underflowed to zero; `meant` is true if zero is correct."""
         if meant and not any(value_components(value)):
             raise self.place.fail("E219", span, "the number is too small", "numbers go down to 4.9e-324",
-                                  "a zero that is meant is written `0`")  # fmt: skip
+                                  "write `0` for zero")  # fmt: skip
         return value
 
     def values(self, node: tree.List) -> VectorValue:
@@ -224,7 +224,7 @@ class Evaluator:
     def unlike(self, node: tree.Binary, left: Value, right: Value) -> EvaluationError:
         """Record that the dimensions of two operands do not fit each other."""
         a, b = describe_value(left), describe_value(right)
-        sides = "both sides have the same dimension; a number without a unit is a plain number"
+        sides = "both sides must have the same dimension; a number without a unit is a plain number"
         problem, help = {
             "+": (f"cannot add {a} and {b}", sides),
             "-": (f"cannot subtract {b} from {a}", sides),
@@ -239,7 +239,7 @@ class Evaluator:
         if base.dimension != NONE and n != int(n):
             raise self.place.fail(
                 "E218", node.span, "a quantity with a unit can be raised to whole powers only",
-                "its unit would have no name",
+                "the unit would have a fractional power",
                 "take a square root with `sqrt(...)`, or divide by a unit first: `(L / 1 mm)^0.5`",
             )  # fmt: skip
         if abs(n) > 99 and base.dimension != NONE:
@@ -269,7 +269,7 @@ class Evaluator:
         if name not in FUNCTIONS and name not in SPECIAL and not known:
             raise self._unknown_function(node)
         if any(a.name for a in node.arguments) or not node.arguments:
-            raise self.place.fail("E211", node.span, f"`{name}` takes plain values, without names",
+            raise self.place.fail("E211", node.span, f"`{name}` takes values without names",
                                   "no value to take",
                                   f"write `{name}(a)`")  # fmt: skip
 
@@ -287,7 +287,7 @@ class Evaluator:
         if kinds := [kind for kind, table in self.vocabulary.items() if name in table]:
             found = f"{field_schema.article(kinds[0])} {kinds[0]}"
             if kinds[0] == "amplitude":
-                listed = f"a load or a support takes it as a field of its own: `amplitude = {name}(...)`"
+                listed = f"give it to a load or a support as a field: `amplitude = {name}(...)`"
             return self.place.fail("E203", span, f"`{name}(...)` makes {found}, not a number", found, listed)
         close = None if name in foreign_aliases.FUNCTIONS else nearest(name, all_functions)
         hint = did_you_mean(close) if close else foreign_aliases.FUNCTIONS.get(name) or listed
@@ -302,7 +302,7 @@ class Evaluator:
                 raise self.place.fail("E218", argument.span,
                                       f"`{node.function.text}` cannot compare {one} with {other}",
                                       other,
-                                      "give all values of one dimension")  # fmt: skip
+                                      "give all values in the same dimension")  # fmt: skip
 
     def _apply(self, node: tree.Call, name: str, q: Quantity) -> Quantity:
         try:
@@ -332,8 +332,13 @@ class Evaluator:
         """Return the dimension of a square root."""
         if any(n % 2 for n in dimension):
             what = units.dimension_name(dimension)
-            raise self.place.fail("E218", span, f"the square root of {what} has no whole unit", what,
-                                  "take the root of a product of even powers, such as an area")  # fmt: skip
+            raise self.place.fail(
+                "E218",
+                span,
+                f"the square root of {what} would have a unit with a fractional power",
+                what,
+                "take the root of a product of even powers, such as an area",
+            )
         return tuple(n // 2 for n in dimension)  # type: ignore[return-value]
 
 

@@ -203,7 +203,7 @@ def parse_fibres(binder: Binder, field: Field, node: tree.Expression, place: Pla
     parts = [profile_syntax.read_profile(item, evaluator, declared, field) for item in node.items]
     for item, part in zip(node.items[1:], parts[1:], strict=True):
         if part.dimension != parts[0].dimension:
-            raise place.fail("E204", item.span, "the components of a direction are of one dimension",
+            raise place.fail("E204", item.span, "the components of a direction must have the same dimension",
                              f"not {units.dimension_name(parts[0].dimension)}",
                              "write zero with its unit: `(-y, x, 0 mm)`"
                              )  # fmt: skip
@@ -253,7 +253,7 @@ def check_alternatives(binder: Binder, constructor: Constructor, bound: Mapping[
         elif len(given) > 1:
             value, place = bound[given[-1]]
             problem = f"`{constructor.name}` takes {told}, not both"
-            place.fail("E351", value.span, problem, "one follows from the other", f"leave out `{given[-1]}`")
+            place.fail("E351", value.span, problem, "one follows from the other", f"remove `{given[-1]}`")
         broken |= len(given) != 1
     return broken
 

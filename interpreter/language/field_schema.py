@@ -182,7 +182,7 @@ class Constructor:
         return {f.name: f for f in self.fields}
 
 
-REMEDY = "mend the plugin; `dsl conformance` tries all of it"
+REMEDY = "correct the plugin; `dsl conformance` checks all of it"
 
 
 class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
@@ -259,7 +259,7 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
         unread = next((p for p in self.plugins if p.unread), None)
         if unread is None:
             return None
-        message = f"there is no {kind} `{name}`, unless the plugin `{unread.name}` has it: {unread.unread}"
+        message = f"there is no {kind} `{name}`, unless the plugin `{unread.name}` defines it: {unread.unread}"
         return message, f"not {article(kind)} {kind}", REMEDY
 
     def find(self, name: str) -> list[Constructor]:

@@ -47,9 +47,9 @@ class BoundedDiagnostics(list[Diagnostic]):
         found = merge_repeated(dict.fromkeys(self))
         if not self.full:
             return found
-        last, problem = found[-1], f"there may be more errors: after {MOST} no more are looked for"
-        help = "mend those above first"
-        return [*found, Diagnostic("E131", problem, last.source, last.span, "the last one looked at", help)]
+        last, problem = found[-1], f"there may be more errors: after {MOST} the check stops"
+        help = "correct those above first"
+        return [*found, Diagnostic("E131", problem, last.source, last.span, "the last one reported", help)]
 
 
 def merge_repeated(found: Iterable[Diagnostic]) -> list[Diagnostic]:
@@ -64,7 +64,7 @@ def _one(group: list[Diagnostic]) -> Diagnostic:
     lines = sorted({d.span.line for d in group[1:] if d.span is not None})
     if not lines:
         return group[0]
-    said = f"the same holds for line{'s' * (len(lines) > 1)} {', '.join(map(str, lines))}"
+    said = f"the same applies to line{'s' * (len(lines) > 1)} {', '.join(map(str, lines))}"
     return replace(group[0], notes=(*group[0].notes, said))
 
 

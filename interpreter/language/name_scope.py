@@ -129,7 +129,7 @@ class Scope:
             return ""
         if symbol is not None:
             owner = f"`{first}` is {_phrase(_kind(symbol))}, whose fields cannot be read"
-            return f"{owner}; give the value a `param` of its own"
+            return f"{owner}; define the value as a `param`"
         if module.prefix + first in self.table.aliases:
             own = [
                 n.removeprefix(first + ".")
@@ -137,7 +137,7 @@ class Scope:
                 if n.startswith(first + ".")
             ]
             return f"`{first}` declares " + (field_schema.join_names(own) or "nothing")
-        return f'nothing is called `{first}` here; `use "file.scene" as {first}` would give it a meaning'
+        return f'`{first}` is not the name of a scene; `use "file.scene" as {first}` would define it'
 
 
 def _kind(symbol: Symbol) -> str:
@@ -155,11 +155,11 @@ def _word(vocabulary: Vocabulary, text: str, kind: str) -> str:
         one = made[0].kind
         return f"`{text}` makes {field_schema.article(one)} {one}: write `{text}(...)`"
     if text.lower() in COORDINATES:
-        return "the coordinates are called `x`, `y` and `z`"
+        return "use `x`, `y` and `z` for the coordinates"
     if text in vocabulary.words():
         return f"`{text}` is an element, which models take"
     if kind == "" and _is_unit(text):
-        return f"`{text}` is a unit: it stands right after its number, without blanks, as in `9.81 m/s^2`"
+        return f"`{text}` is a unit: write it right after its number, without blanks inside, as in `9.81 m/s^2`"
     return ""
 
 

@@ -157,7 +157,9 @@ class _Evaluation:
             q = self.scope.evaluator(self.symbol.module).quantity(end)
             if q.dimension != value.dimension:
                 found, due = units.dimension_name(q.dimension), units.dimension_name(value.dimension)
-                help = f"a range has the dimension of its value: give {due} in {units.usual_units(value.dimension)}"
+                help = (
+                    f"a range must have the dimension of its value: give {due} in {units.usual_units(value.dimension)}"
+                )
                 raise place.fail("E204", end.span, f"expected {due}, found {found}", found, help)
             ends.append(q.value)
         if ends[0] > ends[1]:

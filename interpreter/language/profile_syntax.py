@@ -70,7 +70,7 @@ class Reader:
         found = describe_expression(node)
         raise self.evaluator.place.fail(
             "E207", node.span, f"expected a number, found {found}", found,
-            "a constant that varies is arithmetic over x, y, z and fields: `10 kPa * (1 + z / 5 cm)`",
+            "write a constant that varies as arithmetic of x, y, z and fields: `10 kPa * (1 + z / 5 cm)`",
         )  # fmt: skip
 
     def _constant(self, node: tree.Expression) -> tuple[Node, Dimension]:

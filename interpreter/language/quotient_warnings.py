@@ -9,7 +9,7 @@ from softmark.grammar.diagnostic import Fix, Remedy, Source
 from softmark.grammar.parser import parse_expression
 from softmark.interpreter.language import units
 
-RULE = "a unit belongs to the number in front of it alone"
+RULE = "a unit applies only to the number in front of it"
 
 
 class Valued(Protocol):

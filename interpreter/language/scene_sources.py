@@ -165,7 +165,7 @@ def read_limited(file: BinaryIO, name: str) -> bytes:
     if len(data) > LARGEST:
         raise UnreadableScene(
             f"{name} is larger than {LARGEST // 1_000_000} MB",
-            "scenes are small texts; meshes stay in files of their own",
+            "keep meshes in files of their own: scenes are small texts",
         )
     return data
 
@@ -196,7 +196,7 @@ def load_modules(
         table.modules.append(Module(source, tree.Tree(()), folder, "", Place(source, diagnostics), file))
         problem = f"the text is larger than {LARGEST // 1_000_000} MB"
         table.modules[0].place.fail(
-            "E401", Span(0, 0, 1, 1, 1, 1), problem, help="scenes are small texts; meshes stay in files of their own"
+            "E401", Span(0, 0, 1, 1, 1, 1), problem, help="keep meshes in files of their own: scenes are small texts"
         )
         return
     _load_module(table, source, folder, file, "", (), diagnostics)
@@ -233,7 +233,7 @@ def _is_free(table: ModuleTable, module: Module, name: str, span: Span) -> bool:
     """Return whether a name can be declared; if not, report it."""
     if name in PREDEFINED:
         module.place.fail(
-            "E217", span, f"`{name}` has a meaning of its own and cannot be declared", "predefined",
+            "E217", span, f"`{name}` is a predefined name and cannot be declared", "predefined",
             f"choose another name, such as `{name}_0`",
         )  # fmt: skip
         return False
@@ -274,12 +274,12 @@ def _read_used_scene(node: tree.Use, path: Path, shown: str) -> Source:
     """Read a scene that is used, under a name for messages. Raises UnreadableScene."""
     if path.suffix != SUFFIX:
         raise UnreadableScene(
-            f"`{node.path}` is not a scene: its name does not end in `{SUFFIX}`", "`use` reads scenes and nothing else"
+            f"`{node.path}` is not a scene: its name does not end in `{SUFFIX}`", "`use` reads scenes only"
         )
     if node.path.startswith("std/") and not path.resolve().is_relative_to(ROOT.resolve()):
         raise UnreadableScene(
             f"{node.path} is not in the standard library",
-            "`std/` leads nowhere else; give a path from the scene's own folder",
+            "give a path from the scene's own folder; `std/` is the standard library only",
         )
     return read_scene_file(path, shown)
 
@@ -293,7 +293,7 @@ def _remedy(node: tree.Use, path: Path, missing: UnreadableScene) -> str | Remed
     close = nearest(node.path, known)
     if close:
         return did_you_mean(close, f'"{close}"')
-    return "paths are relative to the scene's own folder; `std/` is the standard library"
+    return "give a path relative to the scene's own folder; `std/` is the standard library"
 
 
 def _check_use_limits(
@@ -305,12 +305,12 @@ def _check_use_limits(
     here = path.resolve()
     if here in chain:
         cycle = " -> ".join(p.name for p in (*chain[chain.index(here) :], path))
-        remedy = "move what both need into a scene of its own"
+        remedy = "move the shared declarations into a scene of their own"
         return f"scenes use each other in a circle: {cycle}", "closes the circle", remedy
     if len(chain) >= DEEPEST or len(table.modules) >= MOST:
         help = f"at most {DEEPEST} scenes may use one another in a row, and {MOST} in all"
         return "too many scenes use each other", "one too many", help
     if table.size + size > LARGEST:
-        help = "a scene that is used several times counts as often; use it once, under one name"
+        help = "use it once, under one name: a scene that is used several times counts as often"
         return f"the scenes used are together larger than {LARGEST // 1_000_000} MB", "one too many", help
     return None

@@ -59,8 +59,8 @@ def read_sweep_targets(binder: Binder, field: Field, node: tree.Expression, plac
         help = write(f"[{source_layout.flat(node)}]") if isinstance(node, tree.Name) else field.meaning
         raise place.fail("E207", node.span, f"expected {field.expected}, found no list of names", "not a list", help)
     if not node.items:
-        raise place.fail("E512", node.span, "the study walks nothing", "an empty list",
-                         "name what it walks, or leave `over` out: then every number is walked")  # fmt: skip
+        raise place.fail("E512", node.span, "the study varies nothing", "an empty list",
+                         "name what to vary, or remove `over`, which varies every number")  # fmt: skip
     found = [_one_target(binder, field, item, place) for item in node.items]
     if None in found:
         raise EvaluationError

@@ -91,7 +91,7 @@ NAMES: dict[Dimension, tuple[str, str]] = {
     (-3, 1, 0, 0, 0): ("a density", "kg/m^3 or g/cm^3"),
     (0, 1, -2, 0, 0): ("a force per length", "N/m"),
     (-2, 1, -2, 0, 0): ("a force per volume", "N/m^3"),
-    (3, -1, 1, 0, 0): ("a permeability of Darcy's", "m^4/(N*s) or mm^4/(N*s)"),
+    (3, -1, 1, 0, 0): ("a hydraulic permeability", "m^4/(N*s) or mm^4/(N*s)"),
 }
 
 
@@ -190,8 +190,8 @@ def parse_unit(text: str) -> Measure:
         factor *= one.factor**sign
         dimension = multiply_dimensions(dimension, one.dimension, sign)
         if not SMALLEST <= factor <= LARGEST:
-            remedy = f"units are {SMALLEST:g} to {LARGEST:g} times one of SI"
-            raise UnitError(f"the unit `{text}` is beyond all sizes", remedy)
+            remedy = f"use a unit between {SMALLEST:g} and {LARGEST:g} times the SI unit"
+            raise UnitError(f"the unit `{text}` is too large or too small", remedy)
     return Measure(factor, dimension)
 
 

@@ -13,7 +13,7 @@ from softmark.interpreter.language_server.text_document import Document
 def format_document(document: Document, params: types.DocumentFormattingParams) -> list[types.TextEdit]:
     """Return one edit from the first to the last line that differs. Raises RequestRefused on a syntax error."""
     if document.is_too_large:
-        raise RequestRefused(f"left as it is: the text is larger than {LARGEST // 1_000_000} MB")
+        raise RequestRefused(f"not formatted: the text is larger than {LARGEST // 1000000} MB")
     try:
         new = format_source(document.source)
     except CannotFormat as problem:
@@ -24,8 +24,8 @@ def format_document(document: Document, params: types.DocumentFormattingParams) 
 def _reason(problem: CannotFormat) -> str:
     first = next(iter(problem.diagnostics), None)
     if first is None or first.span is None:
-        return f"left as it is: {problem.reason}"
-    return f"left as it is: line {first.span.line} cannot be read, {first.code}: {first.message}"
+        return f"not formatted: {problem.reason}"
+    return f"not formatted: line {first.span.line} cannot be read, {first.code}: {first.message}"
 
 
 def _difference(document: Document, new: str) -> types.TextEdit:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 SUFFIX = ".py"
 LATE = 10.0  # s, after which the editor reports that a plugin is still loading
-FORM = 'the setting softmark.plugins is a list of Python files or names of installed plugins, such as ["gel.py"]'
+FORM = 'set softmark.plugins to a list of Python files or names of installed plugins, such as ["gel.py"]'
 
 
 class Plugins:
@@ -60,7 +60,7 @@ class Plugins:
             return
         self.loading, self._latest = True, object()
         loop = asyncio.get_running_loop()
-        late = loop.call_later(LATE, self._show, f"these plugins take long to load: {', '.join(named)}")
+        late = loop.call_later(LATE, self._show, f"these plugins load slowly: {', '.join(named)}")
         self._do(partial(self._load, loop, self._latest, named, late))
 
     def has(self, uris: Sequence[str]) -> bool:

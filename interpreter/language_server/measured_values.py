@@ -90,7 +90,7 @@ class LastReport:
         """Return the source of the report, in words."""
         when = str((self.report.get("environment") or {}).get("started") or "").replace("T", " ")
         what = f"What it reads, {self.since}," if self.same else "The scene"
-        changed = "" if self.current else f"{what} has changed since: run it again to see what holds now. "
+        changed = "" if self.current else f"{what} has changed since: run it again for current results. "
         return f"{changed}Measured {when[:16] or 'before'}, {self.file.parent.name}/{self.file.name}."
 
     # ------------------------------------------------------------------ expectations

@@ -58,7 +58,7 @@ class MessageReader:
 
     def _whole(self, size: int) -> bytes | None:
         if size == 0:
-            return _malformed(INVALID_REQUEST, "a header announces no length that a message has")
+            return _malformed(INVALID_REQUEST, "a header does not give the length of a message")
         if size > LARGEST:
             while size > 0 and (piece := self._incoming.read(min(size, PIECE))):
                 size -= len(piece)
@@ -72,11 +72,11 @@ def _checked(body: bytes) -> bytes:
     try:
         found: Any = json.loads(body)
     except (ValueError, RecursionError) as error:  # numbers of thousands of digits, and nests of brackets, too
-        return _malformed(PARSE_ERROR, f"a message is no JSON that is read: {error}")
+        return _malformed(PARSE_ERROR, f"a message is not valid JSON: {error}")
     if isinstance(found, dict) and found.get("jsonrpc") == "2.0":
         return body
     number = found.get("id") if isinstance(found, dict) else None
-    return _malformed(INVALID_REQUEST, "a message is no object of JSON-RPC 2.0", number)
+    return _malformed(INVALID_REQUEST, "a message is not an object of JSON-RPC 2.0", number)
 
 
 def _malformed(code: int, reason: str, number: Any = None) -> bytes:

@@ -51,7 +51,7 @@ def _all(document: Document, uri: str) -> Iterator[types.CodeAction]:
             edits.append(_edit(document, found))
     if edits:
         kind, change = types.CodeActionKind.SourceFixAll, types.WorkspaceEdit(changes={uri: edits})
-        yield types.CodeAction("write what messages say", kind, edit=change)
+        yield types.CodeAction("apply the fixes of the messages", kind, edit=change)
 
 
 def _edit(document: Document, found: Diagnostic) -> types.TextEdit:

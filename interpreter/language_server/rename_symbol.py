@@ -47,32 +47,30 @@ def _named(document: Document, position: types.Position) -> Occurrence:
     """Return the name at a position, if it may be renamed. Raises RequestRefused."""
     found = name_at(document, document.offset(position))
     if found is None:
-        raise RequestRefused(
-            "there is no name of the scene here: words of the language and fields are called as they are"
-        )
+        raise RequestRefused("words of the language and fields cannot be renamed: only names of the scene can")
     if any(d.code.startswith("E1") for d in document.compiled[1]):
         raise RequestRefused(
-            "the text has errors of syntax, and names in what cannot be read would stay: mend them first"
+            "correct the syntax errors first: names in the lines that cannot be read would not be renamed"
         )
     target = found.target
     if target.module.file is not None and target.module.file.resolve().is_relative_to(ROOT.resolve()):
-        raise RequestRefused(f"`{target.name}` is declared in the standard library, which is not rewritten")
+        raise RequestRefused(f"`{target.name}` is declared in the standard library, which cannot be changed")
     return found
 
 
 def _find_objections(document: Document, target: Target, new: str) -> Iterator[str]:
     """Yield the objections to a new name."""
     if not NAME.fullmatch(new):
-        yield f"`{new}` is not a name: names are made of the letters A to Z, a to z, digits and `_`"
+        yield f"`{new}` is not a name: use the letters A to Z, a to z, digits and `_`"
     if new in reserved():
         yield f"`{new}` is a reserved word"
     if new in PREDEFINED:
-        yield f"`{new}` has a meaning of its own and cannot be declared"
+        yield f"`{new}` is a predefined name and cannot be declared"
     full, table = target.module.prefix + new, document.table
     if new != target.name and (full in table.symbols or full in table.aliases):
         known = table.symbols.get(full)
         kind = getattr(known.node, "kind", "param") if known else "use"
-        yield f"`{new}` is taken: it is {article(kind)} {kind} of {target.module.source.name}"
+        yield f"`{new}` is already {article(kind)} {kind} of {target.module.source.name}"
 
 
 def _refuse_new_errors(document: Document, edits: list[types.TextEdit], new: str) -> None:
@@ -84,4 +82,4 @@ def _refuse_new_errors(document: Document, edits: list[types.TextEdit], new: str
     before = {d.code for d in document.compiled[1]}
     for found in compile_source(Source(document.source.name, text), document.folder, document.file)[1]:
         if found.severity == "error" and found.code not in before:
-            raise RequestRefused(f"`{new}` would be an error, {found.code}: {found.message}")
+            raise RequestRefused(f"`{new}` would cause an error, {found.code}: {found.message}")

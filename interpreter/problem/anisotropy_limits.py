@@ -28,7 +28,7 @@ STRAINED = (  # F at which it is: with stretch all ways, for fibres that resist 
     ((1.05, 0.031, 0.017), (0.009, 1.04, 0.023), (0.027, 0.006, 1.06)),
     ((1.06, -0.028, 0.011), (0.004, 1.03, -0.019), (-0.021, 0.013, 1.07)),
 )
-FEM = "use `fem(...)` with `strain = finite`, which takes every law as it is"
+FEM = "use `fem(...)` with `strain = finite`, which supports every law"
 
 
 def is_directed(material: Any) -> bool:
@@ -49,9 +49,13 @@ def materials(scene: Scene) -> Iterator[Diagnostic]:
         if not is_directed(thing):
             continue
         if thing.branches:
-            yield diagnostic("E363", declared.at("law"), f"`{declared.name}` relaxes around a law with fibres, and "
-                             "relaxation is known of isotropic laws alone", "knows no directions",
-                             "use a law without fibres, or the law by itself")  # fmt: skip
+            yield diagnostic(
+                "E363",
+                declared.at("law"),
+                f"`{declared.name}` relaxes a law with fibres, but relaxation supports isotropic laws only",
+                "only for isotropic laws",
+                "use a law without fibres, or the law without relaxation",
+            )
             continue
         if hasattr(thing, "passive"):
             yield from _muscle(declared)
@@ -60,19 +64,26 @@ def materials(scene: Scene) -> Iterator[Diagnostic]:
         from softmark.solvers.materials.material_axes import InvalidDirection, MaterialFrame
 
         if lacks_sheets(thing):
-            yield diagnostic("E366", declared.at("fibres"), f"`{declared.name}` is unlike in directions across its "
-                             "fibres, and nothing says which these are", "no sheets",
-                             "give `sheets = +y`, or a rule that knows sheets, as `helix(...)` does")  # fmt: skip
+            yield diagnostic(
+                "E366",
+                declared.at("fibres"),
+                f"`{declared.name}` needs a direction of sheets, because "
+                "its law differs in directions across its fibres",
+                "no sheets",
+                "give `sheets = +y`, or a rule with sheets such as `helix(...)`",
+            )
         elif not thing.turning:
             try:
                 MaterialFrame.of(thing.fibres, thing.sheets)
             except InvalidDirection as error:
                 yield diagnostic("E366", declared.at("sheets"), f"`{declared.name}` has no direction across its "
-                                 f"fibres: {error.reason}", "no direction", "sheets lie across fibres")  # fmt: skip
+                                 f"fibres: {error.reason}", "no direction", "give a direction of sheets across the "
+                                                                            "fibres")  # fmt: skip
         for name in ("fibres", "sheets"):
             if wrong := getattr(getattr(thing, name), "fault", ""):
-                yield diagnostic("E366", declared.at(name), f"the {name} of `{declared.name}` have no rule: {wrong}",
-                                 "no wall", "give the wall's own semi-axes")  # fmt: skip
+                yield diagnostic("E366", declared.at(name), f"the {name} of `{declared.name}` have no valid rule: "
+                                                            f"{wrong}",
+                                 "no wall", "give the semi-axes of the wall")  # fmt: skip
 
 
 def _muscle(declared: Declared) -> Iterator[Diagnostic]:
@@ -80,29 +91,43 @@ def _muscle(declared: Declared) -> Iterator[Diagnostic]:
     thing = declared.thing
     law = thing.passive
     if thing.fibres is None:
-        yield diagnostic("E367", declared.at("law"), f"`{declared.name}` acts along fibres, and its law has none",
-                         "no fibres", "give `own = +x`, or a law with fibres, such as `guccione(...)`")  # fmt: skip
+        yield diagnostic("E367", declared.at("law"), f"`{declared.name}` acts along fibres, but its law has none",
+                         "no fibres", "give `own = +x`, or use a law with fibres, such as `guccione(...)`")  # fmt: skip
     elif law.finite_law() is None or hasattr(law, "passive") or law.branches:
-        why = "is muscle already" if hasattr(law, "passive") else "has no law of finite strain"
+        why = "is a muscle already" if hasattr(law, "passive") else "is not a law of finite strain"
         why = "relaxes" if law.branches else why
-        yield diagnostic("E367", declared.at("law"), f"`{declared.name}` is of what {why}",
-                         "not a law that it can add to",
-                         "use `guccione(...)` or `neo_hookean(...)`, and one muscle")  # fmt: skip
+        yield diagnostic("E367", declared.at("law"), f"the law of `{declared.name}` {why}",
+                         "cannot be made active",
+                         "use `guccione(...)` or `neo_hookean(...)`, and one muscle only")  # fmt: skip
     elif profiles(law):
-        yield diagnostic("E367", declared.at("law"), f"`{declared.name}` is of what varies in space",
-                         "one value of each constant", "directions may vary, other constants not")  # fmt: skip
+        yield diagnostic(
+            "E367",
+            declared.at("law"),
+            f"the law of `{declared.name}` varies in space",
+            "one value of each constant",
+            "use one value of each constant: only directions may vary",
+        )
 
 
 def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors of a model that would treat the material as isotropic, and of muscle in unsupported analyses."""
     thing, body = declared.thing, case.body.name
     if not getattr(thing, "directed", False):
-        yield diagnostic("E363", declared.at(), f"`{declared.name}` knows isotropic materials alone, and that of "
-                         f"`{body}` has fibres", "knows no directions", FEM)  # fmt: skip
+        yield diagnostic(
+            "E363",
+            declared.at(),
+            f"`{declared.name}` supports isotropic materials only, but that of `{body}` has fibres",
+            "only for isotropic materials",
+            FEM,
+        )
     elif thing.strain != "finite":
-        yield diagnostic("E363", declared.at("strain"), f"the material of `{body}` has fibres, and strain = "
-                         f"{thing.strain} takes every material for an isotropic one", "knows no directions",
-                         "use `strain = finite`")  # fmt: skip
+        yield diagnostic(
+            "E363",
+            declared.at("strain"),
+            f"the material of `{body}` has fibres, but strain = {thing.strain} treats every material as isotropic",
+            "only for isotropic materials",
+            "use `strain = finite`",
+        )
     elif (askew := _check_symmetry(case)) is not None:
         yield askew
     elif (unfit := _check_active_strain(declared, case)) is not None:
@@ -115,6 +140,7 @@ def _check_active_strain(declared: Declared, case: Case) -> Diagnostic | None:
     """Refuse active strain in dynamics, with history-dependent materials, and on equilibrium paths."""
     own = [m for m in case.materials if hasattr(m, "passive") and not m.pulls]
     if isinstance(case.analysis, Dynamic) and any(m.amplitude is not None for m in own):
+<<<<<<< HEAD
         return diagnostic("E368", declared.at(), f"`{declared.name}` moves, and fibres that shorten with an amplitude"
                           " are supported at rest only", "not in a dynamic analysis", "use `quasistatic(...)`, a"
                           " shortening without an amplitude, or a tension: `active(..., amplitude = ...)`")  # fmt: skip
@@ -122,11 +148,33 @@ def _check_active_strain(declared: Declared, case: Case) -> Diagnostic | None:
         return diagnostic("E362", declared.at(), f"fibres of `{case.body.name}` shorten with an amplitude, and a part"
                           " of it is viscoelastic", "not with a viscoelastic part", "use a shortening without"
                           " an amplitude, or a tension: `active(..., amplitude = ...)`")  # fmt: skip
+=======
+        return diagnostic(
+            "E368",
+            declared.at(),
+            f"`{declared.name}` is dynamic, but fibres that shorten with a `amplitude` need an analysis without inertia",
+            "not in a dynamic analysis",
+            "use `quasistatic(...)`, a shortening without a `amplitude`, or a tension: `active(..., amplitude = ...)`",
+        )
+    if any(m.branches for m in case.materials) and any(m.amplitude is not None for m in own):
+        return diagnostic(
+            "E362",
+            declared.at(),
+            f"fibres of `{case.body.name}` shorten with a `amplitude`, but a part of it relaxes",
+            "not with viscoelasticity",
+            "use a shortening without a `amplitude`, or a tension: `active(..., amplitude = ...)`",
+        )
+>>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     if own and case.analysis.path == "arc_length":
-        return diagnostic("E378", declared.at(), f"`{declared.name}` follows a path from rest, and fibres of"
-                          f" `{case.body.name}` are short before it begins", "no path from rest",
-                          "use `path = load`, with several states if one step is too long, or a tension, which grows"
-                          " along the path: `active(...)`")  # fmt: skip
+        return diagnostic(
+            "E378",
+            declared.at(),
+            f"`{declared.name}` follows a path from rest, but fibres of "
+            f"`{case.body.name}` are shortened before it begins",
+            "no path from rest",
+            "use `path = load`, with several states if one step is too long, or a tension, which grows"
+            " along the path: `active(...)`",
+        )
     return None
 
 
@@ -162,13 +210,18 @@ def _check_plane(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     kind = case.planar.replace("_", " ")
     for material in case.materials:
         if case.planar == "plane_stress" and is_directed(material):
-            yield diagnostic("E365", case.body.at("material"), f"`{case.body.name}` is in plane stress, which is not "
-                             "known of a material with fibres", "not in plane stress",
-                             "use `plane_strain`, or a `solid` as thick as the plate")  # fmt: skip
+            yield diagnostic(
+                "E365",
+                case.body.at("material"),
+                f"`{case.body.name}` is in plane stress, which does not support a material with fibres",
+                "not in plane stress",
+                "use `plane_strain`, or a `solid` as thick as the plate",
+            )
         elif is_directed(material) and not _is_in_plane(material):
             yield diagnostic("E365", case.body.at("material"), f"fibres of `{case.body.name}` lie neither within its "
                              f"plane nor along z, and would move it out of {kind}", "askew",
-                             "the same for all z are directions within x and y, or +z alone; else use a `solid`"
+                             "use directions within x and y, or +z only, which are the same for all z, or use a "
+                             "`solid`"
                              )  # fmt: skip
 
 
@@ -201,9 +254,9 @@ def must_be_mirrored(case: Case, X: Floats) -> None:
             if odd is not None:
                 where = units.format_vector(tuple(float(f"{c:.3g}") for c in odd), units.LENGTH)
                 at = f" at {where}" if getattr(case.material, "turning", False) else ""
-                raise fault("E369", support.at(), f"fibres of `{case.body.name}`{at} have another mirror image in "
-                            f"`{support.name}` than the material has there", "half does not stand for the whole",
-                            f"model the whole body; a wall in place of the plane is `fixed(..., components = "
+                raise fault("E369", support.at(), f"fibres of `{case.body.name}`{at} are not symmetric about the "
+                                                  f"plane of `{support.name}`", "half does not represent the whole",
+                            "model the whole body, or use a wall instead of the plane: `fixed(..., components = "
                             f"{'xyz'[axis]})`")  # fmt: skip
 
 
@@ -240,6 +293,10 @@ def _first_asymmetric_point(material: Any, X: Floats, axis: int, place: float) -
 def must_be_isotropic(reference: Declared, case: Case) -> None:
     """Refuse a theory of isotropic bodies for a body with fibres. Raises Fault."""
     if has_directed_material(case):
-        raise fault("E364", reference.at(), f"`{reference.name}` is solved for an isotropic solid, and the material of "
-                    f"`{case.body.name}` has fibres", "knows no directions", "compare with what was measured or "
-                    "published, or with a finer model: `self_converged(...)`")  # fmt: skip
+        raise fault(
+            "E364",
+            reference.at(),
+            f"`{reference.name}` assumes an isotropic solid, but the material of `{case.body.name}` has fibres",
+            "only for isotropic materials",
+            "compare with measured or published data, or with a finer model: `self_converged(...)`",
+        )

@@ -33,18 +33,18 @@ def bar_of(case: Case) -> PulledBar:
     shape = case.shape
     if not isinstance(shape, Prism):
         raise NotApplicable(
-            f"`{case.body.name}` is no straight body of one section", "it takes a box, a cylinder or a tube"
+            f"`{case.body.name}` is not a straight body with one cross-section", "use a box, a cylinder or a tube"
         )
     if case.parts:
-        raise NotApplicable(f"the part `{case.parts[0].name}` is of another material",
-                      "say it by one material that varies: `young = ...`")  # fmt: skip
+        raise NotApplicable(f"the region `{case.parts[0].name}` has another material",
+                      "use one material that varies: `young = ...`")  # fmt: skip
     if isinstance(case.analysis, Dynamic):
-        raise NotApplicable("the analysis is dynamic", "the integral is one of rest")
+        raise NotApplicable("the analysis is dynamic", "use a static analysis")
     held = _held_end(case)
     root, axis = end_frame(shape, held)
     material = case.material
     if isinstance(material.poisson, Profile):
-        raise NotApplicable("its Poisson's ratio varies", "the stress is uniaxial only with `poisson = 0`")
+        raise NotApplicable("its Poisson's ratio varies", "use `poisson = 0`: otherwise the stress is not uniaxial")
     young, density = (_constant_along_axis(case, c, root, axis) for c in (material.young, material.density))
     force, pull = _end_loads(case, 1 - held, axis)
     area = shape.section.area
@@ -58,11 +58,11 @@ def _held_end(case: Case) -> int:
         thing = support.thing
         free = [abs(shape.axis[c]) <= ALIGNED for c in thing.components]
         if not isinstance(thing, Holding) or thing.moves:
-            raise NotApplicable(f"the support `{support.name}` moves it", REMEDY)
+            raise NotApplicable(f"the support `{support.name}` moves the body", REMEDY)
         if all(free):
             continue  # without lateral contraction nothing moves across
         if (end := end_of(thing.where, shape)) is None:
-            raise NotApplicable(f"the support `{support.name}` does not take one end face whole", REMEDY)
+            raise NotApplicable(f"the support `{support.name}` does not cover one whole end face", REMEDY)
         found.add(end)
     if len(found) != 1:
         raise NotApplicable("no end is held along the axis" if not found else "both ends are held", REMEDY)
@@ -76,9 +76,7 @@ def _end_loads(case: Case, free: int, axis: Any) -> tuple[float, float]:
         match load.thing.action:
             case SurfaceTraction(where=where, traction=traction):
                 if end_of(where, case.prism) != free:
-                    raise NotApplicable(
-                        f"the load `{load.name}` does not act on the whole of the free end alone", REMEDY
-                    )
+                    raise NotApplicable(f"the load `{load.name}` does not act on exactly the whole free end", REMEDY)
                 force += _component(load, traction, axis)
             case BodyForce(acceleration=g):
                 pull += _component(load, g, axis)
@@ -139,5 +137,5 @@ def _must_be_even(constant: Profile, own: float, others: list[float]) -> None:
     """Check that a constant is uniform across a section. Raises NotApplicable."""
     if not all(abs(other - own) <= SAME * abs(own) for other in others):
         raise NotApplicable(
-            f"its `{constant.name}` varies across its sections", "the integral is one along the axis alone"
+            f"its `{constant.name}` varies over the cross-section", "use a constant that varies along the axis only"
         )

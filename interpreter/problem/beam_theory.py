@@ -20,17 +20,17 @@ def cantilever_of(reference: Declared, case: Case) -> Cantilever:
     shape = case.shape
     if not isinstance(shape, Cylinder | Tube | Box):
         raise NotApplicable(f"`{case.body.name}` is not a straight body with a constant section",
-                      "beam theory needs a cylinder, a tube or a box")  # fmt: skip
+                      "use a cylinder, a tube or a box")  # fmt: skip
     for part in case.parts:
-        raise NotApplicable(f"the part `{part.name}` of `{case.body.name}` is of another material",
-                      "beam theory knows one material; compare with a model: `self_converged(...)`")  # fmt: skip
+        raise NotApplicable(f"the region `{part.name}` of `{case.body.name}` has another material",
+                      "compare with a model, `self_converged(...)`: beam theory supports one material")  # fmt: skip
     for load in case.loads:
         if not isinstance(load.thing.action, BodyForce):
             raise NotApplicable(f"the load `{load.name}` is not gravity",
-                          "this reference knows a beam under its own weight alone")  # fmt: skip
+                          "remove it: this reference supports only a beam under its own weight")  # fmt: skip
     if not any(case.gravity):
         raise NotApplicable("there is no gravity, so nothing bends the beam",
-                      "declare a load across the axis: `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
+                      "add a load across the axis: `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
     root, axis = clamped_end(case)
     young = reference.thing.own_young or case.material.young
     return Cantilever(shape.length, _section(case), young, case.material.poisson,
@@ -48,8 +48,8 @@ def clamped_end(case: Case) -> tuple[Any, Any]:
             raise NotApplicable(f"the support `{support.name}` is not a clamp",
                           "use `fixed(body, where = ...)` with all components")  # fmt: skip
         if (end := end_of(support.thing.where, shape)) is None:
-            raise NotApplicable(f"the support `{support.name}` is not the clamp of one end face",
-                          "hold one end and nothing else, as in `where = x <= 0 mm`")  # fmt: skip
+            raise NotApplicable(f"the support `{support.name}` does not clamp exactly one end face",
+                          "hold one end only, as in `where = x <= 0 mm`")  # fmt: skip
         clamped.append(end)
     if len(set(clamped)) != 1:
         count = "no" if not clamped else "more than one"
@@ -74,7 +74,7 @@ def _section(case: Case) -> Disc | Ring | Rectangle:
     pulls = abs(case.gravity[first]), abs(case.gravity[second])
     if min(pulls) > ALIGNMENT * math.hypot(*pulls):
         raise NotApplicable(
-            "gravity is oblique to the sides of the section", "the beam would bend sideways; turn gravity"
+            "gravity is oblique to the sides of the section", "rotate gravity: the beam would bend sideways"
         )
     height, width = (first, second) if pulls[0] > pulls[1] else (second, first)
     return Rectangle(height=shape.size[height], width=shape.size[width])

@@ -310,11 +310,16 @@ def body_of(scene: Scene, declared: Declared) -> str:
     if len(bodies) == 1:
         return bodies[0]
     if not bodies:
-        raise fault("E221", declared.at(), f"`{declared.name}` has no body to work on", "no body is declared",
-                    "declare one: `body beam = solid(cylinder(...), material)`")  # fmt: skip
-    raise fault("E221", declared.at(), f"`{declared.name}` could mean any of {len(bodies)} bodies",
+        raise fault(
+            "E221",
+            declared.at(),
+            f"`{declared.name}` needs a body, but the scene has none",
+            "no body is declared",
+            "add one: `body beam = solid(cylinder(...), material)`",
+        )
+    raise fault("E221", declared.at(), f"`{declared.name}` could refer to any of {len(bodies)} bodies",
                 "which body?",
-                f"say which: `body = {bodies[0]}`; bodies: {', '.join(bodies)}")  # fmt: skip
+                f"name one, `body = {bodies[0]}`; bodies: {', '.join(bodies)}")  # fmt: skip
 
 
 def other_body(scene: Scene, declared: Declared, case: Case) -> str | None:

@@ -176,5 +176,5 @@ def solid_body(case: Case) -> Rectangular | Round:
         return Round(case.shape)
     found = rectangular(case)
     if found is None:
-        raise NotApplicable(f"`{case.body.name}` is no box, no cylinder and no upright rectangle", "use one of these")
+        raise NotApplicable(f"`{case.body.name}` is not a box, a cylinder or an upright rectangle", "use one of these")
     return found

@@ -24,8 +24,8 @@ from softmark.solvers.mesh.shape import add_multiples, cross, dot
 
 NEAR = 1e-6  # relative to the body's size: how far beside the axis a plane of symmetry may lie
 SAME = 1e-9  # relative to the body's size, or of a travel: what is less is none
-ONE = "one rigid body, one `rigid_contact(...)`, and nothing else that acts"
-FAR = "hold the far face whole: `fixed(...)`, or its normal alone, so that it slides"
+ONE = "one rigid body, one `rigid_contact(...)`, and no other load"
+FAR = "hold the whole far face with `fixed(...)`, or only along its normal, so that it slides"
 NONE = (0.0, 0.0, 0.0)
 
 
@@ -103,21 +103,24 @@ class Face:
 def face_of(case: Case) -> tuple[Touch, Face]:
     """Return the only contact of a case, and the face below its rigid body. Raises NotApplicable."""
     if isinstance(case.analysis, Dynamic):
-        raise NotApplicable("the analysis is dynamic", "the theory is one of rest")
+        raise NotApplicable("the analysis is dynamic", "use a static analysis")
     if case.parts or hasattr(case.material, "passive"):
-        raise NotApplicable(f"`{case.body.name}` is not of one material that is at rest", "use one for all of it")
+        raise NotApplicable(
+            f"`{case.body.name}` does not consist of one passive material",
+            "use one material without active stress for the whole body",
+        )
     if case.planar == "plane_stress":
         raise NotApplicable("its body is in plane stress", "use `plane_strain(...)`, or a solid")
     if len(case.contacts) != 1:
         count = len(case.contacts) or "no"
-        raise NotApplicable(f"`{case.body.name}` has {count} contacts with rigid bodies", f"it takes {ONE}")
+        raise NotApplicable(f"`{case.body.name}` has {count} contacts with rigid bodies", f"use {ONE}")
     touch, body = case.contacts[0], solid_body(case)
     ways = (0,) if isinstance(body, Round) else (1,) if body.turns else (0, 1) if body.flat else (0, 1, 2)
     for face in (Face(body, way, end) for way in ways for end in (0, 1)):
         if _is_above(touch, face):
             return touch, face
     raise NotApplicable(
-        f"`{touch.rigid.name}` lies above no flat face of `{case.body.name}`", "begin with a gap above one"
+        f"`{touch.rigid.name}` is not above a flat face of `{case.body.name}`", "start with a gap above a flat face"
     )
 
 
@@ -139,13 +142,13 @@ def rigid_displacement(touch: Touch) -> Vector:
     it.
     """
     if touch.along is not None:
-        raise NotApplicable(f"loads press `{touch.rigid.name}`, and theories take how far it goes as given",
-                      "take the force of a scene in which a support moves it: `displaced(...)`")  # fmt: skip
+        raise NotApplicable(f"`{touch.rigid.name}` is driven by loads, but the theory needs a given displacement",
+                      "compare in a scene in which a support moves it: `displaced(...)`")  # fmt: skip
     shift = NONE
     for support in touch.moved:
         thing = at_full_size(support.thing)
         if thing.turns:
-            raise NotApplicable(f"`{support.name}` turns `{touch.rigid.name}`", "move it without a turn")
+            raise NotApplicable(f"`{support.name}` rotates `{touch.rigid.name}`", "move it without rotation")
         if isinstance(thing, ByVector):
             shift = add_multiples(shift, (1.0, support.thing.imposed))
     return shift
@@ -166,14 +169,14 @@ def bonding_and_mirrors(case: Case, face: Face) -> tuple[bool, set[tuple[int, in
             continue
         side = _symmetric_sides(face, thing)
         if side is None:
-            raise NotApplicable(f"the support `{support.name}` holds what is not the far face", FAR)
+            raise NotApplicable(f"the support `{support.name}` holds points outside the far face", FAR)
         mirrors |= side
     way = {face.way} if isinstance(face.body, Rectangular) else set(range(3)) - set(face.across)
     if not way <= held:
-        raise NotApplicable("nothing holds its far face along its normal", FAR)
+        raise NotApplicable("its far face is not held along its normal", FAR)
     bonded = set(face.across) <= held
     if not bonded and held & set(face.across):
-        raise NotApplicable("its far face is held in one direction along it", FAR)
+        raise NotApplicable("its far face is held in one of its tangential directions only", FAR)
     return bonded, mirrors
 
 
@@ -206,28 +209,28 @@ def _indentation_problem(case: Case) -> Indentation:
     """
     touch, face = face_of(case)
     for load in case.loads:
-        raise NotApplicable(f"the load `{load.name}` acts as well", f"it takes {ONE}")
+        raise NotApplicable(f"the load `{load.name}` acts as well", f"use {ONE}")
     n = face.normal
     tool = indenter_of(touch.rigid.name, touch.rigid.thing.shape, n, case.planar)
     shift = rigid_displacement(touch)
     gap = dot(add_multiples(tool.foot, (-1.0, face.middle)), n)
     first = add_multiples(tool.foot, (-gap, n))
     if not face.above(first):
-        raise NotApplicable(f"`{touch.rigid.name}` comes down beside the face", "move it above the face")
+        raise NotApplicable(f"`{touch.rigid.name}` comes down outside the face", "move it above the face")
     if face.body_turns and math.hypot(first[0], first[2]) > NEAR * case.shape.diagonal:
-        raise NotApplicable(f"`{touch.rigid.name}` is not on the axis", "put it on the y axis")
+        raise NotApplicable(f"`{touch.rigid.name}` is not on the axis", "move it to the y axis")
     bonded, mirrors = bonding_and_mirrors(case, face)
     depth = -dot(shift, n) - gap
     slid = add_multiples(shift, (-dot(shift, n), n))
     if tool.reach < depth:
-        raise NotApplicable(f"`{touch.rigid.name}` is pressed in by more than its tip is long", "take a longer one")
+        raise NotApplicable(f"`{touch.rigid.name}` is pressed in deeper than its tip is long", "use a longer one")
     share = _share(case, face, first, mirrors)
     if share < 1.0 and math.hypot(*slid) > SAME * case.shape.diagonal:
-        raise NotApplicable(f"`{touch.rigid.name}` is dragged off the plane of symmetry", "model the whole")
+        raise NotApplicable(f"`{touch.rigid.name}` is dragged off the plane of symmetry", "model the whole body")
     friction = float(touch.thing.friction)
     at = first if friction else add_multiples(first, (1.0, slid))
     if not touch.thing.where.holds(*at, case.shape.diagonal):
-        raise NotApplicable(f"`{touch.name}` leaves the place out that is pressed", "select the whole face")
+        raise NotApplicable(f"`{touch.name}` excludes the pressed place", "select the whole face")
     material = case.material
     nu = float(material.poisson)
     return Indentation(
@@ -244,8 +247,8 @@ def _share(case: Case, face: Face, at: Vector, mirrors: set[tuple[int, int]]) ->
     for way, end in mirrors:
         assert isinstance(body, Rectangular)
         if abs(at[way] - (body.high if end else body.low)[way]) > NEAR * case.shape.diagonal:
-            raise NotApplicable("a plane of symmetry does not go through the axis of what presses",
-                          "put its axis in the plane")  # fmt: skip
+            raise NotApplicable("a plane of symmetry does not contain the axis of the indenter",
+                          "put the axis in the plane")  # fmt: skip
         share *= 0.5
     return share
 
@@ -344,19 +347,19 @@ def doubt_of(theory: Any) -> str | None:
     most = max(theory.off.items(), key=lambda one: abs(one[1]), default=("", 0.0))
     if not abs(most[1]) > SAID:
         return None
-    return f"it leaves out {LEFT_OUT[most[0]]}: its force may be off by about {100.0 * most[1]:+.2g} %"
+    return f"it neglects {LEFT_OUT[most[0]]}: its force may be off by about {100.0 * most[1]:+.2g} %"
 
 
 LEFT_OUT = {
-    "depth": "that the depth is not small beside the radius",
-    "thickness": "that the body is no half-space: its far face is near",
+    "depth": "that the depth is not small compared with the radius",
+    "thickness": "that the body is not a half-space: its far face is near",
     "sides": "that the body ends at its sides",
     "rim": "that the rim is rounded",
     "tip": "that the tip is rounded",
-    "series": "what the integral equation of the layer has",
-    "pressure": "that the strip is not thick beside the width of contact",
+    "series": "the error of the integral equation of the layer",
+    "pressure": "that the strip is not thick compared with the width of contact",
     "strain": "that strain is not small",
-    "overhang": "that faces which narrow by different amounts stand over each other",
+    "overhang": "that faces which narrow by different amounts overhang each other",
 }
 
 

@@ -187,7 +187,7 @@ def _image(field: Field, file: Path) -> Image:
     from softmark.references.voxel_files import read_volume
 
     if field.array:
-        raise Unreadable(file.name, "an image has one array, without a name", "leave `array` out")
+        raise Unreadable(file.name, "an image has one array, which has no name", "remove `array`")
     try:
         volume = read_volume(file, None, field.length)
     except Unreadable as error:  # which speaks of the fields of a reference
@@ -208,7 +208,7 @@ def _mesh(field: Field, file: Path) -> OnMesh:
     from softmark.solvers.mesh.mesh import Mesh
 
     if field.length is None:
-        raise Unreadable(file.name, "a mesh does not say in which unit its lengths are", "give `length = 1 mm`")
+        raise Unreadable(file.name, "a mesh file does not state its unit of length", "give `length = 1 mm`")
     try:
         with limited_resources(file):  # one limit for all attempts at it
             read = parse(file)
@@ -219,7 +219,7 @@ def _mesh(field: Field, file: Path) -> OnMesh:
     kinds = {read.cells[i].type for i in blocks}
     if len(kinds) != 1:
         reason = f"its solid cells are of {len(kinds)} kinds" if kinds else "it has no solid cells"
-        raise Unreadable(file.name, reason, "give tetrahedra or hexahedra of one kind")
+        raise Unreadable(file.name, reason, "use tetrahedra or hexahedra of one kind")
     cells = np.concatenate([read.cells[i].data for i in blocks])
     frame = Frame(field.length, field.x, field.z, field.origin)
     apart = np.arange(cells.size).reshape(cells.shape)
@@ -238,12 +238,14 @@ def _numbers(field: Field, file: Path, read: Any, cells: Any, blocks: list[int])
         raise Unreadable(file.name, f"{reason}; its arrays: {has}", "name one: `array = ...`")
     found = np.asarray(read.point_data[name] if name in read.point_data else on_cells[name], dtype=np.float64)
     if found.ndim > 1 and found.shape[1:] != (1,):
-        raise Unreadable(file.name, f"`{name}` has {found[0].size} numbers at each place", "name an array of one")
+        raise Unreadable(
+            file.name, f"`{name}` has {found[0].size} numbers at each place", "name an array with one number per place"
+        )
     found, on_points = found.reshape(len(found)), name in read.point_data
     places = cells.ravel() if on_points else np.repeat(np.arange(len(cells)), cells.shape[1])
     values: Floats = found[places]
     if len(wrong := np.unique(places[~np.isfinite(values)])):
         where = f"{'point' if on_points else 'solid cell'} {wrong[0]}, counted from 0"
         reason = f"{len(wrong)} of the {len(found)} numbers of `{name}` are not finite, the first is of {where}"
-        raise Unreadable(file.name, reason, "fill them with a value first")
+        raise Unreadable(file.name, reason, "replace them by a value first")
     return values

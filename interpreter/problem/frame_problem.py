@@ -28,7 +28,7 @@ else:
 
 HELD = 16  # parts of a member that is held all along, at whose ends the theory holds it
 NEAR = 1e-9  # relative to the diagonal: places this near are one
-TAKES = "it takes gravity, forces and lines of force on axes, and torques at points"
+TAKES = "use gravity, forces and line loads on axes, and torques at points"
 
 
 def frame_of(case: Case) -> Callable[[], Frame]:
@@ -38,18 +38,18 @@ def frame_of(case: Case) -> Callable[[], Frame]:
     network = case.shape
     if not isinstance(network, Network):
         raise NotApplicable(
-            f"`{case.body.name}` is no network of beams", "use `network(...)`, or the theory of one beam"
+            f"`{case.body.name}` is not a network of beams", "use `network(...)`, or the theory of a single beam"
         )
     if isinstance(case.analysis, Dynamic):
-        raise NotApplicable("the analysis is dynamic", "the theory is one of rest")
+        raise NotApplicable("the analysis is dynamic", "use a static analysis")
     for load in case.loads:
         if not isinstance(load.thing.action, BodyForce | PointLoad | LineForce | MomentLoad):
-            raise NotApplicable(f"it knows nothing of the load `{load.name}`", TAKES)
+            raise NotApplicable(f"it does not include the load `{load.name}`", TAKES)
     for support in case.supports:
         if not isinstance(support.thing, Fixed | Displaced | Hinged):
-            raise NotApplicable(f"it knows nothing of the support `{support.name}`", "it takes clamps and hinges")
+            raise NotApplicable(f"it does not include the support `{support.name}`", "use clamps and hinges")
         if any(len(_selects_interior(member, network, support)) == 2 for member in network.members):
-            raise NotApplicable(f"`{support.name}` holds a part of a member", "hold points and whole members")
+            raise NotApplicable(f"`{support.name}` holds a part of a member", "hold points or whole members")
     return lambda: _FrameBuilder(case, network).frame()
 
 

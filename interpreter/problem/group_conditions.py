@@ -82,7 +82,10 @@ def _found(of: str, mesh: Mesh, name: str) -> Mask:
 # ------------------------------------------------------------------ what may be wrong with them
 
 
-NAMELESS = "it names none: physical groups of Gmsh, ELSET, NSET or SURFACE of Abaqus, whole numbers on cells of VTU do"
+NAMELESS = (
+    "the file has no groups: define physical groups of Gmsh, ELSET, NSET or SURFACE of Abaqus, or whole "
+    "numbers on cells of VTU"
+)
 
 
 def check(regions: Iterable[Declared], mesh: Mesh) -> None:
@@ -111,29 +114,29 @@ def _is_sound(region: Declared, mesh: Mesh) -> None:
     own, name, at = (mesh.groups or {})[region.thing.name], region.thing.name, region.at("name")
     count = len(own.members) + own.foreign
     if not count:
-        help = "write the mesh with something in this group, or leave the region out"
-        raise fault("E326", at, f"the group `{name}` is empty", "nothing in it", help)
+        help = "write the mesh with something in this group, or remove the region"
+        raise fault("E326", at, f"the group `{name}` is empty", "empty group", help)
     if own.kind != "cells" and region.thing.material is not None:
-        problem = f"`{region.name}` is a group of {own.kind}, and {own.kind} are made of nothing"
-        help = "a material goes to a group of cells; leave `material` out"
+        problem = f"`{region.name}` is a group of {own.kind}, which cannot have a material"
+        help = "use a group of cells for a material, or remove `material`"
         raise fault("E325", region.at("material"), problem, own.described, help)
     if own.foreign:
         what = "node" if own.kind == "nodes" else "face"
-        problem = f"{own.foreign} of {count} members of the group `{name}` are no {what} of a solid cell"
+        problem = f"{own.foreign} of {count} members of the group `{name}` are not a {what} of a solid cell"
         help = (
-            "name faces of the mesh itself, between the same nodes; halves of the faces of hexahedra, and shells "
-            "beside the body are none"
+            "use faces of the mesh itself, between the same nodes: halves of the faces of hexahedra, and shells "
+            "next to the body, are not"
         )
         raise fault("E326", at, problem, own.described, help)
     if own.inside:
         problem = f"{own.inside} of {count} faces of the group `{name}` lie inside the body"
-        help = "supports, loads and probes are on the surface: name faces of it, or the cells on one side"
+        help = "use faces of the surface, or the cells on one side: supports, loads and probes act on the surface"
         raise fault("E326", at, problem, own.described, help)
 
 
 def group_of_points_fault(declared: Declared) -> Fault:
     """Return the Fault for a group condition applied to points only."""
     names = ", ".join(f"`{name}`" for name in declared.value("where").groups)
-    problem = f"`{declared.name}` looks at points alone, and no place tells whether it is in {names}"
-    help = "use a `surface` or a `volume`, or a condition on coordinates"
+    problem = f"`{declared.name}` looks at points only, and a point cannot be assigned to {names}"
+    help = "use a `surface` or a `volume`, or select by coordinates"
     return fault("E325", declared.at("where"), problem, "a group of cells or faces", help)

@@ -27,10 +27,10 @@ def must_be_uniform(reference: Declared, case: Case) -> None:
         return
     raise fault(
         "E329", reference.at(),
-        f"`{reference.name}` is solved for one value of each constant, and {describe_varying(case)} in space",
+        f"`{reference.name}` assumes one value of each constant, but {describe_varying(case)} in space",
         "one value of each constant",
-        "compare with what was measured or published, or with a finer model: `self_converged(...)`; `graded_bar(...)`"
-        " knows a bar that varies along its axis",
+        "compare with measured or published data, or with a finer model, `self_converged(...)`; for a bar that "
+        "varies along its axis use `graded_bar(...)`",
     )  # fmt: skip
 
 
@@ -73,9 +73,9 @@ def out_of_range(case: Case, profile: Profile, value: float, place: Any) -> Faul
     shown = units.format_value(value, profile.dimension) if math.isfinite(value) else "not a number"
     limits = "a number" if profile.limits is None else profile.limits.words(profile.dimension)
     return fault(
-        "E327", profile.at, f"`{profile.name}` must be {limits} all over `{case.body.name}`",
+        "E327", profile.at, f"`{profile.name}` must be {limits} everywhere in `{case.body.name}`",
         f"it is {shown} at {where}",
-        f"coordinates are those before deformation; bound it, as in `{profile.name} = max(..., ...)`",
+        f"bound it, as in `{profile.name} = max(..., ...)`; coordinates are those before deformation",
     )  # fmt: skip
 
 
@@ -96,7 +96,7 @@ def check_models(scene: Scene) -> Iterator[Diagnostic]:
             continue
         if any(profiles(material) for material in case.materials):
             yield diagnostic("E328", model.at(),
-                             f"`{model.name}` knows a material that is the same everywhere, and"
-                             f" {describe_varying(case)} in space",
+                             f"`{model.name}` supports a homogeneous material only, but {describe_varying(case)} in "
+                             "space",
                              "one value of each constant",
-                             "use `fem(...)`, which takes every constant at its points of integration")  # fmt: skip
+                             "use `fem(...)`, which evaluates every constant at its integration points")  # fmt: skip

@@ -37,18 +37,20 @@ IN_PLANE = 1e-9  # relative to the body's size: how far beside the centre a plan
 BALL = 'a `sphere(part = octant)` with one part around its centre, a `spherical_shell(part = octant)`, or a '\
        '`quarter_ring` that turns'  # fmt: skip
 SMALL = 0.01  # gradient of the displacement up to which small strain and rotation are said nothing of
-LARGE = "it takes strains and rotations for small, which come to {:.3g} %: a body that obeys large ones differs"
-PULLS = "`remote_stress(...)` and `pressure(...)` on all of the outer border, and nothing else"
+LARGE = "it assumes small strains and rotations, but they reach {:.3g} %: a body with large ones differs"
+PULLS = "`remote_stress(...)` and `pressure(...)` on the whole outer border, and no other load"
 
 
 def core_of(reference: Declared, case: Case) -> RoundCore:
     """Return the round body of a case. Raises NotApplicable if an assumption of the theory is violated."""
     about = reference.thing.about
     if isinstance(case.analysis, Dynamic):
-        raise NotApplicable("the analysis is dynamic", "the closed form is one of rest")
+        raise NotApplicable("the analysis is dynamic", "use a static analysis")
     for material in (case.body.thing.material, *(part.thing.material for part in case.parts)):
         if not isinstance(material, LinearElastic):
-            raise NotApplicable(f"`{case.body.name}` is not of linear elastic solids", "use `linear_elastic(...)`")
+            raise NotApplicable(
+                f"`{case.body.name}` does not consist of linear elastic solids", "use `linear_elastic(...)`"
+            )
     inner, outer, centre = _hole(case) if about == "hole" else inclusion_in_ball(case)
     planes = (0, 1, 2) if not case.planar else (1,) if case.depth else (0, 1)
     check_symmetry_supports(case, planes, centre, outer)
@@ -72,17 +74,17 @@ def _ring(case: Case) -> tuple[float, float]:
     region = case.shape.region if isinstance(case.shape, Slice) else None
     if not isinstance(region, QuarterRing) or case.parts:
         raise NotApplicable(
-            f"`{case.body.name}` is no ring of one material", "use `quarter_ring(inner = ..., outer = ...)`"
+            f"`{case.body.name}` is not a ring of one material", "use `quarter_ring(inner = ..., outer = ...)`"
         )
     if region.inner_y not in (None, region.inner) or region.outer_y not in (None, region.outer):
-        raise NotApplicable("its borders are no circles", "leave `inner_y` and `outer_y` out")
+        raise NotApplicable("its borders are not circles", "remove `inner_y` and `outer_y`")
     return region.inner, region.outer
 
 
 def _hole(case: Case) -> tuple[float, float, Vector3]:
     """Return radii and centre of a plate with a hole. Raises NotApplicable."""
     if case.planar not in ("plane_strain", "plane_stress"):
-        raise NotApplicable(f"`{case.body.name}` is no plate", "use `plane_stress(...)` or `plane_strain(...)`")
+        raise NotApplicable(f"`{case.body.name}` is not a plate", "use `plane_stress(...)` or `plane_strain(...)`")
     return *_ring(case), (0.0, 0.0, 0.0)
 
 
@@ -92,13 +94,15 @@ def inclusion_in_ball(case: Case) -> tuple[float, float, Vector3]:
     if case.planar == "axisymmetric":
         return *_ring(case), (0.0, 0.0, 0.0)
     if not isinstance(shape, Sphere | SphericalShell) or shape.part != "octant":
-        raise NotApplicable(f"`{name}` is no octant of a ball", f"use {BALL}")
+        raise NotApplicable(f"`{name}` is not an octant of a ball", f"use {BALL}")
     if isinstance(shape, SphericalShell):
         if case.parts:
-            raise NotApplicable(f"`{name}` has a hollow and parts of other materials", "use one or the other")
+            raise NotApplicable(f"`{name}` has a hollow and also regions of other materials", "use one or the other")
         return shape.inner, shape.radius, shape.origin
     if len(case.parts) != 1:
-        raise NotApplicable(f"`{name}` has {len(case.parts) or 'no'} parts of other materials", "declare one inclusion")
+        raise NotApplicable(
+            f"`{name}` has {len(case.parts) or 'no'} regions of other materials", "declare exactly one inclusion"
+        )
     return _radius(case.parts[0], shape), shape.radius, shape.origin
 
 
@@ -107,11 +111,11 @@ def _radius(part: Declared, shape: Sphere) -> float:
     where: Condition = part.thing.where
     cuts = [cut for cut in cuts_for(where, shape) if cut.axis == "radius"]
     if not depends_on_radius(where, shape.origin, shape.radius) or len(cuts) != 1:
-        raise NotApplicable(f"the part `{part.name}` is no sphere around the centre of the ball",
-                      f"its border is a sphere: `where = x^2 + y^2 + z^2 <= a^2`{_from(shape.origin)}")  # fmt: skip
+        raise NotApplicable(f"the region `{part.name}` is not a sphere around the centre of the ball",
+                      f"select a sphere: `where = x^2 + y^2 + z^2 <= a^2`{_from(shape.origin)}")  # fmt: skip
     if not holds_at_radius(where, shape.origin, 0.5 * cuts[0].at, shape.diagonal):
         raise NotApplicable(
-            f"the part `{part.name}` is what lies around the inclusion", "declare the inclusion as the part"
+            f"the region `{part.name}` is the part around the inclusion", "declare the inclusion as the region"
         )
     return float(cuts[0].at)
 
@@ -150,12 +154,12 @@ def check_symmetry_supports(case: Case, planes: tuple[int, ...], centre: Vector3
     for support in case.named_supports:
         normal = support.thing.normal if isinstance(support.thing, Symmetric) else None
         if normal is None or abs(normal[1] - centre[normal[0]]) > IN_PLANE * size:
-            raise NotApplicable(f"the support `{support.name}` is no plane of symmetry through the centre",
-                          "hold it by `symmetric(...)` alone")  # fmt: skip
+            raise NotApplicable(f"the support `{support.name}` is not a plane of symmetry through the centre",
+                          "hold it with `symmetric(...)` only")  # fmt: skip
         found.add(normal[0])
     if missing := [axis for axis in planes if axis not in found]:
-        raise NotApplicable(f"its plane across {'xyz'[missing[0]]} through the centre is not held",
-                      "a part of a ball or a ring stands for all of it by `symmetric(...)` on its planes")  # fmt: skip
+        raise NotApplicable(f"its plane normal to {'xyz'[missing[0]]} through the centre is not held",
+                      "use `symmetric(...)` on the planes of a part of a ball or a ring")  # fmt: skip
 
 
 def _stress(case: Case, inner: float, outer: float, centre: Vector3) -> Vector3:
@@ -164,14 +168,14 @@ def _stress(case: Case, inner: float, outer: float, centre: Vector3) -> Vector3:
     for load in case.loads:
         action = load.thing.action
         if not isinstance(action, RemoteStress | PressureLoad):
-            raise NotApplicable(f"the load `{load.name}` acts as well", f"it takes {PULLS}")
+            raise NotApplicable(f"the load `{load.name}` acts as well", f"use {PULLS}")
         if not _covers_border(action.where, case, inner, outer, centre):
-            raise NotApplicable(f"the load `{load.name}` does not act on all of the outer border alone",
-                          f"it is at one distance: `where = x^2 + y^2 + z^2 >= b^2`{_from(centre)}")  # fmt: skip
+            raise NotApplicable(f"the load `{load.name}` does not act on exactly the whole outer border",
+                          f"select it by its distance: `where = x^2 + y^2 + z^2 >= b^2`{_from(centre)}")  # fmt: skip
         for axis, along in enumerate(_stress_of_load(load, case)):
             total[axis] += along
     if not case.loads:
-        raise NotApplicable("nothing pulls at it", f"it takes {PULLS}")
+        raise NotApplicable("it has no load", f"use {PULLS}")
     return total[0], total[1], total[2]
 
 
@@ -193,7 +197,10 @@ def _stress_of_load(load: Declared, case: Case) -> Vector3:
         return p, p, 0.0 if case.planar and not case.depth else p
     x, y, z = (action.stress * c**2 for c in action.direction)
     if max(map(abs, action.direction)) < 1.0:
-        raise NotApplicable(f"`{load.name}` pulls askew", "a tension along x, y or z is symmetric to all planes")
+        raise NotApplicable(
+            f"`{load.name}` pulls in an oblique direction",
+            "use a tension along x, y or z, which is symmetric about all planes",
+        )
     return x, y, x if case.depth else z  # across the axis of a body of revolution it pulls all around
 
 
@@ -205,8 +212,8 @@ def size_effect_note(core: RoundCore) -> str:
     place = "around the hole" if core.core is None else "at the border of the inclusion"
     doubt = doubt_of(core)
     return (
-        f"it is exact for a body of this size; stress {place} differs from that in a body without end by up to "
-        f"{100.0 * core.size_matters:.3g} % of that from afar"
+        f"it is exact for a body of this size; stress {place} differs from that in an infinite body by up to "
+        f"{100.0 * core.size_matters:.3g} % of the remote stress"
     ) + (f"; {doubt}" if doubt else "")
 
 

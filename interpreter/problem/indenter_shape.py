@@ -36,10 +36,11 @@ def indenter_of(name: str, shape: Any, normal: Vector, planar: str) -> Indenter:
     if isinstance(shape, Sphere):
         if shape.part != "whole":
             raise NotApplicable(
-                f"`{name}` is a part of a sphere", "use all of it: a rigid body may reach beyond symmetry"
+                f"`{name}` is only a part of a sphere",
+                "use a whole sphere: a rigid body may reach beyond a plane of symmetry",
             )
         if planar == "plane_strain":
-            raise NotApplicable(f"in plane strain `{name}` is cut as a cylinder", ALONG)
+            raise NotApplicable(f"in plane strain the section of `{name}` is that of a cylinder", ALONG)
         return Indenter("sphere", shape.radius, add_multiples(shape.origin, (-shape.radius, normal)))
     if isinstance(shape, Cylinder) and planar == "plane_strain":
         if math.hypot(*shape.axis[:2]) > ALIGNED:
@@ -50,13 +51,13 @@ def indenter_of(name: str, shape: Any, normal: Vector, planar: str) -> Indenter:
         if planar == "plane_strain":
             raise NotApplicable(f"in plane strain `{name}` is cut along its axis", ALONG)
         return _revolved_indenter(name, shape, normal)
-    raise NotApplicable(f"`{name}` is no sphere, cylinder, cone or punch", "use one of these")
+    raise NotApplicable(f"`{name}` is not a sphere, cylinder, cone or punch", "use one of these")
 
 
 def _revolved_indenter(name: str, shape: Any, normal: Vector) -> Indenter:
     """Return the end of a body of revolution. Raises NotApplicable if its axis is not normal to the face."""
     if math.hypot(*cross(shape.axis, normal)) > ALIGNED:
-        raise NotApplicable(f"the axis of `{name}` is not normal to the face", "turn it so that it is")
+        raise NotApplicable(f"the axis of `{name}` is not normal to the face", "rotate it so that it is")
     first = dot(shape.axis, normal) > 0.0  # true if the end at `origin` touches first
     foot = shape.origin if first else add_multiples(shape.origin, (shape.length, shape.axis))
     if isinstance(shape, Cylinder):
@@ -65,12 +66,12 @@ def _revolved_indenter(name: str, shape: Any, normal: Vector) -> Indenter:
         return Indenter("punch", shape.radius - shape.rounding, foot, shape.rounding)
     if isinstance(shape, Tip):
         if not first:
-            raise NotApplicable(f"`{name}` presses with its blunt end", "turn it round")
+            raise NotApplicable(f"`{name}` presses with its blunt end", "turn it around")
         angle = 0.5 * shape.angle
         return Indenter("cone", angle, foot, shape.rounding, shape.length - 2.0 * shape.rounding)
     here, there = (shape.radius, shape.end) if first else (shape.end, shape.radius)
     if here == 0.0:
         return Indenter("cone", math.atan(there / shape.length), foot, reach=shape.length)
     if there > here:
-        raise NotApplicable(f"the end of `{name}` is a cone that was cut off", "use a cone with a tip, or a cylinder")
+        raise NotApplicable(f"the end of `{name}` is a truncated cone", "use a cone with a tip, or a cylinder")
     return Indenter("punch", here, foot)

@@ -15,19 +15,21 @@ from softmark.interpreter.vocabulary.load_words import PressureLoad
 from softmark.references.rubber_inflation import BlownBall
 from softmark.references.straight_cantilever import NotApplicable
 
-PRESSED = "one `pressure(...)` on all of the hollow, and nothing else"
+PRESSED = "one `pressure(...)` on the whole hollow, and no other load"
 
 
 def ball_of(case: Case) -> BlownBall:
     """Return the ball of a case. Raises NotApplicable if an assumption of the theory is violated."""
     if isinstance(case.analysis, Dynamic):
-        raise NotApplicable("the analysis is dynamic", "the closed form is one of rest")
+        raise NotApplicable("the analysis is dynamic", "use a static analysis")
     if case.parts:
-        raise NotApplicable(f"`{case.body.name}` is not of one material", "use one for all of it")
+        raise NotApplicable(
+            f"`{case.body.name}` does not consist of one material", "use one material for the whole body"
+        )
     inner, outer, centre = inclusion_in_ball(case)
     check_symmetry_supports(case, (0, 1, 2) if not case.planar else (1,), centre, outer)
     if len(case.loads) != 1 or not isinstance(case.loads[0].thing.action, PressureLoad):
-        raise NotApplicable("it is not loaded by one pressure", f"it takes {PRESSED}")
+        raise NotApplicable("its load is not one pressure", f"use {PRESSED}")
     load = case.loads[0]
     action, extent = load.thing.action, case.shape.diagonal
     around = depends_on_radius(action.where, centre, outer, bool(case.planar))
@@ -36,5 +38,5 @@ def ball_of(case: Case) -> BlownBall:
         or not holds_at_radius(action.where, centre, inner, extent)
         or holds_at_radius(action.where, centre, outer, extent)
     ):
-        raise NotApplicable(f"the load `{load.name}` does not act on all of the hollow alone", f"it takes {PRESSED}")
+        raise NotApplicable(f"the load `{load.name}` does not act on exactly the whole hollow", f"use {PRESSED}")
     return BlownBall(inner, outer, rubber_of(case), case.material.poisson, action.pressure, centre)

@@ -61,9 +61,8 @@ def overlap_fault(a: Declared, b: Declared, label: str) -> Fault:
     """Return the Fault of two overlapping regions."""
     return fault(
         "E592", b.at("where" if b.thing.group is None else "name"),
-        f"`{a.name}` and `{b.name}` overlap and are of different materials", label,
-        f"say which lies over the other: `over = [{a.name}]` in `{b.name}`, or select without the other: "
-        f"`where = ... and not {a.name}`",
+        f"`{a.name}` and `{b.name}` overlap and have different materials", label,
+        f"give their order, `over = [{a.name}]` in `{b.name}`, or exclude the other: `where = ... and not {a.name}`",
     )  # fmt: skip
 
 

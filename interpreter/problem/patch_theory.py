@@ -40,8 +40,10 @@ WITHIN = 1e-6  # distance of side samples from the ends of a block, relative to 
 EVERYWHERE, NOWHERE = (False, True), (True, False)  # bounds of a condition over a box
 PIECES = "use `disjoint(...)` of boxes, or of upright rectangles, of one section along one axis"
 ENDS = "hold one end along its normal, move the other along it or load all of it"
-SIDES = "leave sides free, or hold one along its normal alone: `symmetric(...)`"
-LOADS = "a `traction(...)`, `remote_stress(...)` or `pressure(...)` along the axis, on all of the end that is not held"
+SIDES = "leave sides free, or hold one along its normal only: `symmetric(...)`"
+LOADS = (
+    "use a `traction(...)`, `remote_stress(...)` or `pressure(...)` along the axis, on the whole end that is not held"
+)
 ALIKE = "use one material, or `poisson = 0`"
 NONE = (0.0, 0.0, 0.0)
 
@@ -88,7 +90,7 @@ class BlockPile:
 def stack_of(case: Case) -> Stack:
     """Return the stack of a case. Raises NotApplicable if an assumption is violated."""
     if isinstance(case.analysis, Dynamic):
-        raise NotApplicable("the analysis is dynamic", "the closed form is one of rest")
+        raise NotApplicable("the analysis is dynamic", "use a static analysis")
     if case.planar == "plane_stress":
         raise NotApplicable("its body is in plane stress", "use `plane_strain(...)`, or a solid")
     piled = piled_of(case)
@@ -122,10 +124,10 @@ def _must_meet(stack: Stack) -> None:
     open_ones = sum(not joint.glued for joint in stack.joints)
     if stack.grown >= 0.0 and open_ones > 1:
         travel, gaps = (units.format_value(v, units.LENGTH) for v in (stack.gaps - stack.grown, stack.gaps))
-        raise NotApplicable(f"its ends come nearer by {travel} and its {open_ones} gaps are {gaps} in all, so that"
-                      " blocks between them are free", "move an end by more")  # fmt: skip
+        raise NotApplicable(f"its ends approach by {travel}, but its {open_ones} gaps are {gaps} in all, so that "
+                            "blocks between them are free", "move an end further")  # fmt: skip
     if stack.grown <= -sum(block.length for block in stack.blocks):
-        raise NotApplicable("its ends come nearer by more than it is long", "move an end by less")
+        raise NotApplicable("its ends approach by more than its length", "move an end less far")
 
 
 # ------------------------------------------------------------------ the blocks
@@ -140,7 +142,7 @@ def piled_of(case: Case) -> BlockPile:
     found = [rectangle(piece, thickness, bool(case.depth)) for piece in _pieces(case.shape)]
     blocks = [block for block in found if block is not None]
     if len(blocks) < len(found):
-        raise NotApplicable(f"`{name}` has pieces that are no boxes and no upright rectangles", PIECES)
+        raise NotApplicable(f"`{name}` has pieces that are not boxes or upright rectangles", PIECES)
     near = SAME * case.shape.diagonal
     first = blocks[0]
     ways = {
@@ -151,7 +153,7 @@ def piled_of(case: Case) -> BlockPile:
         raise NotApplicable(f"the pieces of `{name}` do not lie end to end with one section", PIECES)
     way = ways.pop()
     if case.depth and way != 1:
-        raise NotApplicable(f"the pieces of `{name}` lie around each other", "put them on each other along y")
+        raise NotApplicable(f"the pieces of `{name}` lie around each other", "put them on top of each other along y")
     order = sorted(blocks, key=lambda block: block.low[way])
     if any(a.high[way] > b.low[way] + near for a, b in pairwise(order)):
         raise NotApplicable(f"pieces of `{name}` overlap", PIECES)
@@ -185,9 +187,11 @@ def _solid(piled: BlockPile, number: int) -> BlockMaterial:
         if selected == EVERYWHERE:
             material = own
         elif selected != NOWHERE or where is None or where.groups:
-            raise NotApplicable(f"the part `{part.name}` is no whole block", "a part is one block, or several")
+            raise NotApplicable(
+                f"the region `{part.name}` is not a whole block", "make a region of one block, or several"
+            )
     if hasattr(material, "passive"):
-        raise NotApplicable(f"`{case.body.name}` is of a material that pulls", "use one that is at rest")
+        raise NotApplicable(f"`{case.body.name}` has an active muscle material", "use a passive material")
     nu = float(material.poisson)
     young = 2.0 * float(material.shear_modulus) * (1.0 + nu)
     free = 1 if case.planar == "plane_strain" else 2
@@ -203,7 +207,7 @@ def _joint(piled: BlockPile, number: int) -> Joint:
         between = f"the joint at {'xyz'[piled.way]} = {units.format_value(low.high[piled.way], units.LENGTH)}"
         count = f"{len(met)} contacts meet" if met else "no contact meets"
         raise NotApplicable(
-            f"{count} {between}", "one `self_contact(...)` or `tied(...)` for each joint, on all of both faces"
+            f"{count} {between}", "use one `self_contact(...)` or `tied(...)` for each joint, on all of both faces"
         )
     thing = met[0].thing
     if isinstance(thing, Itself):
@@ -225,7 +229,7 @@ def _joint_contacts(piled: BlockPile, number: int) -> list[Declared]:
         if each == {EVERYWHERE}:
             found.append(pair)
         elif each != {NOWHERE}:
-            raise NotApplicable(f"`{pair.name}` takes a part of a joint alone", "select both of its faces whole")
+            raise NotApplicable(f"`{pair.name}` covers only a part of a joint", "select the whole of both faces")
     return found
 
 
@@ -240,7 +244,7 @@ def _held_ends_and_sides(
     for support in piled.case.named_supports:
         thing, by = at_full_size(support.thing), support.thing.imposed
         if not isinstance(thing, Fixed | Displaced | Symmetric):
-            raise NotApplicable(f"the support `{support.name}` does not hold one end or one side", ENDS)
+            raise NotApplicable(f"the support `{support.name}` does not hold one whole end or one whole side", ENDS)
         along_it = [c for c in thing.components if c in piled.across]
         if any(by[c] for c in along_it):
             raise NotApplicable(f"the support `{support.name}` moves it across its axis", ENDS)
@@ -250,11 +254,11 @@ def _held_ends_and_sides(
             continue
         for end in taken:
             if along_it and solids[-end].poisson:
-                raise NotApplicable(f"the end that `{support.name}` holds cannot grow narrower or wider",
-                              "hold it along its normal alone, so that it slides")  # fmt: skip
+                raise NotApplicable(f"the end that `{support.name}` holds cannot expand or contract laterally",
+                              "hold it along its normal only, so that it slides")  # fmt: skip
             if piled.way in thing.components:
                 if end in ends:
-                    raise NotApplicable(f"`{support.name}` holds an end that is held", "hold each end once")
+                    raise NotApplicable(f"`{support.name}` holds an end that is already held", "hold each end once")
                 ends[end] = by[piled.way]
     if not ends:
         raise NotApplicable("no end is held along its normal", ENDS)
@@ -271,10 +275,10 @@ def _mirrors(piled: BlockPile, support: Declared, thing: Any) -> set[tuple[int, 
         c = thing.components[0]
         taken = side.taken(thing.where, c) if len(thing.components) == 1 and c in piled.across else set()
         if len(taken) != 1:
-            raise NotApplicable(f"the support `{support.name}` holds what is no end and no side", SIDES)
+            raise NotApplicable(f"the support `{support.name}` holds neither an end nor a side", SIDES)
         end = taken.pop()
         if piled.whole.turns and (end or side.low[0] > SAME * piled.extent):
-            raise NotApplicable(f"`{support.name}` keeps it from growing around its axis", "leave its sides free")
+            raise NotApplicable(f"`{support.name}` prevents expansion around its axis", "leave its sides free")
         found.add((i, c, end))
     return found
 
@@ -288,7 +292,7 @@ def _roots(piled: BlockPile, joints: tuple[Joint, ...], mirrors: set[tuple[int, 
         for c in piled.across:
             held = {end for j, way, end in mirrors if way == c and _is_tied(joints, i, j)}
             if len(held) > 1 and solids[i].poisson:
-                raise NotApplicable(f"it cannot grow along {'xyz'[c]}", SIDES)
+                raise NotApplicable(f"it cannot expand along {'xyz'[c]}", SIDES)
             if held and not block.turns:
                 root = replace_coordinate(root, c, (block.high if held.pop() else block.low)[c])
         found.append(root)
@@ -311,7 +315,7 @@ def _must_narrow_alike(piled: BlockPile, joints: tuple[Joint, ...], solids: tupl
         alike = all(roots[i][c] == roots[i + 1][c] for c in piled.across)
         if solids[i] != solids[i + 1] or not alike:
             how = f"has friction of {friction:g}" if friction else "glues"
-            remedy = ALIKE + (", or leave `friction` out" if friction else ", or let them touch: `self_contact(...)`")
+            remedy = ALIKE + (", or remove `friction`" if friction else ", or let them touch: `self_contact(...)`")
             raise NotApplicable(f"`{pair.name}` {how} between blocks that narrow by different amounts", remedy)
 
 
@@ -322,7 +326,7 @@ def _end_load(piled: BlockPile, ends: tuple[float | None, float | None]) -> tupl
         action = load.thing.action
         taken = piled.ends(action.where) if isinstance(action, SurfaceTraction | RemoteStress | PressureLoad) else set()
         if len(taken) != 1 or ends[end := taken.pop()] is not None:
-            raise NotApplicable(f"the load `{load.name}` is none on all of the end that is not held", LOADS)
+            raise NotApplicable(f"the load `{load.name}` does not act on exactly the whole end that is not held", LOADS)
         if isinstance(action, PressureLoad):
             pressure += action.pressure
             continue

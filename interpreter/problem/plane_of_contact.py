@@ -20,8 +20,8 @@ def missed_plane_error(rigid: Declared, body: Declared, low: float, high: float)
     if not body.thing.planar or low < 0.0 < high:
         return None
     ends = f"{units.format_value(low, units.LENGTH)} to {units.format_value(high, units.LENGTH)}"
-    problem = f"the plane of `{body.name}`, z = 0, does not go through `{rigid.name}`, which is at z from {ends}"
-    remedy = "what presses on a body in the plane is its section at z = 0: let it lie on both sides of that, "
+    problem = f"the plane of `{body.name}`, z = 0, does not cut `{rigid.name}`, which spans z from {ends}"
+    remedy = "let it lie on both sides of z = 0, where its section acts on a plane body, "
     moved = isinstance(getattr(rigid.thing.shape, "path", None), str)
     remedy += "by other coordinates in its file" if moved else "by an `origin` below it"
-    return diagnostic("E659", rigid.at("shape"), problem, "beside the plane", remedy)
+    return diagnostic("E659", rigid.at("shape"), problem, "misses the plane", remedy)

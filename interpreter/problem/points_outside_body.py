@@ -32,12 +32,12 @@ def keep_near_points(probe: Declared, case: Case, X: Floats) -> tuple[NDArray[np
         return inside, ()
     at, count = probe.at("of" if "of" in probe.fields else "mesh"), int((~inside).sum())
     most, body = units.format_value(float(far.max()), units.LENGTH), case.body.name
-    help_ = "look at the unit, the origin and the axes of the file; points are those of the body before it deforms"
+    help_ = "check the unit, the origin and the axes of the file; points are those of the body before deformation"
     if not inside.any():
-        problem = f"all {count} points of `{probe.name}` lie outside `{body}`, by {most} and less"
-        raise fault("E504", at, problem, "not in the body", help_)
+        problem = f"all {count} points of `{probe.name}` lie outside `{body}`, by {most} or less"
+        raise fault("E504", at, problem, "outside the body", help_)
     first = units.format_vector(tuple(float(x) for x in X[int(np.argmax(far))]), units.LENGTH)
-    problem = f"{count} of {len(X)} points of `{probe.name}` lie outside `{body}`, by up to {most}, and are left out"
+    problem = f"{count} of {len(X)} points of `{probe.name}` lie outside `{body}`, by up to {most}, and are ignored"
     return inside, (diagnostic("W379", at, problem, f"the farthest is at {first}", help_),)
 
 

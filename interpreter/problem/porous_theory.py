@@ -27,11 +27,16 @@ from softmark.solvers.mesh.shape import add_multiples, cross, replace_coordinate
 ALIGNED = 1e-9  # relative tolerance off the axis
 DRIVE = "hold one end along the axis and move or press the other: `displaced(...)` or `traction(...)`"
 PLATES = (
+<<<<<<< HEAD
     "hold one plate along its normal and move the other: `displaced(...)`, or `traction(...)` on a `rigid_plate(...)`"
+=======
+    "hold one plate along its normal and move the other: `displaced(...)`, or `traction(...)` on a face that is "
+    "`rigid_plate(...)`"
+>>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
 )
-SIDES = "hold its sides across them: `fixed(..., components = x)`"
+SIDES = "hold its sides along their normals: `fixed(..., components = x)`"
 SMALL = 0.01  # strain below which no warning about small strain is given
-LARGE = "it takes strains for small, which come to {:.3g} %: a body that obeys large ones differs"
+LARGE = "it assumes small strains, but they reach {:.3g} %: a body with large ones differs"
 Body = Rectangular | Round
 
 
@@ -79,9 +84,15 @@ class Ends:
 def _analysis(case: Case) -> Quasistatic:
     """Return the quasistatic analysis. Raises NotApplicable."""
     if not isinstance(case.analysis, Quasistatic):
+<<<<<<< HEAD
         raise NotApplicable("the analysis has no time history without inertia", "declare `quasistatic(...)`")
+=======
+        raise NotApplicable("the analysis is not quasistatic", "use `quasistatic(...)`")
+>>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     if case.parts:
-        raise NotApplicable(f"`{case.body.name}` is not of one material", "use one for all of it")
+        raise NotApplicable(
+            f"`{case.body.name}` does not consist of one material", "use one material for the whole body"
+        )
     return case.analysis
 
 
@@ -92,9 +103,9 @@ def _ends(case: Case, remedy: str) -> Ends:
     drivers += [load for load in case.loads if any(_vector(load))]
     for support in case.supports:
         if not isinstance(at_full_size(support.thing), Holding):
-            raise NotApplicable(f"the support `{support.name}` holds it otherwise", remedy)
+            raise NotApplicable(f"the support `{support.name}` holds it in another way", remedy)
     if len(drivers) != 1:
-        raise NotApplicable("it is not driven by one thing alone", remedy)
+        raise NotApplicable("it is not driven by exactly one load or support", remedy)
     driving = drivers[0]
     vector = _vector(driving)
     ways = [c for c in range(3) if abs(vector[c]) > ALIGNED * math.hypot(*vector)]
@@ -104,7 +115,7 @@ def _ends(case: Case, remedy: str) -> Ends:
             raise NotApplicable(f"`{driving.name}` does not act along the axis", remedy)
         ways = [c for c in range(3) if abs(axis[c]) > ALIGNED]
     if len(ways) != 1:
-        raise NotApplicable(f"`{driving.name}` does not act along x, y or z", "turn the scene so that it does")
+        raise NotApplicable(f"`{driving.name}` does not act along x, y or z", "rotate the scene so that it does")
     return _ends_along(case, body, ways[0], driving, vector, remedy)
 
 
@@ -115,18 +126,18 @@ def _ends_along(case: Case, body: Body, way: int, driving: Declared, vector: Vec
     ends = Ends(body, way, 0, driving, force, 0.0)  # held end and amount are found below
     driven = ends.taken(where)
     if len(driven) != 1:
-        raise NotApplicable(f"`{driving.name}` does not take one end face whole and alone", remedy)
+        raise NotApplicable(f"`{driving.name}` does not act on exactly one whole end face", remedy)
     held = set()
     for support in case.supports:
         if way not in support.thing.components:
             continue
         if support.thing.components != (way,) and not _are_sides_held(case, ends):
-            raise NotApplicable(f"the support `{support.name}` keeps its end from growing wider", remedy)
+            raise NotApplicable(f"the support `{support.name}` prevents lateral expansion of its end", remedy)
         if len(own := ends.taken(support.thing.where)) != 1:
-            raise NotApplicable(f"the support `{support.name}` does not take one end face whole and alone", remedy)
+            raise NotApplicable(f"the support `{support.name}` does not act on exactly one whole end face", remedy)
         held |= own if support.name != driving.name else set()
     if held != {0, 1} - driven:
-        raise NotApplicable("not one end is held along the axis, and it alone", remedy)
+        raise NotApplicable("it needs exactly one end held along the axis", remedy)
     ends = replace(ends, held=held.pop())
     return replace(ends, amount=sum(v * a for v, a in zip(vector, ends.axis, strict=True)))
 
@@ -138,7 +149,7 @@ def _vector(declared: Declared) -> Vector:
         shift: Vector = thing.imposed
         return shift
     if not isinstance(thing.action, SurfaceTraction):
-        raise NotApplicable(f"the load `{declared.name}` is no traction", DRIVE)
+        raise NotApplicable(f"the load `{declared.name}` is not a traction", DRIVE)
     return thing.action.traction
 
 
@@ -174,9 +185,9 @@ def _check_no_fluid_pressure(case: Case) -> None:
     """Check that no fluid pressure is applied: open faces have pressure 0. Raises NotApplicable."""
     for drain in case.drains:
         if not isinstance(drain.thing, Drained):
-            raise NotApplicable(f"`{drain.name}` presses the fluid", "use `drained(...)`")
+            raise NotApplicable(f"`{drain.name}` applies a pore pressure", "use `drained(...)`")
     if not case.drains:
-        raise NotApplicable("no face lets fluid through", "declare `drained(...)`")
+        raise NotApplicable("no face lets fluid through", "add `drained(...)`")
 
 
 def _open_ends(case: Case, ends: Ends) -> Drains:
@@ -185,9 +196,7 @@ def _open_ends(case: Case, ends: Ends) -> Drains:
     found: set[int] = set()
     for drain in case.drains:
         if not (own := ends.taken(drain.thing.where)):
-            raise NotApplicable(
-                f"`{drain.name}` lets fluid through elsewhere than at its ends", "open whole ends alone"
-            )
+            raise NotApplicable(f"`{drain.name}` drains a surface that is not one of its ends", "drain whole ends only")
         found |= own
     if len(found) == 2:
         return "both"
@@ -252,7 +261,7 @@ def squeezed_of(reference: Declared, case: Case) -> CompressedPorousBody:
     """
     analysis, ends = _analysis(case), _ends(case, PLATES)
     if ends.force and not any(isinstance(b.thing, Level) and ends.taken(b.thing.where) == ends.far for b in case.beds):
-        raise NotApplicable(f"the load `{ends.driving.name}` does not keep its plate level", PLATES)
+        raise NotApplicable(f"the load `{ends.driving.name}` does not keep its plate parallel", PLATES)
     _check_no_fluid_pressure(case)
     dimension, half, root, across = _disc(case, ends) if reference.thing.about == "disc" else _slab(case, ends)
     driven = driven_by(at_full_size(ends.driving.thing).amplitude, analysis.duration)
@@ -268,22 +277,23 @@ def _slab(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
     """
     body = ends.body
     if not isinstance(body, Rectangular) or body.turns:
-        raise NotApplicable(f"`{case.body.name}` is no slab", "use a box, or a rectangle in `plane_strain(...)`")
+        raise NotApplicable(f"`{case.body.name}` is not a slab", "use a box, or a rectangle in `plane_strain(...)`")
     sides = [c for c in range(3) if c != ends.way]
     open_ = {c: _open_faces(case, body, c) for c in sides}
     ways = [c for c in sides if open_[c]]
     if len(ways) != 1 or not all(body.taken(d.thing.where, ways[0]) for d in case.drains):
         raise NotApplicable(
-            "its fluid does not leave across one direction alone", "`drained(...)` whole sides across one"
+            "its fluid does not leave along exactly one direction",
+            "apply `drained(...)` to whole sides normal to one direction",
         )
     way, other = ways[0], next(c for c in sides if c != ways[0])
     if _held_sides(case, body, other) != {0, 1}:
-        raise NotApplicable(f"it can grow along {'xyz'[other]}", "hold both faces there, or use `plane_strain(...)`")
+        raise NotApplicable(f"it can expand along {'xyz'[other]}", "hold both faces there, or use `plane_strain(...)`")
     held = _held_sides(case, body, way)
     if len(held) != 1 or open_[way] != {0, 1} - held:
-        raise NotApplicable(f"across {'xyz'[way]} not one side is held as a plane of symmetry, and the other free"
-                      " and open",
-                      "model one half: hold its middle plane, sealed, and open the other side")  # fmt: skip
+        raise NotApplicable(f"along {'xyz'[way]} it needs one side held as a plane of symmetry, and the other free "
+                            "and drained",
+                      "model one half: hold its middle plane, undrained, and drain the other side")  # fmt: skip
     root = replace_coordinate(ends.root, way, (body.low, body.high)[held.pop()][way])
     return 1, body.size(way), root, replace_coordinate((0.0, 0.0, 0.0), way, 1.0)
 
@@ -296,23 +306,27 @@ def _open_faces(case: Case, body: Rectangular, axis: int) -> set[int]:
 def _disc(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
     """Return dimension, radius, centre of the held plate, and no vector, of a disc. Raises NotApplicable."""
     body, none = ends.body, (0.0, 0.0, 0.0)
-    remedy = "use a `cylinder(...)`, or a rectangle beside x = 0 in `axisymmetric(...)`"
+    remedy = "use a `cylinder(...)`, or a rectangle that begins at x = 0 in `axisymmetric(...)`"
     if isinstance(body, Rectangular):
         if not body.turns or body.low[0] != 0.0 or ends.way != 1:
-            raise NotApplicable(f"`{case.body.name}` is no disc", remedy)
+            raise NotApplicable(f"`{case.body.name}` is not a disc", remedy)
         if any(body.taken(d.thing.where, 0) != {1} for d in case.drains):
-            raise NotApplicable("its side is not open all around, and it alone", "`drained(...)` all of its side")
+            raise NotApplicable(
+                "its drained surface is not exactly its whole side", "apply `drained(...)` to all of its side"
+            )
         if 1 in _held_sides(case, body, 0):
             raise NotApplicable("its side is held", "leave it free")
         return 2, body.high[0], ends.root, none
     if not all(body.around(d.thing.where) for d in case.drains):
-        raise NotApplicable("its side is not open all around, and it alone", "`drained(...)` all of its side")
+        raise NotApplicable(
+            "its drained surface is not exactly its whole side", "apply `drained(...)` to all of its side"
+        )
     for support in case.named_supports:
         if ends.taken(support.thing.where) and support.thing.components == (ends.way,):
             continue
         if not all(body.on_plane(support.thing.where, c) for c in support.thing.components):
-            raise NotApplicable(f"the support `{support.name}` holds what would move",
-                          "across its axis hold only points of the planes through it")  # fmt: skip
+            raise NotApplicable(f"the support `{support.name}` prevents radial motion",
+                          "hold points across its axis only on the planes through it")  # fmt: skip
     return 2, body.shape.radius, ends.root, none
 
 

@@ -78,7 +78,7 @@ def find_probe_points(probe: Declared, case: Case, tracked: Callable[[str], Floa
     except UnreadableMesh as error:
         at, owner = (probe.at("mesh"), probe) if own else (case.shaped, case.body)
         problem = f"the mesh of `{owner.name}` cannot be used: {error}"
-        help_ = error.remedy or "the file must hold cells of positive volume"
+        help_ = error.remedy or "use a file with cells of positive volume"
         raise fault(error.code, at, problem, help=help_) from error
 
 
@@ -207,8 +207,8 @@ def _curved_border_warning(probe: Declared, share: float) -> tuple[Diagnostic, .
         diagnostic(
             "W380",
             probe.at("where"),
-            f"`{probe.name}` looks at {100 * share:.3g} % of the surface that it selects",
-            "its triangles do not end at a curved border",
+            f"`{probe.name}` covers only {100 * share:.3g} % of the surface that it selects",
+            "its triangles approximate a curved border",
             "give the probe a smaller `size`",
         ),
     )
@@ -234,10 +234,10 @@ def _selected_mask(probe: Declared, X: Floats) -> NDArray[np.bool_]:
 
 def _empty_selection(probe: Declared, faces: Sequence[str] = ()) -> Fault:
     """Return the Fault of an empty selection; `faces` are regions of facets, which have no volume."""
-    help = "the condition is on coordinates before deformation"
+    help = "check the condition: it applies to coordinates before deformation"
     if faces:
         named = " and ".join(f"`{name}`" for name in faces)
-        help = f"faces have no volume, and those of {named} are selected: use a `surface`, or a group of cells"
+        help = f"use a `surface`, or a group of cells: the selected faces of {named} have no volume"
     return fault("E302", probe.at("where"), f"`{probe.name}` selects no points", "selects nothing", help)
 
 

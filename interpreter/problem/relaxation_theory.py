@@ -27,19 +27,27 @@ def bar_of(case: Case) -> RelaxingBar:
     """Return the bar of a case, at its time. Raises NotApplicable if an assumption of the theory is violated."""
     shape, name, material, analysis = case.shape, case.body.name, case.material, case.analysis
     if not isinstance(shape, Prism):
-        raise NotApplicable(f"`{name}` is no straight body of one section", "it takes a box, a cylinder or a tube")
+        raise NotApplicable(
+            f"`{name}` is not a straight body with one cross-section", "use a box, a cylinder or a tube"
+        )
     if case.parts or not isinstance(material, Viscous):
-        raise NotApplicable(f"`{name}` is not of one material that relaxes", "use `viscoelastic(...)` for all of it")
+        raise NotApplicable(
+            f"`{name}` does not consist of one viscoelastic material", "use `viscoelastic(...)` for the whole body"
+        )
     if not material.branches:
         raise NotApplicable(
-            "no share of its stress relaxes", "give it some, or compare with the theory of an elastic body"
+            "no part of its stress relaxes", "give a part that relaxes, or compare with the theory of an elastic body"
         )
     if material.of == "shape" and material.poisson != 0.5:
         raise NotApplicable(
-            "its bulk modulus stays while its shear modulus relaxes", "use `of = whole`, or `poisson = 0.5`"
+            "its bulk modulus is constant while its shear modulus relaxes", "use `of = whole`, or `poisson = 0.5`"
         )
     if not isinstance(analysis, Quasistatic):
+<<<<<<< HEAD
         raise NotApplicable("the analysis has no time history without inertia", "declare `quasistatic(...)`")
+=======
+        raise NotApplicable("the analysis is not quasistatic", "use `quasistatic(...)`")
+>>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     held, driving, amount = _ends(case)
     root, axis = end_frame(shape, held)
     force = driving.kind == "load"
@@ -62,26 +70,28 @@ def _ends(case: Case) -> tuple[int, Declared, Any]:
         thing = at_full_size(support.thing)
         along = [abs(shape.axis[c]) > ALIGNED for c in thing.components]
         if not isinstance(thing, Holding):
-            raise NotApplicable(f"the support `{support.name}` holds it otherwise", REMEDY)
+            raise NotApplicable(f"the support `{support.name}` holds it in another way", REMEDY)
         if not any(along):
             if thing.moves:
                 raise NotApplicable(f"the support `{support.name}` moves it across its axis", REMEDY)
             continue
         if not all(along) and case.material.poisson != 0.0:
-            raise NotApplicable(f"the support `{support.name}` keeps its end from growing thinner", REMEDY)
+            raise NotApplicable(f"the support `{support.name}` prevents lateral contraction of its end", REMEDY)
         if (end := end_of(thing.where, shape)) is None or end in ends:
-            raise NotApplicable(f"the support `{support.name}` does not take one end face whole and alone", REMEDY)
+            raise NotApplicable(f"the support `{support.name}` does not act on exactly one whole end face", REMEDY)
         ends[end] = support
     held = [end for end, support in ends.items() if not at_full_size(support.thing).moves]
     movers = [support for support in ends.values() if at_full_size(support.thing).moves]
     if len(held) != 1 or len(movers) + len(case.loads) != 1:
-        raise NotApplicable("not one end is held and the other moved or pulled by one thing", REMEDY)
+        raise NotApplicable(
+            "it needs one end held and the other moved or pulled by exactly one load or support", REMEDY
+        )
     if movers:
         return held[0], movers[0], at_full_size(movers[0].thing).displacement
     load = case.loads[0]
     action = at_full_size(load.thing).action
     if not isinstance(action, SurfaceTraction) or end_of(action.where, shape) != 1 - held[0]:
-        raise NotApplicable(f"the load `{load.name}` is no traction on the whole of the free end", REMEDY)
+        raise NotApplicable(f"the load `{load.name}` is not a traction on the whole free end", REMEDY)
     return held[0], load, action.traction
 
 
@@ -99,7 +109,7 @@ def _fixed_point(case: Case, root: Any) -> Any:
             if sum(holds) == 1:
                 found[c] = sides[holds.index(True)][c]
             elif case.material.poisson != 0.0:
-                raise NotApplicable(f"the support `{support.name}` holds no plane along the axis", REMEDY)
+                raise NotApplicable(f"the support `{support.name}` does not hold a plane along the axis", REMEDY)
     return tuple(found)
 
 
@@ -125,7 +135,11 @@ def driven_by(amplitude: Any, now: float) -> Amplitude:
                 AmplitudeSegment(max(0.0, a), b, (q - p) / (b - a)) for (a, p), (b, q) in pairwise(rows) if b > 0.0
             ]
             return Amplitude([(0.0, amplitude.at(0.0))], slopes)
+<<<<<<< HEAD
     raise NotApplicable("the theory does not cover this amplitude", "use `ramp`, `smooth`, `sine`, `pulse` or `table`")
+=======
+    raise NotApplicable("the theory does not support its `amplitude`", "use `ramp`, `smooth`, `sine`, `pulse` or `table`")
+>>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
 
 
 def at_rest(case: Case, bar: RelaxingBar) -> EquilibriumForces:

@@ -27,6 +27,7 @@ def rubber_of(case: Case) -> Rubber:
     word = word_of(material)
     if word not in KNOWN:
         raise NotApplicable(
-            f"`{word}` is no rubber that this knows", f"use `neo_hookean(...)`, or one of {', '.join(LAWS)}"
+            f"`{word}` is not a rubber law that the theory supports",
+            f"use `neo_hookean(...)`, or one of {', '.join(LAWS)}",
         )
     return Rubber(word, tuple((name, value) for name, value in vars(material).items() if name not in OTHER))

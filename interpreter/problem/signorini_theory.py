@@ -22,7 +22,7 @@ from softmark.solvers.mesh.rigid_shapes import HalfSpace
 from softmark.solvers.mesh.shape import add_multiples, dot, replace_coordinate
 
 PLANE = "use `half_space(...)` with its normal toward the bar, or a box that covers its end"
-LOADS = "at most one `traction(...)` along the bar, on all of the end that meets the plane"
+LOADS = "use at most one `traction(...)` along the bar, on the whole end that meets the plane"
 
 
 def bar_of(case: Case) -> StoppedBar:
@@ -30,16 +30,16 @@ def bar_of(case: Case) -> StoppedBar:
     touch, face = face_of(case)
     material, nu = case.material, float(case.material.poisson)
     if touch.thing.friction and nu:
-        raise NotApplicable(f"the contact has friction of {touch.thing.friction:g}", "leave `friction` out")
+        raise NotApplicable(f"the contact has friction of {touch.thing.friction:g}", "remove `friction`")
     n = face.normal
     gap = _height(touch.rigid.name, touch.rigid.thing.shape, face) + dot(rigid_displacement(touch), n)
     bonded, mirrors = bonding_and_mirrors(case, face)
     if bonded and nu:
         raise NotApplicable(
-            "its far face cannot grow narrower or wider", "hold it along its normal alone, so that it slides"
+            "its far face cannot expand or contract laterally", "hold it along its normal only, so that it slides"
         )
     if not touch.thing.where.holds(*face.middle, case.shape.diagonal):
-        raise NotApplicable(f"`{touch.name}` leaves the place out that is pressed", "select the whole face")
+        raise NotApplicable(f"`{touch.name}` excludes the pressed place", "select the whole face")
     young, narrowing = 2.0 * float(material.shear_modulus) * (1.0 + nu), nu
     if case.planar == "plane_strain":
         young, narrowing = young / (1.0 - nu**2), nu / (1.0 - nu)
@@ -56,7 +56,7 @@ def _height(name: str, shape: Any, face: Face) -> float:
     from softmark.solvers.mesh.shapes import Box
 
     if not isinstance(shape, Box):
-        raise NotApplicable(f"`{name}` is no plane", PLANE)
+        raise NotApplicable(f"`{name}` is not a plane", PLANE)
     low, high = shape.bounds
     own_low, own_high = face.body.bounds
     flat = isinstance(face.body, Rectangular) and face.body.flat
@@ -64,7 +64,7 @@ def _height(name: str, shape: Any, face: Face) -> float:
         raise NotApplicable(f"`{name}` does not cover the end", PLANE)
     way = max(range(3), key=lambda c: abs(n[c]))
     if abs(n[way]) < 1.0 - SAME:
-        raise NotApplicable(f"`{name}` is not across the bar", PLANE)
+        raise NotApplicable(f"`{name}` is not normal to the bar", PLANE)
     near = low if n[way] > 0.0 else high
     return (near[way] - face.middle[way]) * n[way]
 
@@ -76,7 +76,7 @@ def _load(case: Case, face: Face) -> float:
     load = case.loads[0]
     action = load.thing.action
     if len(case.loads) > 1 or not isinstance(action, SurfaceTraction) or face.taken(action.where) != {face.end}:
-        raise NotApplicable(f"the load `{load.name}` is none on the end that meets the plane", LOADS)
+        raise NotApplicable(f"the load `{load.name}` does not act on the end that meets the plane", LOADS)
     along = float(dot(action.traction, face.normal))
     if math.hypot(*add_multiples(action.traction, (-along, face.normal))) > SAME * math.hypot(*action.traction):
         raise NotApplicable(f"the load `{load.name}` does not act along the bar", LOADS)
@@ -89,6 +89,6 @@ def _root(face: Face, mirrors: set[tuple[int, int]]) -> Vector:
     for way, end in mirrors:
         assert isinstance(face.body, Rectangular)
         if (way, 1 - end) in mirrors:
-            raise NotApplicable(f"it cannot grow along {'xyz'[way]}", f"leave one side free; {FAR}")
+            raise NotApplicable(f"it cannot expand along {'xyz'[way]}", f"leave one side free; {FAR}")
         found = replace_coordinate(found, way, (face.body.high if end else face.body.low)[way])
     return found

@@ -30,8 +30,13 @@ def plane_fault(support: Declared, body: str, bounds: Bounds | None) -> Diagnost
     """Return the error of a symmetry support without a plane normal to x, y or z, or with a body on both sides."""
     thing, at = support.thing, support.at("where")
     if thing.normal is None:
-        return diagnostic("E582", at, f"`{support.name}` names no plane of symmetry", "no plane normal to x, y or z",
-                          "one comparison of one coordinate: `where = x <= 0 mm`; turn an oblique body")  # fmt: skip
+        return diagnostic(
+            "E582",
+            at,
+            f"`{support.name}` is not a plane of symmetry",
+            "not a plane normal to x, y or z",
+            "write one comparison of one coordinate, `where = x <= 0 mm`; rotate an oblique body",
+        )
     axis, place = thing.normal
     if bounds is None:
         return None
@@ -41,9 +46,8 @@ def plane_fault(support: Declared, body: str, bounds: Bounds | None) -> Diagnost
         return None  # empty selections are reported elsewhere
     return diagnostic("E582", at,
                       f"`{body}` lies on both sides of the plane of symmetry `{support.name}`",
-                      f"it goes from {units.format_value(low, units.LENGTH)} to"
-                      f" {units.format_value(high, units.LENGTH)} here",
-                      "model the half on one side of it, as in `sphere(radius = 10 mm, part = half)`")  # fmt: skip
+                      f"it spans {units.format_value(low, units.LENGTH)} to {units.format_value(high, units.LENGTH)}",
+                      "model only the half on one side of it, as in `sphere(radius = 10 mm, part = half)`")  # fmt: skip
 
 
 def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
@@ -54,15 +58,15 @@ def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
     normal, action = support.thing.normal, load.thing.action
     if normal is not None and isinstance(action, RemoteStress) and 0.0 < abs(action.direction[normal[0]]) < 1.0:
         return diagnostic("E582", load.at("direction"),
-                          f"`{load.name}` pulls askew to the plane of symmetry `{support.name}`",
-                          "the mirror image is pulled another way",
-                          "along the plane or across it there is symmetry: `direction = +x`")  # fmt: skip
+                          f"`{load.name}` pulls obliquely to the plane of symmetry `{support.name}`",
+                          "its mirror image pulls in another direction",
+                          "pull along the plane or normal to it: `direction = +x`")  # fmt: skip
     if normal is None or not isinstance(action, BodyForce) or not action.acceleration[normal[0]]:
         return None
     way = "xyz"[normal[0]]
     return diagnostic("E582", load.at(), f"`{load.name}` pulls across the plane of symmetry `{support.name}`",
-                      f"along {way}; the mirror image is pulled the other way",
-                      f"a wall in place of the plane is `fixed(..., components = {way})`")  # fmt: skip
+                      f"along {way}; its mirror image pulls the other way",
+                      f"use a wall instead of the plane: `fixed(..., components = {way})`")  # fmt: skip
 
 
 def led_fault(support: Declared, rigid: Declared, way: Declared) -> Diagnostic | None:
@@ -90,8 +94,8 @@ def led_fault(support: Declared, rigid: Declared, way: Declared) -> Diagnostic |
     if not does:
         return None
     return diagnostic("E582", way.at(), f"`{way.name}` {does} `{rigid.name}` across the plane of symmetry"
-                      f" `{support.name}`, which cuts it", "the mirror image goes the other way",
-                      f"what is dragged along {'xyz'[across]} has no symmetry there: model the whole body")  # fmt: skip
+                      f" `{support.name}`, which cuts it", "its mirror image goes the other way",
+                      f"model the whole body: motion along {'xyz'[across]} is not symmetric")  # fmt: skip
 
 
 def start_fault(support: Declared, analysis: Declared) -> Diagnostic | None:
@@ -101,14 +105,15 @@ def start_fault(support: Declared, analysis: Declared) -> Diagnostic | None:
     across, way = support.thing.normal[0], "xyz"[support.thing.normal[0]]
     if analysis.thing.velocity[across]:
         return diagnostic("E582", analysis.at("velocity"),
-                          f"`{analysis.name}` starts across the plane of symmetry `{support.name}`",
-                          f"along {way}; the mirror image goes the other way",
-                          f"nothing there moves along {way}: start along the plane, or model the whole")  # fmt: skip
+                          f"the initial velocity of `{analysis.name}` crosses the plane of symmetry `{support.name}`",
+                          f"along {way}; its mirror image goes the other way",
+                          "give a velocity along the plane, or model the whole body: points of the plane do not "
+                          f"move along {way}")  # fmt: skip
     if any(turn for i, turn in enumerate(analysis.thing.spin) if i != across):
         return diagnostic("E582", analysis.at("spin"),
-                          f"`{analysis.name}` starts by turning the plane of symmetry `{support.name}`",
-                          "the mirror image turns the other way",
-                          f"about {way} both turn alike; else model the whole body")  # fmt: skip
+                          f"the initial spin of `{analysis.name}` rotates the plane of symmetry `{support.name}`",
+                          "its mirror image rotates the other way",
+                          f"give a spin about {way}, which is symmetric, or model the whole body")  # fmt: skip
     return None
 
 
@@ -124,12 +129,13 @@ def point_doubt(support: Declared, load: Declared, bounds: Bounds | None) -> Dia
     if action.force[axis]:
         return diagnostic("E582", load.at("vector"),
                           f"`{load.name}` pulls across the plane of symmetry `{support.name}` that it acts in",
-                          f"along {'xyz'[axis]}; the mirror image is pulled the other way",
-                          "in a plane of symmetry forces lie in the plane")  # fmt: skip
+                          f"along {'xyz'[axis]}; its mirror image pulls the other way",
+                          "make the force lie in the plane")  # fmt: skip
     return diagnostic("W335", load.at("at" if isinstance(action, PointLoad) else "from"),
-                      f"`{load.name}` acts in the plane of symmetry `{support.name}`, which the mirror image shares",
-                      "half of it is the other half's",
-                      "give half of the force that acts on the whole body, if it is not that already")  # fmt: skip
+                      f"`{load.name}` acts in the plane of symmetry `{support.name}`, so half of it belongs to the "
+                      "mirror image",
+                      "shared with the mirror image",
+                      "give half of the force on the whole body, unless it is that already")  # fmt: skip
 
 
 def _tolerance(points: Floats) -> float:
@@ -150,8 +156,8 @@ def must_not_act_on_plane(case: Case, acting: Declared, X: Floats, points: Float
         if bool((abs(X[..., axis] - place).max(axis=1) <= _tolerance(points)).any()):
             raise Fault(diagnostic("E582", acting.at("where"),
                                    f"`{acting.name}` acts on the plane of symmetry `{support.name}`",
-                                   "within the whole body, where there is no surface",
-                                   "select the outer surface alone, without the plane"))  # fmt: skip
+                                   "inside the whole body, not on its surface",
+                                   "select only the outer surface, without the plane"))  # fmt: skip
 
 
 def must_not_act_on_axis(case: Case, acting: Declared, X: Floats, points: Floats, *, partly: bool = False) -> None:
@@ -167,7 +173,7 @@ def must_not_act_on_axis(case: Case, acting: Declared, X: Floats, points: Floats
     if bool(axial.any() if partly else axial.all()):
         raise Fault(diagnostic("E430", acting.at("where"),
                                f"`{acting.name}` acts on the axis of revolution of `{case.body.name}`",
-                               "a line within the body, which has no area",
+                               "a line inside the body, which has no area",
                                "select a part of the surface away from the axis, as in `x >= 10 mm`"))  # fmt: skip
 
 
@@ -182,9 +188,10 @@ def must_not_turn_half(case: Case, load: Declared, X: Floats, points: Floats) ->
         axis, place = support.thing.normal
         if bool((abs(X[..., axis] - place) <= _tolerance(points)).any()):
             raise Fault(diagnostic("E582", load.at("where"),
-                                   f"`{load.name}` turns a face that the plane of symmetry `{support.name}` halves",
-                                   "half of a face has another moment",
-                                   "model the whole body, or turn a face that ends before the plane"))  # fmt: skip
+                                   f"`{load.name}` twists a face that the plane of symmetry `{support.name}` cuts in "
+                                   "half",
+                                   "half a face has another moment",
+                                   "model the whole body, or load a face that ends before the plane"))  # fmt: skip
 
 
 def must_lie_in_plane(case: Case, support: Declared, mesh: Mesh, nodes: Ints) -> None:
@@ -202,13 +209,13 @@ def must_lie_in_plane(case: Case, support: Declared, mesh: Mesh, nodes: Ints) ->
         X = points[:, axis] if both else X[:, axis]
         raise Fault(diagnostic("E582", support.at("where"),
                                f"`{case.body.name}` does not end at the plane of symmetry `{support.name}`",
-                               f"from {units.format_value(float(X.min()), units.LENGTH)} to "
+                               f"it spans {units.format_value(float(X.min()), units.LENGTH)} to "
                                f"{units.format_value(float(X.max()), units.LENGTH)}",
-                               "the body must end at the plane, and lie on one side of it"))  # fmt: skip
+                               "move the body so that it ends at the plane and lies on one side of it"))  # fmt: skip
     held = np.zeros(len(points), dtype=np.bool_)
     held[nodes] = True
     if not held[mesh.facets].all(axis=1).any():
         raise Fault(diagnostic("E582", support.at("where"),
                                f"`{case.body.name}` has no face in the plane of symmetry `{support.name}`",
                                "it touches the plane in a point or a line",
-                               "a mirror image joins the body by a face: model the half, or use `fixed`"))  # fmt: skip
+                               "model the half, which joins its mirror image at a face, or use `fixed`"))  # fmt: skip

@@ -26,9 +26,11 @@ def driven_rod_of(case: Case) -> DrivenRod:
             f"`{name}` is not a straight body with a constant section", "use a cylinder, a tube or a box"
         )
     if case.parts:
-        raise NotApplicable(f"the part `{case.parts[0].name}` is of another material", "the theory knows one material")
+        raise NotApplicable(
+            f"the region `{case.parts[0].name}` has another material", "use one material for the whole body"
+        )
     if isinstance(case.analysis, Dynamic):
-        raise NotApplicable("the analysis is dynamic", "the theory is solved for rest")
+        raise NotApplicable("the analysis is dynamic", "use a static analysis")
     root, axis = clamped_end(case)
     frame = _frame(axis)
     tip = add_multiples(root, (shape.length, axis))
@@ -41,14 +43,14 @@ def driven_rod_of(case: Case) -> DrivenRod:
                 force = [a + b for a, b in zip(force, pull, strict=True)]
             case TendonLoad(guides=int()):
                 raise NotApplicable(f"the tendon `{load.name}` is straight between its guides",
-                              "the theory knows guides all along: leave `guides` out")  # fmt: skip
+                              "remove `guides`: the theory assumes guides along the whole tendon")  # fmt: skip
             case TendonLoad() as tendon:
                 routes.append(_route(tendon, root, frame))
             case _:
-                raise NotApplicable(f"it knows nothing of the load `{load.name}`",
-                              "it takes tendons, gravity and a force at the centre of the free end")  # fmt: skip
+                raise NotApplicable(f"it does not include the load `{load.name}`",
+                              "use tendons, gravity and a force at the centre of the free end")  # fmt: skip
     if not routes:
-        raise NotApplicable("no tendon drives the beam", "declare one: `load pull = tendon(...)`")
+        raise NotApplicable("no tendon drives the beam", "add one: `load pull = tendon(...)`")
     line = case.material.density * _declared_section(shape, frame).area
     weight = add_multiples((0.0, 0.0, 0.0), (line, case.gravity))
     stiffness = _stiffness(case, frame)

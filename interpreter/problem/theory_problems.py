@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 
 CONTACT = ("pressed", "stopped")  # kinds of contact theories
-CLEAR = "what it touches is left out", "compare with a theory of contact, as `hertz(...)`, or leave the contact out"
+CLEAR = "it neglects contact", "compare with a theory of contact such as `hertz(...)`, or remove the contact"
 POROUS = ("column", "pressed_column", "slab", "disc")  # kinds of poroelastic theories
 FULL = (
-    "its body is full of fluid that seeps",
-    "compare with `terzaghi`, `mandel`, `unconfined` or `confined`, or take the drained law by itself",
+    "its body is poroelastic",
+    "compare with `terzaghi`, `mandel`, `unconfined` or `confined`, or use the drained law only",
 )
-DRY = "no fluid seeps through its body", "make it of `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`"
+DRY = "its body is not poroelastic", "use the material `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`"
 
 
 class Theory(Protocol):
@@ -49,7 +49,7 @@ def problem_of(reference: Declared, case: Case) -> Any:
     for bed in case.beds:
         if isinstance(bed.thing, Level) and reference.thing.about in POROUS:
             continue
-        why = f"`{bed.name}` puts `{case.body.name}` on springs"
+        why = f"`{bed.name}` puts `{case.body.name}` on an elastic foundation"
         raise _assumption_fault(reference, NotApplicable(why, "use `self_converged(...)`, which refines solids"))
     if not case.uniform:
         from softmark.interpreter.problem.heterogeneity_limits import must_be_uniform
@@ -61,7 +61,7 @@ def problem_of(reference: Declared, case: Case) -> Any:
         if case.contacts and reference.thing.about not in CONTACT:
             raise NotApplicable(*CLEAR)
         if reference.thing.about not in ("relaxing", *POROUS) and case.remembers:
-            raise NotApplicable("the stress of its body relaxes", "compare with the elastic law, or with `prony(...)`")
+            raise NotApplicable("its body is viscoelastic", "compare with the elastic law, or with `prony(...)`")
         return _problem(reference, case)
     except NotApplicable as refused:
         raise _assumption_fault(reference, refused) from refused
@@ -130,7 +130,7 @@ def solve_theory(reference: Declared, case: Case) -> Theory:
 
 
 def _assumption_fault(reference: Declared, refused: NotApplicable) -> Fault:
-    problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
+    problem = f"`{reference.name}` does not apply to this scene: {refused.reason}"
     return fault("E503", reference.at(), problem, help=refused.remedy)
 
 

@@ -16,7 +16,7 @@ from softmark.solvers.mesh.shape import add_multiples, cross
 from softmark.solvers.mesh.shapes import Cylinder
 
 ALIGNED = 1e-9  # relative tolerance of the rotation axis
-REMEDY = "hold one end by `fixed(...)`, turn the other by `rotated(...)`, and nothing else"
+REMEDY = "hold one end with `fixed(...)` and rotate the other with `rotated(...)`, without other supports"
 
 
 def cylinder_of(case: Case) -> TwistedCylinder:
@@ -24,20 +24,20 @@ def cylinder_of(case: Case) -> TwistedCylinder:
     shape, name = case.shape, case.body.name
     if not isinstance(shape, Cylinder):
         raise NotApplicable(
-            f"`{name}` is no solid cylinder", "the section of any other body warps, or its wall gives way"
+            f"`{name}` is not a solid cylinder", "use a solid cylinder: other sections warp, or their walls deform"
         )
     if case.parts:
-        raise NotApplicable(f"`{name}` is not of one material", "use one for all of it")
+        raise NotApplicable(f"`{name}` does not consist of one material", "use one material for the whole body")
     rubber = rubber_of(case)
     if isinstance(case.analysis, Dynamic):
-        raise NotApplicable("the analysis is dynamic", "the closed form is one of rest")
+        raise NotApplicable("the analysis is dynamic", "use a static analysis")
     for load in case.loads:
-        raise NotApplicable(f"the load `{load.name}` acts as well", "leave loads out")
+        raise NotApplicable(f"the load `{load.name}` acts as well", "remove all loads")
     held, turned = _ends(case)
     root, axis = end_frame(shape, held)
     away = add_multiples(turned.through, (-1.0, root))
     if math.hypot(*cross(turned.axis, axis)) > ALIGNED or math.hypot(*cross(away, axis)) > ALIGNED * shape.radius:
-        raise NotApplicable("it is not turned about its own axis", "the axis and `through` are those of the cylinder")
+        raise NotApplicable("it is not rotated about its own axis", "give the axis and `through` of the cylinder")
     angle = sum(a * b for a, b in zip(turned.rotation, axis, strict=True))
     return TwistedCylinder(shape.length, shape.radius, rubber, case.material.poisson, root, axis, angle)
 
@@ -48,16 +48,16 @@ def _ends(case: Case) -> tuple[int, Turned]:
     for support in case.supports:
         thing = support.thing
         if not isinstance(thing, Fixed | Turned) or len(thing.components) < 3:
-            raise NotApplicable(f"the support `{support.name}` holds it otherwise", REMEDY)
+            raise NotApplicable(f"the support `{support.name}` holds it in another way", REMEDY)
         if (end := end_of(thing.where, case.prism)) is None:
-            raise NotApplicable(f"the support `{support.name}` does not take one end face whole", REMEDY)
+            raise NotApplicable(f"the support `{support.name}` does not cover one whole end face", REMEDY)
         if end in found:
-            raise NotApplicable("two supports take one end", REMEDY)
+            raise NotApplicable("two supports hold one end", REMEDY)
         found[end] = thing
     for end, thing in found.items():
         if isinstance(thing, Turned) and isinstance(found.get(1 - end), Fixed):
             return 1 - end, thing
-    raise NotApplicable("no end is fixed while the other is turned", REMEDY)
+    raise NotApplicable("it needs one fixed end and one rotated end", REMEDY)
 
 
 def at_rest(case: Case, cylinder: TwistedCylinder) -> EquilibriumForces:

@@ -38,10 +38,13 @@ DISTANT = (
 
 ON_AXIS = 1e-9  # relative to its size: a rigid body closer to the axis rotates about it
 PULLED = (
-    "what pulls at a rigid body is gravity and a `point_force(...)`: of one with a `density` or a `mass` in a dynamic "
-    "analysis, where a `torque(...)` turns it as well, and at rest along the one way that is left to it"
+    "use gravity or `point_force(...)`: in a dynamic analysis the rigid body needs a `density` or a `mass` and also "
+    "accepts `torque(...)`; in a static analysis exactly one direction must be free"
 )
-MOVED = "a rigid body is `fixed(...)`, `displaced(...)` or `rotated(...)` as a whole, and a `contact` lets it act"
+MOVED = (
+    "support a rigid body as a whole, with `fixed(...)`, `displaced(...)` or `rotated(...)`; it acts on other "
+    "bodies through a `contact`"
+)
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
@@ -59,9 +62,15 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
     sure = bool(named) and all(is_rigid(scene.declared[name]) for name in named)  # otherwise the other may be meant
     for body in scene.of_kind("rigid").values():
         if sure and body.name not in named and scene.acting("support", body.name):
+<<<<<<< HEAD
             yield diagnostic("W614", body.at(), f"no contact names `{body.name}`, which is rigid: it touches nothing",
                              "without a contact", "say what it touches: `contact touch = rigid_contact("
                              f"{body.name}, BODY)`, or leave it out")  # fmt: skip
+=======
+            yield diagnostic("W614", body.at(), f"no contact names the rigid body `{body.name}`, so it has no effect",
+                             "no contact", f"add `contact touch = rigid_contact({body.name}, BODY)`, or remove the "
+                                                  "body")  # fmt: skip
+>>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
         yield from _check_actions(scene, body)
         yield from _check_supports(scene, body)
 
@@ -70,9 +79,13 @@ def _check_deformable(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
     """Check that a body in self-contact or with tied parts is deformable."""
     body, kind = scene.declared[contact.thing.body], contact.constructor.name
     if is_rigid(body):
-        yield diagnostic("E652", contact.at("body"), f"`{body.name}` is rigid, and `{kind}(...)` is about a body that "
-                         "deforms", "a rigid body", "name the body that deforms; what presses on it is `rigid_contact("
-                         f"{body.name}, BODY)`")  # fmt: skip
+        yield diagnostic(
+            "E652",
+            contact.at("body"),
+            f"`{kind}(...)` needs a deformable body, but `{body.name}` is rigid",
+            "a rigid body",
+            f"name the deformable body; for contact with the rigid one write `rigid_contact({body.name}, BODY)`",
+        )
 
 
 def _check_duplicates(contacts: list[Declared]) -> Iterator[Diagnostic]:
@@ -83,9 +96,9 @@ def _check_duplicates(contacts: list[Declared]) -> Iterator[Diagnostic]:
             if _contact_key(one) == _contact_key(first.thing):
                 between = isinstance(one, Between)
                 whose = f"between `{one.rigid}` and `{one.body}`" if between else f"of `{one.body}` with itself"
-                yield diagnostic("E616", later.at(), f"`{later.name}` is {whose}, as `{first.name}` is",
-                                 "the same contact again", "leave one of them out, or give each "
-                                 "a part of the surface: `where = x <= 0 mm`")  # fmt: skip
+                yield diagnostic("E616", later.at(), f"`{later.name}` repeats `{first.name}`, the contact {whose}",
+                                 "duplicate contact", "remove one of them, or give each its own part of the "
+                                                           "surface: `where = x <= 0 mm`")  # fmt: skip
 
 
 def _contact_key(thing: Any) -> tuple[Any, ...]:
@@ -97,10 +110,11 @@ def _check_bodies(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
     """Check that a contact has one rigid and one deformable body, and that they do not overlap."""
     first, second = (scene.declared[name] for name in (contact.thing.rigid, contact.thing.body))
     if not is_rigid(first):
-        label = "itself, where a rigid one is due" if first is second else "not rigid"
+        label = "the same body, which is not rigid" if first is second else "not rigid"
         if is_rigid(second):
-            help = f"the rigid body comes first: `rigid_contact({second.name}, {first.name})`"
+            help = f"put the rigid body first: `rigid_contact({second.name}, {first.name})`"
         elif first is second:
+<<<<<<< HEAD
             help = f"touch a rigid body: `body plate = rigid(...)`, or itself: `self_contact({first.name})`"
         else:
             help = (f"an instrument, a plate or a floor is rigid: `body {first.name} = rigid(...)`, without a material;"
@@ -112,11 +126,21 @@ def _check_bodies(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
             label,
             help,
         )
+=======
+            help = f"name a rigid body, `body plate = rigid(...)`, or declare self-contact: `self_contact({first.name})`"
+        else:
+            help = (
+                f"declare an instrument, a plate or a floor as rigid, `body {first.name} = rigid(...)`, without "
+                "a material; make two deformable bodies one, `solid(disjoint(...), ...)`, with `self_contact(...)`"
+            )
+        yield diagnostic("E652", contact.at("rigid"), f"`rigid_contact(...)` needs a rigid body first, but `{first.name}` "
+                                                      "is deformable", label, help)  # fmt: skip
+>>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     elif is_rigid(second):
-        problem = "`rigid_contact(...)` takes a body that deforms second"
+        problem = "`rigid_contact(...)` needs a deformable body second"
         what = "a rigid body and itself" if first is second else "two rigid bodies"
-        yield diagnostic("E652", contact.at("body"), f"`{second.name}` is rigid, and {problem}", what,
-                         "what presses is found by how a body deforms: rigid bodies do not meet")  # fmt: skip
+        yield diagnostic("E652", contact.at("body"), f"`{second.name}` is rigid, but {problem}", what,
+                         "name a deformable body second: contact between rigid bodies is not computed")  # fmt: skip
     elif not first.thing.shape.fault and not second.thing.shape.fault:
         yield from _check_geometry(scene, contact, first, second)
 
@@ -133,6 +157,7 @@ def _check_geometry(scene: Scene, contact: Declared, first: Declared, second: De
     """Check that the rigid body has a signed distance, fits a plane body, and lies outside the deformable body."""
     shape = first.thing.shape
     if not isinstance(shape, DISTANT) or (isinstance(shape, RoundBody) and shape.kept):
+<<<<<<< HEAD
         yield diagnostic(
             "E653",
             first.at("shape"),
@@ -141,6 +166,13 @@ def _check_geometry(scene: Scene, contact: Declared, first: Declared, second: De
             "use a `half_space`, a whole `sphere`, `box`, `rounded_box`, `cylinder`, `tube`, `cone`, `punch`,"
             " `rounded_cone`, `extruded` or `tetrahedralized(...)`",
         )
+=======
+        yield diagnostic("E653", first.at("shape"), f"contact with the shape of the rigid body `{first.name}` is not "
+                                                    "supported",
+                         "unsupported shape of a rigid body", "use a `half_space`, a whole `sphere`, `box`, "
+                                                        "`rounded_box`, `cylinder`, `tube`, `cone`, `punch`, `tip`, "
+                                                        "`extruded` or `tetrahedralized(...)`")  # fmt: skip
+>>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
         return
     if shape.prebuilt or shape.enclosed or shape.bounds is None:
         return  # its file is only read when needed
@@ -148,16 +180,23 @@ def _check_geometry(scene: Scene, contact: Declared, first: Declared, second: De
     x, y, z = (0.5 * (a + b) for a, b in zip(low, high, strict=True))
     off = (x * x + z * z) ** 0.5
     if second.thing.planar == "axisymmetric" and off > ON_AXIS * shape.diagonal:
-        yield diagnostic("E654", first.at("shape"), f"`{first.name}` does not turn about the y axis, as `{second.name}`"
-                         f" does: its middle is {units.format_value(off, units.LENGTH)} from it", "beside the axis",
-                         "put it on the y axis, or press a `solid`")  # fmt: skip
+        yield diagnostic("E654", first.at("shape"), f"`{first.name}` is not centred on the y axis, the axis of "
+                                                    f"`{second.name}`: its centre is "
+                                                    f"{units.format_value(off, units.LENGTH)} away", "off the axis",
+                         "move it to the y axis, or use a `solid` as the deformable body")  # fmt: skip
     elif missed := missed_plane_error(first, second, low[2], high[2]):
         yield missed
     elif shape.contains((x, y, z)) and _is_inside(second.thing.shape, (x, y, z)):
-        yield diagnostic("E612", contact.at(), f"`{first.name}` is inside `{second.name}`: its middle is in the matter "
-                         "of that", "inside from the start", "move it out, so that it touches at most, and let a "
-                         "support bring it: `displaced(..., by = ...)`; an inclusion is a `region` with a material of "
-                         "its own")  # fmt: skip
+        yield diagnostic(
+            "E612",
+            contact.at(),
+            f"`{first.name}` starts inside `{second.name}`: its centre lies in the material",
+            "inside from the start",
+            "move it outside, so that it touches at most, and "
+            "press it in with a support: `displaced(..., by = "
+            "...)`; declare an inclusion as a `region` with its "
+            "own material",
+        )
     elif not (second.thing.shape.prebuilt or second.thing.shape.enclosed):
         yield from check_initial_overlap(scene, contact, first, second)
 
@@ -178,18 +217,21 @@ def _check_actions(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
             continue
         if declared.kind == "load" and _is_load_of_rigid_body(scene, body, thing):
             if isinstance(thing, Torque) and thing.where is not EVERYWHERE:
-                yield diagnostic("E656", declared.at("where"), f"`{body.name}` is rigid: a moment turns all of it",
-                                 "no part of a rigid body", "leave `where` out")  # fmt: skip
+                yield diagnostic("E656", declared.at("where"), f"a moment on the rigid body `{body.name}` acts on "
+                                                               "all of it",
+                                 "a part of a rigid body", "remove `where`")  # fmt: skip
         elif declared.kind != "support":
             help = PULLED if declared.kind == "load" else MOVED
-            yield diagnostic("E655", declared.at("body"), f"`{declared.name}` is about `{body.name}`, which is rigid",
-                             f"no {declared.kind} of a rigid body", help)  # fmt: skip
+            yield diagnostic("E655", declared.at("body"), f"`{declared.name}` needs a deformable body, but "
+                                                          f"`{body.name}` is rigid",
+                             f"unsupported {declared.kind} of a rigid body", help)  # fmt: skip
         elif not isinstance(thing, Fixed | Displaced | Turned):
-            yield diagnostic("E655", declared.at(), f"`{declared.name}` is no support of a rigid body such as "
-                             f"`{body.name}`", "not of a rigid body", MOVED)  # fmt: skip
+            yield diagnostic("E655", declared.at(), f"`{declared.name}` is not a support for rigid bodies such as "
+                                                    f"`{body.name}`", "not for rigid bodies", MOVED)  # fmt: skip
         elif thing.where is not EVERYWHERE:
-            yield diagnostic("E656", declared.at("where"), f"`{body.name}` is rigid: a support has all of it",
-                             "no part of a rigid body", "leave `where` out")  # fmt: skip
+            yield diagnostic("E656", declared.at("where"), f"a support of the rigid body `{body.name}` acts on all "
+                                                           "of it",
+                             "a part of a rigid body", "remove `where`")  # fmt: skip
 
 
 def _is_load_of_rigid_body(scene: Scene, body: Declared, load: Any) -> bool:
@@ -205,14 +247,18 @@ def _check_supports(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
         if not isinstance(support.thing, Fixed | Displaced | Turned):
             continue  # refused elsewhere
         if isinstance(support.thing, Turned) and len(support.thing.components) < 3:
-            problem = f"`{support.name}` turns `{body.name}` in some components alone"
-            label, help = "a rigid body turns as a whole", "leave `components` out"
+            problem = f"`{support.name}` rotates the rigid body `{body.name}` in some components only"
+            label, help = "a rigid body rotates as a whole", "remove `components`"
             yield diagnostic("E657", support.at("components"), problem, label, help)
         for other in before:
             if (what := _find_conflict(other.thing, support.thing)) is not None:
-                yield diagnostic("E657", support.at(), f"`{other.name}` and `{support.name}` both {what} `{body.name}`",
-                                 "not both", "keep one of them: a rigid body turns about one axis, first, and then "
-                                 "goes by the sum of what it is displaced by")  # fmt: skip
+                yield diagnostic(
+                    "E657",
+                    support.at(),
+                    f"`{other.name}` and `{support.name}` both {what} `{body.name}`",
+                    "conflicting supports",
+                    "keep one of them: a rigid body first rotates about one axis, and then its displacements are added",
+                )
         before.append(support)
 
 

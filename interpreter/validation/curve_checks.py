@@ -46,9 +46,9 @@ def _check_uncertainty(reference: Declared) -> Iterator[Diagnostic]:
     if isinstance(thing, ConsensusCurve) and (fault := _band(reference)) is not None:
         yield fault
     elif thing.uncertainty is None and not thing.beside_y and thing.repeats == 1:
-        yield diagnostic("E408", reference.at(), f"nothing says how uncertain `{reference.name}` is", "how far off?",
-                         "give `uncertainty = 2 %` or an amount, name the column of each value's with"
-                         " `deviation`, or give repeats: `path = [...]` or `y = [...]`")  # fmt: skip
+        yield diagnostic("E408", reference.at(), f"`{reference.name}` has no uncertainty", "no uncertainty",
+                         "give `uncertainty = 2 %` or an amount, name a column with the uncertainty of each value "
+                         "with `deviation`, or give repeats: `path = [...]` or `y = [...]`")  # fmt: skip
     for field, of in (("x_origin", "x"), ("y_origin", "y"), ("uncertainty", "y")):
         given, due = reference.value(field), reference.value(f"{of}_unit").dimension
         allowed = (due, units.NONE) if field == "uncertainty" else (due,)
@@ -67,19 +67,27 @@ def _band(reference: Declared) -> Diagnostic | None:
     if len(ends) == 1:
         why = f"the band of `{reference.name}` has no `{'high' if ends == ['low'] else 'low'}`"
     elif ends and (thing.deviation or thing.uncertainty is not None or thing.repeats > 1):
-        why = f"the band of `{reference.name}` is said in two ways"
+        why = f"the band of `{reference.name}` is given in two ways"
     if why:
-        return diagnostic("E226", reference.at(field), why, "from where to where?",
-                          "give the columns `low` and `high` of one table, or `deviation` or `uncertainty`, or a curve"
-                          " of each code")  # fmt: skip
+        return diagnostic("E226", reference.at(field), why, "unclear band",
+                          "give the columns `low` and `high` of one table, or `deviation` or `uncertainty`, or one "
+                          "curve per code")  # fmt: skip
     if thing.agreed < 2:
-        return diagnostic("E226", reference.at(), f"nothing says how many codes agreed on `{reference.name}`",
-                          "how many?", "give `codes`, or the curve of each: `path = [...]` or `y = [...]`"
-                          )  # fmt: skip
+        return diagnostic(
+            "E226",
+            reference.at(),
+            f"`{reference.name}` does not state how many codes agreed",
+            "number of codes missing",
+            "give `codes`, or one curve per code: `path = [...]` or `y = [...]`",
+        )
     if thing.codes is not None and 1 < thing.repeats != thing.codes:
-        return diagnostic("E226", reference.at("codes"), f"`{reference.name}` has {thing.repeats} curves, and is said"
-                          f" to be of {thing.codes} codes", "not as many", "leave `codes` out: every curve is one"
-                          )  # fmt: skip
+        return diagnostic(
+            "E226",
+            reference.at("codes"),
+            f"`{reference.name}` has {thing.repeats} curves, but `codes` is {thing.codes}",
+            "different from the number of curves",
+            "remove `codes`: each curve counts as one code",
+        )
     return None
 
 
@@ -90,9 +98,9 @@ def _check_column_units(reference: Declared) -> Iterator[Diagnostic]:
         for name in names:
             if not units.has_conflicting_unit(name, unit.value, unit.dimension):
                 continue
-            yield diagnostic("W334", reference.at(field), f"the column `{name}` names another unit",
-                             f"{units.format_value(unit.value, unit.dimension)} here",
-                             "one of the two is wrong, unless the column has the wrong name")  # fmt: skip
+            yield diagnostic("W334", reference.at(field), f"the column name `{name}` states a different unit",
+                             f"`{field}` is {units.format_value(unit.value, unit.dimension)}",
+                             "correct the unit or the name of the column")  # fmt: skip
             break
 
 
@@ -125,8 +133,8 @@ def _check_unloading(metric: Declared, reference: Declared | None) -> Diagnostic
         return None  # reported by the checks of files
     if all(one.loop is not None for one in repeats):
         return None
-    return diagnostic("E509", metric.at("against"), f"`{reference.name}` was measured on one way alone", "has no loop",
-                      "what it loses is known of a table that goes on while the machine unloads")  # fmt: skip
+    return diagnostic("E509", metric.at("against"), f"`{reference.name}` has no unloading branch", "no loop",
+                      "use a table that includes unloading: the loss is the area of the loop")  # fmt: skip
 
 
 def _check_dimensions(
@@ -141,10 +149,13 @@ def _check_dimensions(
     for axis, due, given in (("x", along, reference.thing.x_unit), ("y", own, reference.thing.y_unit)):
         if given.dimension != due:
             name, found = units.dimension_name(due), units.dimension_name(given.dimension)
-            yield diagnostic("E518", metric.at("against"),
-                             f"`{metric.name}` has {name} where `{reference.name}` has {found}", f"{axis} is {found}",
-                             f"compare with a curve whose `{axis}_unit` is {name}, in"
-                             f" {units.usual_units(due)}")  # fmt: skip
+            yield diagnostic(
+                "E518",
+                metric.at("against"),
+                f"`{metric.name}` has {name} on the {axis} axis, but `{reference.name}` has {found}",
+                f"{axis} is {found}",
+                f"use a curve whose `{axis}_unit` is {name}, in {units.usual_units(due)}",
+            )
             return
     if isinstance(analysis, Dynamic | Quasistatic) and thing.over is None:
         yield from _check_time_range(metric, reference, analysis.duration)
@@ -155,34 +166,45 @@ def _check_has_curve(scene: Scene, metric: Declared, of: Declared, moving: bool,
     thing: CurveMetric = metric.thing
     for field, other in (("of", of), ("over", scene.declared.get(thing.over or ""))):
         if other is not None and (other.thing.measured_from is not None or isinstance(other.thing, CurveMetric)):
-            return diagnostic("E509", metric.at(field), f"`{other.name}` is an error already, and no measurement",
+            return diagnostic("E509", metric.at(field), f"`{other.name}` is itself an error, not a measured quantity",
                               "has no curve",
-                              "name a metric that is measured from nothing: a displacement, a force")  # fmt: skip
+                              "name a metric that needs no reference, such as a displacement or a force")  # fmt: skip
     if thing.over == thing.of and not moving:
         return diagnostic("E509", metric.at("over"), f"the curve of `{of.name}` over itself is a straight line",
                           "the same metric", "name the metric of the other axis: `over = travel`, where `metric travel"
                           " = displacement(grip, along = +z)`")  # fmt: skip
     if moving and isinstance(thing, Hysteresis):
-        return diagnostic("E509", metric.at(), f"`{metric.name}` is known at rest alone, and the analysis is a motion",
-                          "no states", "analyse states that go up and down again: `static(states = [25, 50, 75, 100,"
-                          " 75, 50, 25] %)`")  # fmt: skip
+        return diagnostic("E509", metric.at(), f"`{metric.name}` needs a static analysis, but the analysis is dynamic",
+                          "no states", "use states that load and unload: `static(states = [25, 50, 75, 100, 75, 50, "
+                                       "25] %)`")  # fmt: skip
     if moving and thing.over is not None:
-        return diagnostic("E509", metric.at("over"), f"the curve of `{of.name}` goes over time in a dynamic analysis",
-                          "at rest only", "leave `over` out")  # fmt: skip
+        return diagnostic("E509", metric.at("over"), f"in a dynamic analysis the curve of `{of.name}` is over time",
+                          "only in a static analysis", "remove `over`")  # fmt: skip
     if moving and of.thing.followed and not of.thing.in_time:
-        return diagnostic("E509", metric.at("of"), f"`{of.name}` is the {of.thing.when} of all times", "one value",
-                          f"name a metric that has a value at each: `{of.constructor.name}(...)` without `over`"
-                          )  # fmt: skip
+        return diagnostic(
+            "E509",
+            metric.at("of"),
+            f"`{of.name}` is one value of all times: the {of.thing.when}",
+            "one value",
+            f"name a metric with a value at each time: `{of.constructor.name}(...)` without `over`",
+        )
     if moving and not (isinstance(of.thing, Displacement) or of.thing.followed):
+<<<<<<< HEAD
         return diagnostic("E509", metric.at("of"), f"`{of.name}` has no time history: it is a"
                           f" `{of.constructor.name}`", "not followed in time",
                           "followed in time are displacements, `displacement(tip, along = -z)`, and what contacts do:"
                           " `force(touch, along = +z)`")  # fmt: skip
+=======
+        return diagnostic("E509", metric.at("of"), f"`{of.name}` is not recorded over time: it is a "
+                                                   f"`{of.constructor.name}`", "no time history",
+                          "use a displacement, `displacement(tip, along = -z)`, or a contact metric: `force(touch, "
+                          "along = +z)`")  # fmt: skip
+>>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     if not moving and thing.over is None and not (timed and not isinstance(thing, Hysteresis)):
-        return diagnostic("E509", metric.at(), f"`{metric.name}` says not along what its curve goes",
-                          "over what?",
-                          "name the metric of the other axis: `over = travel`, where `metric travel ="
-                          " displacement(grip, along = +z)`")  # fmt: skip
+        return diagnostic("E509", metric.at(), f"`{metric.name}` has no metric for the horizontal axis of its curve",
+                          "`over` is missing",
+                          "name the metric of the horizontal axis: `over = travel`, where `metric travel = "
+                          "displacement(grip, along = +z)`")  # fmt: skip
     return None
 
 
@@ -195,13 +217,19 @@ def _check_time_range(metric: Declared, reference: Declared, duration: float) ->
     except Unreadable:
         return  # reported by the checks of files
     if low >= duration:
-        yield diagnostic("E518", metric.at("against"), f"`{reference.name}` begins after the end of the analysis",
-                         f"at {units.format_value(low, units.TIME)}",
-                         f"the end is at {units.format_value(duration, units.TIME)}: analyse a longer"
-                         " `duration`")  # fmt: skip
+        yield diagnostic(
+            "E518",
+            metric.at("against"),
+            f"`{reference.name}` begins after the end of the analysis",
+            f"it begins at {units.format_value(low, units.TIME)}",
+            f"use a longer `duration`: the analysis ends at {units.format_value(duration, units.TIME)}",
+        )
     elif high > duration * (1.0 + NEAR):
         share = (duration - max(low, 0.0)) / (high - low)
-        yield diagnostic("W328", metric.at("against"),
-                         f"the analysis goes over {100.0 * share:.3g} % of `{reference.name}`",
-                         f"it ends at {units.format_value(high, units.TIME)}",
-                         f"what comes after {units.format_value(duration, units.TIME)} is not judged")  # fmt: skip
+        yield diagnostic(
+            "W328",
+            metric.at("against"),
+            f"the analysis covers only {100.0 * share:.3g} % of `{reference.name}`",
+            f"the data end at {units.format_value(high, units.TIME)}",
+            f"use a longer `duration`: data after {units.format_value(duration, units.TIME)} are not compared",
+        )

@@ -23,10 +23,10 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
         yield diagnostic(
             "E680",
             analysis.at("integrator"),
-            f"`{analysis.thing.integrator}` cannot keep `{contacts[0].name}` clear",
-            "explicit steps",
-            "they find a touch only when they are behind the surface: take `generalized_alpha`, `trapezoidal`, "
-            "`midpoint`, `bdf2` or `implicit_euler`",
+            f"the integrator `{analysis.thing.integrator}` cannot handle the contact `{contacts[0].name}`",
+            "explicit integrator",
+            "use `generalized_alpha`, `trapezoidal`, `midpoint`, `bdf2` or `implicit_euler`: explicit steps find "
+            "contact only after penetration",
         )
 
 
@@ -41,17 +41,17 @@ def metric_faults(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic(
                 "E634",
                 metric.at("over"),
-                f"`{metric.name}` is the {metric.thing.when} of a motion, and this is none",
-                "over which time?",
-                "leave `over` out: at rest there is one value, and of several states `.at(50 %)` is one; "
-                "or follow a motion: `dynamic(...)`",
+                f"`{metric.name}` is the {metric.thing.when} over time, but the analysis is not dynamic",
+                "no time here",
+                "remove `over`, as a static analysis has one value, or several states of which `.at(50 %)` is one; "
+                "or use a dynamic analysis: `dynamic(...)`",
             )
         elif moving and not isinstance(scene.declared[named := metric.thing.concerned or ""].thing, Between | Itself):
             yield diagnostic(
                 "E635",
                 metric.at(),
-                f"`{metric.name}` is known at rest alone, and the analysis is a motion",
-                f"{metric.constructor.name} of `{named}`, which is no contact",
-                "followed in a motion is what contacts do, `force(CONTACT, along = +z)`, and displacements; "
-                "energies over time stand in every report",
+                f"`{metric.name}` is available only in a static analysis, but the analysis is dynamic",
+                f"{metric.constructor.name} of `{named}`, not a contact",
+                "use a contact metric, `force(CONTACT, along = +z)`, or a displacement; every report has the "
+                "energies over time",
             )

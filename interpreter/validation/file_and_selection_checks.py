@@ -58,7 +58,7 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
         if doubt is not None and at not in said:
             said.add(at)
             problem = f"the mesh of `{case.body.name}` cannot be used: {doubt[0]}"
-            yield diagnostic("E403", at, problem, "no solid mesh", doubt[1])
+            yield diagnostic("E403", at, problem, "not a solid mesh", doubt[1])
 
 
 def _plane_region_error(model: Declared, case: Case, shape: Shape) -> Diagnostic | None:
@@ -75,7 +75,7 @@ def _plane_region_error(model: Declared, case: Case, shape: Shape) -> Diagnostic
             shape.named(element)
     except UnreadableMesh as wrong:
         problem = f"the mesh of `{case.body.name}` cannot be used: {wrong}"
-        return diagnostic(wrong.code, case.shaped, problem, "no plane region", wrong.remedy or "")
+        return diagnostic(wrong.code, case.shaped, problem, "not a plane region", wrong.remedy or "")
     return None
 
 
@@ -148,7 +148,7 @@ def loads(scene: Scene) -> Iterator[Diagnostic]:
             at: Location = load.at("where")
             problem = f"`{load.name}` selects no part of the surface of `{body.name}`"
             spans = describe_extent(*body.thing.shape.bounds)
-            help = f"it acts on the surface, and this lies inside; the body spans {spans}"
+            help = f"select points of the surface: this selection lies inside; the body spans {spans}"
             yield diagnostic("E302", at, problem, "selects nothing", help)
 
 

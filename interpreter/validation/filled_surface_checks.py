@@ -22,8 +22,8 @@ def doubts(model: Declared, case: Case, shape: SurfaceBody) -> tuple[Diagnostic,
         except UnreadableMesh as error:
             if error.code == MISSING:  # reported by the run, as is a missing mesher
                 return tuple(d for d in found if d is not None)
-            problem = f"the surface of `{case.body.name}` cannot be filled: {error}"
-            remedy = error.remedy or "name a file of one closed surface"
+            problem = f"the surface of `{case.body.name}` cannot be filled with tetrahedra: {error}"
+            remedy = error.remedy or "name a file with one closed surface"
             return (diagnostic(error.code, case.body.at("shape"), problem, "encloses no body", remedy),)
         found += [repair_warning(case, surface), thickness_warning(model, case, surface)]
     return tuple(d for d in found if d is not None)

@@ -13,7 +13,7 @@ from softmark.interpreter.metrics.pore_pressure import Outflow, PorePressure
 from softmark.interpreter.problem.body_case import describe_extent, porous
 from softmark.interpreter.vocabulary.support_words import Drain
 
-REMEDY = "make it of `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`"
+REMEDY = "use the material `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`"
 
 
 def metrics(scene: Scene) -> Iterator[Diagnostic]:
@@ -23,12 +23,21 @@ def metrics(scene: Scene) -> Iterator[Diagnostic]:
         support = scene.declared.get(metric.value("of") or "")
         drain = support is not None and support.kind == "support" and isinstance(support.thing, Drain)
         if isinstance(thing, Outflow) and not drain:
-            yield diagnostic("E228", metric.at("of"), f"no fluid goes through `{thing.of}`", "holds solid, not fluid",
-                             "ask it of `drained(...)` or `pore_pressure(...)`")  # fmt: skip
+            yield diagnostic(
+                "E228",
+                metric.at("of"),
+                f"no fluid flows through `{thing.of}`",
+                "supports the solid, not the fluid",
+                "name a support `drained(...)` or `pore_pressure(...)`",
+            )
         elif drain and not isinstance(thing, Outflow):
-            yield diagnostic("E228", metric.at("of"), f"`{thing.of}` holds the pressure of fluid, and no point of the"
-                             " body", "has no force", "ask `outflow(...)` of it, or `force(...)` of what holds the"
-                             " body")  # fmt: skip
+            yield diagnostic(
+                "E228",
+                metric.at("of"),
+                f"`{thing.of}` prescribes the pore pressure and holds no point of the body",
+                "has no force",
+                "use `outflow(...)` for it, or `force(...)` of a support of the body",
+            )
         elif isinstance(thing, PorePressure):
             yield from _check_pressure(scene, metric)
 
@@ -37,9 +46,10 @@ def _check_pressure(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
     """Check that a pore pressure has a porous body and a point inside it."""
     body = scene.declared[metric.thing.body]
     if is_rigid(body) or not porous(body.thing.material):
-        yield diagnostic("E228", metric.at("body"), f"there is no fluid in `{body.name}`", "no fluid", REMEDY)
+        yield diagnostic("E228", metric.at("body"), f"`{body.name}` contains no fluid", "no fluid", REMEDY)
     elif not body.thing.shape.fault and not body.thing.shape.contains(metric.thing.at):
         spans = "" if body.thing.shape.bounds is None else f"the body spans {describe_extent(*body.thing.shape.bounds)}"
-        yield diagnostic("E504", metric.at("at"), f"`{metric.name}` looks at"
-                         f" {units.format_vector(metric.thing.at, units.LENGTH)}, outside `{body.name}`",
-                         "not in the body", spans)  # fmt: skip
+        yield diagnostic("E504", metric.at("at"), f"`{metric.name}` is evaluated at "
+                                                  f"{units.format_vector(metric.thing.at, units.LENGTH)}, outside "
+                                                  f"`{body.name}`",
+                         "outside the body", spans)  # fmt: skip

@@ -19,14 +19,15 @@ if TYPE_CHECKING:
 
 def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Refuse a model that cannot represent a network."""
-    yield diagnostic("E344", declared.at(), f"`{declared.name}` cannot be of `{case.body.name}`, a network of beams",
-                     "not of networks", "use `frame6dof(segments = 8)`")  # fmt: skip
+    yield diagnostic("E344", declared.at(), f"`{declared.name}` does not support `{case.body.name}`, a network of "
+                                            "beams",
+                     "not for networks", "use `frame6dof(segments = 8)`")  # fmt: skip
 
 
 def reference(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Refuse a theory that does not apply to a network."""
-    yield diagnostic("E344", declared.at(), f"`{declared.name}` knows nothing of `{case.body.name}`, a network of "
-                     "beams", "not of networks",
+    yield diagnostic("E344", declared.at(), f"`{declared.name}` does not apply to `{case.body.name}`, a network of "
+                                            "beams", "not for networks",
                      "use `frame_theory(...)`, closed forms in `expect` lines, or a `curve(...)`")  # fmt: skip
 
 
@@ -40,10 +41,14 @@ def check_metrics_and_probes(scene: Scene) -> Iterator[Diagnostic]:
         if part or not isinstance(probe.thing, Point | Line | Surface | Markers):
             where = "at a part of the surface of" if part else "into"
             yield diagnostic("E346", probe.at(), f"`{probe.name}` looks {where} `{body.name}`, a network of beams",
-                             "not of networks", "look at points, along lines and at the whole surface")  # fmt: skip
+                             "not for networks", "use points, lines or the whole surface")  # fmt: skip
     for metric in scene.of_kind("metric").values():
         body = scene.declared.get(metric.thing.body_in(scene) or "")
         if isinstance(metric.thing, VolumeChange) and body is not None and isinstance(body.thing, BeamNetwork):
-            yield diagnostic("E346", metric.at(), f"`{metric.name}` is of `{body.name}`, a network of beams", "not of "
-                             "networks", "members pass through each other at joints; sections are rigid, and "
-                             "keep their area")  # fmt: skip
+            yield diagnostic(
+                "E346",
+                metric.at(),
+                f"`{metric.name}` does not apply to `{body.name}`, a network of beams",
+                "not for networks",
+                "remove it: members overlap at joints, and their rigid sections keep their area",
+            )

@@ -43,25 +43,25 @@ def _reasons(scene: Scene, body: Declared) -> Iterator[Reason]:
         if field := _initial_motion_field(thing):
             yield (
                 body.at(field),
-                f"`{name}` has no mass, and a {field} of its own",
-                "nothing keeps it going",
-                "give it a `density`, or let a support move it: `displaced(...)`",
+                f"`{name}` has a {field} but no mass",
+                "no inertia",
+                "give it a `density`, or move it with a support: `displaced(...)`",
             )
         return
     yield from _check_mass(body)
     if not isinstance(thing.shape, HEAVY):
         yield (
             body.at("shape"),
-            f"the moments of inertia of `{name}` are not known of its shape",
-            "not of a free body",
-            "take a `sphere`, `box`, `cylinder`, `tube`, `cone`, `revolved(...)` or `tetrahedralized(...)`",
+            f"the moments of inertia of `{name}` cannot be computed from its shape",
+            "not for a free body",
+            "use a `sphere`, `box`, `cylinder`, `tube`, `cone`, `revolved(...)` or `tetrahedralized(...)`",
         )
     for support in scene.acting("support", name)[:1]:
         yield (
             support.at(),
-            f"`{support.name}` takes `{name}` along, which has a mass and is free",
-            "not both",
-            "leave its mass out: what a support moves weighs nothing",
+            f"`{support.name}` prescribes the motion of `{name}`, which is free because it has a mass",
+            "free and supported",
+            "remove its mass: a rigid body moved by a support has no weight",
         )
     yield from _check_dynamic(scene, body)
     yield from _check_contacts(scene, body)
@@ -75,7 +75,12 @@ def _initial_motion_field(thing: Any) -> str:
 def _check_mass(body: Declared) -> Iterator[Reason]:
     """Refuse both a density and a mass."""
     if body.thing.density is not None and body.thing.mass is not None:
-        yield body.at("mass"), f"`{body.name}` has a density and a mass", "one of them", "keep one: the other follows"
+        yield (
+            body.at("mass"),
+            f"`{body.name}` has both a density and a mass",
+            "both are given",
+            "keep one of them: the other follows",
+        )
 
 
 def _check_dynamic(scene: Scene, body: Declared) -> Iterator[Reason]:
@@ -84,16 +89,16 @@ def _check_dynamic(scene: Scene, body: Declared) -> Iterator[Reason]:
     if analysis is None or not isinstance(analysis.thing, Dynamic):
         yield (
             body.at("mass" if body.thing.mass is not None else "density"),
-            f"`{body.name}` is free, and is followed in a dynamic analysis or found at rest, in a static one",
-            "free in slow time",
-            "move it by a support without a mass, `displaced(...)`, or take `static(...)` or `dynamic(...)`",
+            f"the free rigid body `{body.name}` needs a static or a dynamic analysis",
+            "free rigid body",
+            "move it with a support, `displaced(...)`, without a mass, or use `static(...)` or `dynamic(...)`",
         )
     elif analysis.thing.integrator == "midpoint":
         yield (
             analysis.at("integrator"),
-            f"`midpoint` balances moments in the middle of a step, and contacts of `{body.name}` act at its end",
+            f"`midpoint` balances moments at mid-step, but contact forces of `{body.name}` act at the end of a step",
             "not with a free body",
-            "take `trapezoidal`, which keeps energy as well",
+            "use `trapezoidal`, which also conserves energy",
         )
 
 
@@ -103,26 +108,26 @@ def _check_static(scene: Scene, body: Declared) -> Iterator[Reason]:
     if field := _initial_motion_field(thing):
         yield (
             body.at(field),
-            f"`{name}` is at rest, and has a {field}",
-            "not at rest",
-            "leave it out, or take `dynamic(...)`",
+            f"`{name}` has a {field} in a static analysis",
+            "static analysis",
+            "leave it out, or use `dynamic(...)`",
         )
     yield from _check_mass(body)
     for load in scene.acting("load", name):
         if isinstance(load.thing, Torque):
             yield (
                 load.at(),
-                f"`{load.name}` would turn `{name}`, which at rest goes along one way alone",
-                "what holds it takes the moment",
-                "leave it out; in a dynamic analysis it turns",
+                f"`{load.name}` would rotate `{name}`, which moves along one direction only in a static analysis",
+                "its supports take the moment",
+                "leave it out; in a dynamic analysis the body rotates",
             )
     for support in scene.acting("support", name):
         if isinstance(support.thing, Turned):
             yield (
                 support.at(),
-                f"`{support.name}` turns `{name}`, which loads press",
-                "not both",
-                "leave out its mass and its forces, and let supports take it all the way, or leave the turn out",
+                f"`{support.name}` rotates `{name}`, which is driven by loads",
+                "driven by loads and by a support",
+                "remove its mass and its loads and prescribe its whole motion by supports, or remove the rotation",
             )
     met = [c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between) and c.thing.rigid == name]
     if met and not is_rigid(other := scene.declared[met[0].thing.body]):
@@ -137,9 +142,9 @@ def _check_free_direction(scene: Scene, body: Declared, other: Declared) -> Iter
     if not left:
         yield (
             body.at(),
-            f"loads press `{name}`, which supports let go nowhere",
-            "one way is due",
-            "leave the way that it is to go out of the `components` of its supports",
+            f"`{name}` is driven by loads, but its supports leave no direction free",
+            "one free direction is needed",
+            "remove the direction of its motion from the `components` of its supports",
         )
     elif len(left) > 1:
         pressed = [i for i in left if any(_has_component(load.thing.action, i) for load in loads)]
@@ -148,42 +153,42 @@ def _check_free_direction(scene: Scene, body: Declared, other: Declared) -> Iter
         ways = f"{', '.join('xyz'[i] for i in left[:-1])} and {'xyz'[left[-1]]}"
         yield (
             body.at(),
-            f"loads press `{name}`, which may go along {ways}, and turn",
-            "one way is due",
-            f"hold it in all others, so that it does not turn either: `fixed({name}, components = {hold})`",
+            f"`{name}` is driven by loads but is free along {ways}, and free to rotate",
+            "one free direction is needed",
+            f"fix the others, which prevents rotation too: `fixed({name}, components = {hold})`",
         )
     weighed = any(isinstance(load.thing.action, BodyForce) for load in loads)
     if len(left) == 1 and not any(_has_component(load.thing.action, left[0]) for load in loads):
         way = "xyz"[left[0]]
         yield (
             body.at(),
-            f"no load presses `{name}` along {way}, the way that is left to it",
-            "nothing presses it",
-            f"let gravity or a `point_force({name}, ...)` have a part along {way}, or let a support take it",
+            f"no load acts on `{name}` along {way}, its free direction",
+            "no load",
+            f"give gravity or a `point_force({name}, ...)` a component along {way}, or move it with a support",
         )
     if weighed and body.thing.density is not None:
         if other.thing.planar in ("plane_strain", "plane_stress"):
             yield (
                 body.at("density"),
-                f"`{name}` presses on a slice, and how much of it belongs to that is not known",
-                "not of a slice",
-                "say what that part weighs: `mass = 4 g`",
+                f"the part of `{name}` whose weight acts on the slice is not known",
+                "weight on a slice",
+                "give the mass of that part: `mass = 4 g`",
             )
         elif not isinstance(body.thing.shape, HEAVY):
             yield (
                 body.at("shape"),
-                f"what `{name}` weighs is not known of its shape",
+                f"the weight of `{name}` cannot be computed from its shape",
                 "no volume",
-                "say its `mass`",
+                "give its `mass`",
             )
     for one in scene.of_kind("contact").values():
         second = scene.declared[one.thing.rigid] if isinstance(one.thing, Between) else body
         if second.name != name and one.thing.body == other.name and is_rigid(second) and is_force_driven(scene, second):
             yield (
                 body.at(),
-                f"loads press `{name}`, and `{second.name}` as well",
-                "one at a time",
-                "hold one of them, which then bears what the other brings: leave its mass and its forces out",
+                f"`{name}` and `{second.name}` are both driven by loads",
+                "only one is allowed",
+                "remove the mass and the loads of one of them and fix it: it then carries the force of the other",
             )
             return
 
@@ -198,7 +203,12 @@ def _check_contacts(scene: Scene, body: Declared) -> Iterator[Reason]:
     known = (c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between))
     contacts = [c for c in known if c.thing.rigid == body.name]
     if not contacts:
-        yield body.at(), f"`{body.name}` is free and meets nothing", "no contact", "`contact NAME = rigid_contact(...)`"
+        yield (
+            body.at(),
+            f"the free rigid body `{body.name}` has no contact",
+            "no contact",
+            "add `contact NAME = rigid_contact(...)`",
+        )
         return
     first = contacts[0].thing.body
     if is_rigid(scene.declared[first]):
@@ -208,24 +218,34 @@ def _check_contacts(scene: Scene, body: Declared) -> Iterator[Reason]:
         if contact.thing.body != first:
             yield (
                 contact.at("body"),
-                f"`{body.name}` is free and meets `{first}` and `{contact.thing.body}`, each "
-                "of which is solved by itself",
+                (
+                    f"the free rigid body `{body.name}` touches `{first}` and `{contact.thing.body}`, which are solved "
+                    "separately"
+                ),
                 "more than one body",
-                "make one body of them: `disjoint(...)`",
+                "make them one body: `disjoint(...)`",
             )
     for support in (s for s in case.supports if isinstance(s.thing, Symmetric)):
         yield (
             support.at(),
-            f"`{support.name}` stands for the other half of `{first}`, which a free `{body.name}` meets as well",
+            (
+                f"`{support.name}` is a plane of symmetry of `{first}`, but the free rigid body `{body.name}` touches "
+                "the other half too"
+            ),
             "not with a free body",
-            "take the whole body",
+            "model the whole body",
         )
     if case.planar and not is_force_driven(scene, body):
-        yield (body.at(), f"`{body.name}` is free, and `{first}` is plane", "not in the plane", "take a `solid`")
+        yield (
+            body.at(),
+            f"the free rigid body `{body.name}` cannot touch the plane body `{first}`",
+            "touches a plane body",
+            "use a `solid`",
+        )
     elif case.remembers:
         yield (
             body.at(),
-            f"`{body.name}` is free, and stress of `{first}` relaxes, or fluid seeps through it",
+            f"the free rigid body `{body.name}` cannot touch `{first}`, which is viscoelastic or poroelastic",
             "not with a free body",
-            "use a material without a memory",
+            "use a material without viscoelasticity or pore fluid",
         )

@@ -29,10 +29,10 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
     yield diagnostic(
         "W670",
         rubbing[0].at("friction"),
-        f"`{rubbing[0].name}` has friction, and all the load comes in one step",
+        f"`{rubbing[0].name}` has friction, but all of the load is applied in one step",
         "slip along a straight line",
-        "what slides depends on the way there: follow it, `static(states = [25, 50, 75, 100] %)`, and compare with "
-        "twice as many",
+        "apply the load in steps, `static(states = [25, 50, 75, 100] %)`, and compare with twice as many: friction "
+        "depends on the load path",
     )
 
 
@@ -46,11 +46,11 @@ def check_rotations(scene: Scene) -> Iterator[Diagnostic]:
                 yield diagnostic(
                     "E663",
                     support.at(),
-                    f"`{support.name}` turns `{body}` by {math.degrees(most):.4g} deg in one state, and"
-                    f" `{contact.name}` has friction",
+                    f"`{support.name}` rotates `{body}` by {math.degrees(most):.4g} deg in one state, too far for "
+                    f"the friction of `{contact.name}`",
                     "slip along a straight line",
-                    "in each state points slide along a straight line: let it turn by 15 deg at most from one to the "
-                    "next, `amplitude = per_state` and `static(states = [...])`",
+                    "rotate it by at most 15 deg from one state to the next, with `amplitude = per_state` and "
+                    "`static(states = [...])`: in each state points slide along a straight line",
                 )
 
 
@@ -78,9 +78,9 @@ def _check_friction_metrics(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic(
                 "E662",
                 metric.at("of"),
-                f"`{metric.name}` asks how `{contact.name}` slips, which has no friction",
-                "nothing sticks there",
-                f"`{contact.name}` slides freely: give it a `friction`, or ask for its `force`, its area or its gap"
+                f"`{metric.name}` needs friction, but `{contact.name}` has none",
+                "no friction",
+                f"give `{contact.name}` a `friction`, or measure its `force`, its area or its gap"
                 if hasattr(contact.thing, "friction") else
-                f"`{contact.name}` is `{contact.constructor.name}`, which knows none: ask for its `force`",
+                f"measure the `force` of `{contact.name}`: `{contact.constructor.name}` has no friction",
             )  # fmt: skip

@@ -9,12 +9,15 @@ from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.metrics.tensor_metrics import TensorMetric
 from softmark.interpreter.problem.body_case import Fault, body_of
 
-OF_WALLS = "nothing is on the axis of a hollow member; stress and strain are those of its wall: look there"
-OF_BEAMS = (
-    "nothing is on the axis of a hollow member: beams alone, `beam6dof(...)` and `frame6dof(...)`, know such a point, "
-    "by its whole section; for other models {instead}"
+OF_WALLS = (
+    "select points of the wall: stress and strain of a hollow member are those of its wall, and its axis has "
+    "no material"
 )
-INSTEAD = {"load": "put a traction on the end face or on a strip of the wall", "probe": "look at the wall"}
+OF_BEAMS = (
+    "use only beam models, `beam6dof(...)` and `frame6dof(...)`, which refer such a point to the whole section; for "
+    "other models {instead}: the axis of a hollow member has no material"
+)
+INSTEAD = {"load": "apply a traction to the end face or to a strip of the wall", "probe": "select points of the wall"}
 
 
 def axis_point_refusal(scene: Scene, declared: Declared) -> str | None:

@@ -35,9 +35,10 @@ def check_initial_overlap(scene: Scene, contact: Declared, rigid: Declared, body
             place = units.format_vector([round(c, 6) for c in at], units.LENGTH)
             yield diagnostic(
                 "E611", contact.at(),
-                f"`{rigid.name}` overlaps `{body.name}` before anything has moved: {place} is in both",
+                f"`{rigid.name}` overlaps `{body.name}` at the start: both contain {place}",
                 "overlap at the start",
-                "move it away, so that it touches at most, and let a support bring it: `displaced(..., by = ...)`",
+                "move it away, so that it touches at most, and press it in with a support: `displaced(..., by = "
+                "...)`",
             )  # fmt: skip
             return
 

@@ -59,18 +59,18 @@ def shapes(scene: Scene) -> Iterator[Diagnostic]:
     """Yield errors of plane regions used for solids, and of plane bodies without a plane region."""
     for body in scene.of_kind("body").values():
         if body.thing.planar and not body.thing.shape.flat:
-            yield diagnostic("E542", body.at("region"), f"`{body.name}` is a slice of a plane region, and this is none",
+            yield diagnostic("E542", body.at("region"), f"`{body.name}` needs a plane region as its shape",
                              "not a plane region",
-                             "use `quadrilateral(...)`, `quarter_ring(...)` or a `mesh(...)` of plane cells; a body in "
-                             "space is `solid`")  # fmt: skip
+                             "use `quadrilateral(...)`, `quarter_ring(...)` or a `mesh(...)` of plane cells, or "
+                             "declare a body in space as `solid`")  # fmt: skip
         elif body.thing.planar == "axisymmetric" and _crosses_axis(body.thing.shape):
-            yield diagnostic("E322", body.at("region"), f"`{body.name}` turns about the y axis, and its region lies on "
-                             "both sides of it", "x below 0",
-                             "x is the distance from the axis: give the half with x >= 0")  # fmt: skip
+            yield diagnostic("E322", body.at("region"), f"the region of `{body.name}` lies on both sides of its "
+                                                        "axis, the y axis", "x below 0",
+                             "give only the half with x >= 0: x is the distance from the axis")  # fmt: skip
         elif body.thing.shape.flat and not body.thing.planar:
-            yield diagnostic("E542", body.at("shape"), f"`{body.name}` has a plane region for its shape",
+            yield diagnostic("E542", body.at("shape"), f"the shape of `{body.name}` is a plane region",
                              "no thickness",
-                             "a slice of it is `plane_strain(..., thickness = 1 mm)` or `plane_stress`")  # fmt: skip
+                             "declare a slice as `plane_strain(..., thickness = 1 mm)` or `plane_stress`")  # fmt: skip
 
 
 def _crosses_axis(shape: Shape) -> bool:
@@ -83,9 +83,9 @@ def check_conditions(scene: Scene) -> Iterator[Diagnostic]:
     for declared in (d for kind in ("region", "support", "load") for d in scene.of_kind(kind).values()):
         body, condition = scene.declared.get(declared.value("body") or ""), declared.value("where")
         if body is not None and body.thing.planar and condition is not None and 2 in condition.axes:
-            yield diagnostic("E321", declared.at("where"), f"`{declared.name}` selects by z, and `{body.name}` is a "
-                             "plane body: it is the same for all z", "depends on z",
-                             "select by x and y alone, such as `x <= 0 mm`; a body that differs along z is "
+            yield diagnostic("E321", declared.at("where"), f"`{declared.name}` selects by z, but the plane body "
+                                                           f"`{body.name}` is the same for all z", "depends on z",
+                             "select by x and y only, such as `x <= 0 mm`; declare a body that varies along z as "
                              "`solid`")  # fmt: skip
 
 
@@ -104,23 +104,29 @@ def check_actions(scene: Scene) -> Iterator[Diagnostic]:
             yield from across
             continue
         if flat and declared.kind == "load" and isinstance(declared.thing.action, MomentLoad):
-            yield diagnostic("E544", declared.at(), f"`{declared.name}` is a moment, and a plane body takes forces",
-                             "not for plane bodies", "turn an edge by `rotated(..., axis = +z)`")  # fmt: skip
+            yield diagnostic("E544", declared.at(), f"`{declared.name}` is a moment, which plane bodies do not "
+                                                    "support",
+                             "not for plane bodies", "rotate an edge with `rotated(..., axis = +z)`")  # fmt: skip
         elif flat and abs(_z_component(declared)) > 0.0:
             does = "moves" if declared.kind == "support" else "pulls"
-            yield diagnostic("E544", declared.at(), f"`{declared.name}` {does} a plane body out of its plane",
-                             "it has a component along z", "the plane is that of x and y: leave z out")  # fmt: skip
+            yield diagnostic(
+                "E544",
+                declared.at(),
+                f"`{declared.name}` {does} a plane body out of its plane",
+                "it has a component along z",
+                "remove the z component: the plane is that of x and y",
+            )
         elif own in bodies and declared.kind == "load" and _is_off_plane_force(declared.thing.action):
-            yield diagnostic("E544", declared.at("at"), f"`{declared.name}` acts beside the plane of `{own}`",
-                             "z is not 0", "points of a plane body have z = 0")  # fmt: skip
+            yield diagnostic("E544", declared.at("at"), f"`{declared.name}` acts outside the plane of `{own}`",
+                             "z is not 0", "write z = 0: points of a plane body have z = 0")  # fmt: skip
     for contact in scene.of_kind("contact").values():
         if isinstance(contact.thing, Between) and contact.thing.body in bodies:
             yield from _check_rigid_motion(scene, contact.thing.rigid, scene.declared[contact.thing.body])
     for analysis in scene.of_kind("analysis").values() if bodies else ():
         for field in _out_of_plane_starts(analysis.thing, alone):
-            yield diagnostic("E544", analysis.at(field), f"the `{field}` at the start takes plane bodies out of their "
-                             "plane", "not within the plane",
-                             "velocity is along x and y, and spin about z")  # fmt: skip
+            yield diagnostic("E544", analysis.at(field), f"the initial `{field}` moves plane bodies out of their "
+                                                         "plane", "not within the plane",
+                             "give a velocity along x and y, and a spin about z")  # fmt: skip
 
 
 def _check_rigid_motion(scene: Scene, rigid: str, body: Declared) -> Iterator[Diagnostic]:
@@ -133,13 +139,21 @@ def _check_rigid_motion(scene: Scene, rigid: str, body: Declared) -> Iterator[Di
         x, _, z = thing.imposed if isinstance(thing, Displaced) else (0.0, 0.0, 0.0)
         turns = thing.rotation if isinstance(thing, Turned) else (0.0, 0.0, 0.0)
         if around and (x or z or any(turns)):
-            yield diagnostic("E323", support.at(), f"`{support.name}` takes `{rigid}` off the axis of `{body.name}`, "
-                             "or turns it", "not along y", "what presses a body of revolution goes along y; shear and "
-                             "twist want a `solid`")  # fmt: skip
+            yield diagnostic(
+                "E323",
+                support.at(),
+                f"`{support.name}` moves `{rigid}` off the axis of `{body.name}`, or rotates it",
+                "not along y",
+                "move it along y only; use a `solid` for shear and torsion",
+            )
         elif not around and (z or any(turns[:2])):
-            yield diagnostic("E544", support.at(), f"`{support.name}` moves `{rigid}` out of the plane of "
-                             f"`{body.name}`, which it meets", "it has a component along z",
-                             "the plane is that of x and y: leave z out, and turn it about z")  # fmt: skip
+            yield diagnostic(
+                "E544",
+                support.at(),
+                f"`{support.name}` moves `{rigid}` out of the plane of `{body.name}`, with which it is in contact",
+                "it has a component along z",
+                "remove the z component, and rotate about z only: the plane is that of x and y",
+            )
 
 
 def _check_axisymmetric_actions(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
@@ -148,20 +162,33 @@ def _check_axisymmetric_actions(scene: Scene, declared: Declared) -> Iterator[Di
     thing = declared.thing
     if isinstance(thing, Symmetric):
         if thing.body in turned and thing.normal is not None and thing.normal[0] == 0 and thing.normal[1] != 0.0:
-            yield diagnostic("E323", declared.at("where"), f"`{declared.name}` is no plane of symmetry of "
-                             f"`{thing.body}`, which turns about the y axis", "a cylinder around the axis",
-                             "its mirrors are normal to y; what does not grow is `fixed(..., components = "
-                             "x)`")  # fmt: skip
+            yield diagnostic(
+                "E323",
+                declared.at("where"),
+                f"`{declared.name}` is not a plane of symmetry of "
+                f"`{thing.body}`, a body of revolution about the y axis",
+                "a cylinder around the axis",
+                "use a plane normal to y; to prevent radial growth write `fixed(..., components = x)`",
+            )
     elif isinstance(thing, Turned) and thing.body in turned:
-        yield diagnostic("E323", declared.at(), f"`{declared.name}` turns a part of `{thing.body}`, a body of "
-                         "revolution", "not around the axis", "its rings stay level: use a `solid`")  # fmt: skip
+        yield diagnostic(
+            "E323",
+            declared.at(),
+            f"`{declared.name}` rotates a part of `{thing.body}`, a body of revolution",
+            "not axisymmetric",
+            "use a `solid`: the rings of a body of revolution do not tilt",
+        )
     elif declared.value("body") in turned and declared.kind == "load" and _is_oblique_tension(thing.action):
-        yield diagnostic("E323", declared.at("direction"), f"`{declared.name}` pulls `{thing.body}` askew, and a body "
-                         "of revolution is pulled along its axis or across it", "neither along x nor along y",
-                         "`direction = +y` pulls along the axis, `direction = +x` outward all around")  # fmt: skip
+        yield diagnostic(
+            "E323",
+            declared.at("direction"),
+            f"`{declared.name}` pulls `{thing.body}`, a body of revolution, obliquely to its axis",
+            "neither along x nor along y",
+            "write `direction = +y` to pull along the axis, or `direction = +x` to pull outward all around",
+        )
     elif turned and declared.kind == "load" and _is_sideways_gravity(thing.action):
         yield diagnostic("E323", declared.at(), f"`{declared.name}` pulls `{turned[0]}` across its axis",
-                         "not along y", "the axis is y: `direction = -y`")  # fmt: skip
+                         "not along y", "write `direction = -y`: the axis is y")  # fmt: skip
 
 
 def _is_sideways_gravity(action: Any) -> bool:
@@ -217,26 +244,35 @@ def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     plane = getattr(thing, "element", None) in PLANE
     if not case.planar:
         if isinstance(thing, Fem) and plane:
-            yield diagnostic("E543", declared.at("element"), f"{thing.element} is an element of plane bodies, and "
-                             f"`{case.body.name}` is a solid", "not for solids",
+            yield diagnostic("E543", declared.at("element"), f"{thing.element} is an element of plane bodies, but "
+                                                             f"`{case.body.name}` is a solid", "not for solids",
                              "use `hex8`, `hex20`, `hex27`, `tet4` or `tet10`, or declare the body as "
                              "`plane_strain(...)`")  # fmt: skip
         return
     kind, at = WHAT[case.planar], declared.at()
     if not isinstance(thing, Fem):
-        yield diagnostic("E543", at, f"`{declared.name}` knows no {kind}", "not for plane bodies",
+        yield diagnostic("E543", at, f"`{declared.name}` does not support {kind}", "not for plane bodies",
                          f"use `fem` with {QUADS}")  # fmt: skip
     elif not plane:
-        yield diagnostic("E543", declared.at("element"), f"{thing.element} is no element of {kind}",
-                         "for bodies in space", f"use {QUADS}")  # fmt: skip
+        yield diagnostic("E543", declared.at("element"), f"{thing.element} is not an element for {kind}",
+                         "an element of solids", f"use {QUADS}")  # fmt: skip
     elif thing.mesh is not None or thing.quality is not None:
         field = "mesh" if thing.mesh is not None else "quality"
-        yield diagnostic("E543", declared.at(field), f"`{declared.name}` has a `{field}`, and plane bodies have meshes "
-                         "of their own alone", "not of plane bodies", "leave it out, and give a `size`")  # fmt: skip
+        yield diagnostic(
+            "E543",
+            declared.at(field),
+            f"`{declared.name}` has a `{field}`, but the mesh of a plane body is always generated",
+            "not for plane bodies",
+            "leave it out, and give a `size`",
+        )
     elif (lines := [load for load in case.loads if isinstance(load.thing.action, LineForce)]) and not case.depth:
-        yield diagnostic("E543", lines[0].at(), f"`{lines[0].name}` acts along a line, and `{case.body.name}` is in "
-                         f"{kind}", "not on plane bodies", "`point_force(...)` is spread along z; along an edge, give a"
-                         " `traction`")  # fmt: skip
+        yield diagnostic(
+            "E543",
+            lines[0].at(),
+            f"`{lines[0].name}` acts along a line, but `{case.body.name}` is in {kind}",
+            "not for plane bodies",
+            "use `point_force(...)`, which is spread along z, or a `traction` on an edge",
+        )
     elif case.planar == "plane_stress":
         yield from _check_plane_stress_model(thing, declared, case)
     elif case.depth:
@@ -249,17 +285,27 @@ PLAIN = {"rotation": "point", "precision": "double", "mass": "consistent", "init
 def _check_axisymmetric_model(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Refuse options and dynamic analyses that axisymmetric models do not have."""
     for field in (name for name, only in PLAIN.items() if getattr(thing, name) != only):
-        yield diagnostic("E322", declared.at(field), f"`{declared.name}` is of a body of revolution, which knows no "
-                         f"such `{field}`", "not with axial symmetry", "leave it out")  # fmt: skip
+        yield diagnostic(
+            "E322",
+            declared.at(field),
+            f"`{declared.name}` models a body of revolution, which does not support this `{field}`",
+            "not for axisymmetric bodies",
+            "leave it out",
+        )
     if isinstance(case.analysis, Dynamic) or case.analysis.disturbed != "none" or case.analysis.path != "load":
-        yield diagnostic("E322", declared.at(), f"`{declared.name}` is of a body of revolution, which is known at rest "
-                         "alone, as its loads grow", "not with axial symmetry",
+        yield diagnostic("E322", declared.at(), f"`{declared.name}` models a body of revolution, which supports only "
+                                                "static analysis under growing load", "not for axisymmetric bodies",
                          "use `static()`, or a `solid`")  # fmt: skip
     for load in case.loads:
         if isinstance(load.thing.action, PointLoad | LineForce):
             where = "at a point" if isinstance(load.thing.action, PointLoad) else "along a line"
-            yield diagnostic("E323", load.at(), f"`{load.name}` acts {where} of a body of revolution", "not around "
-                             "the axis", "use `traction` on a part of its edge, which goes all around")  # fmt: skip
+            yield diagnostic(
+                "E323",
+                load.at(),
+                f"`{load.name}` acts {where} of a body of revolution",
+                "not axisymmetric",
+                "use `traction` on a part of its edge, which acts all around",
+            )
 
 
 def _check_plane_stress_model(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnostic]:
@@ -267,15 +313,29 @@ def _check_plane_stress_model(thing: Fem, declared: Declared, case: Case) -> Ite
     field = "integration" if thing.integration != "full" else "formulation"
     if thing.integration != "full" or thing.formulation != "displacement" or thing.rotation != "point":
         field = "rotation" if thing.rotation != "point" else field
-        yield diagnostic("E545", declared.at(field), f"`{declared.name}` is in plane stress, where nothing locks and "
-                         "every point finds its thickness by itself", f"not with {field}", "leave it out")  # fmt: skip
+        yield diagnostic(
+            "E545",
+            declared.at(field),
+            f"`{declared.name}` is in plane stress, which does not lock and computes the thickness at each point",
+            f"not with {field}",
+            "leave it out",
+        )
     elif thing.precision == "single":
-        yield diagnostic("E545", declared.at("precision"), f"`{declared.name}` is in plane stress, whose thickness is "
-                         "found in double precision", "not in single precision", "leave it out")  # fmt: skip
+        yield diagnostic(
+            "E545",
+            declared.at("precision"),
+            f"`{declared.name}` is in plane stress, whose thickness needs double precision",
+            "not in single precision",
+            "leave it out",
+        )
     if any(material.incompressible for material in case.typical):
-        yield diagnostic("E545", case.body.at("material"), f"`{case.body.name}` is in plane stress, and its material "
-                         "has no bulk modulus to find its thickness with", "a Poisson's ratio of 0.5",
-                         "use one below it, such as 0.4999: in plane stress nothing locks")  # fmt: skip
+        yield diagnostic(
+            "E545",
+            case.body.at("material"),
+            f"`{case.body.name}` is in plane stress, but its material has no bulk modulus, which the thickness needs",
+            "a Poisson's ratio of 0.5",
+            "use a smaller one, such as 0.4999: plane stress does not lock",
+        )
 
 
 def _reason_unknown(metric: Declared, scene: Scene) -> str:
@@ -290,8 +350,8 @@ def _reason_unknown(metric: Declared, scene: Scene) -> str:
     probe = scene.declared.get(thing.looked_at or "")
     if isinstance(thing, AT_POINTS) and probe is not None:
         seen = isinstance(probe.thing, Point | Line)
-        return "" if seen else "which is looked at in its section, at points and along lines"
-    return "of which this is not known"
+        return "" if seen else "whose section is probed at points and along lines"
+    return "which does not support this metric"
 
 
 def metrics(scene: Scene) -> Iterator[Diagnostic]:
@@ -300,16 +360,21 @@ def metrics(scene: Scene) -> Iterator[Diagnostic]:
         body = scene.declared.get(metric.thing.body_in(scene) or "")
         planar = "" if body is None else body.thing.planar
         if planar == "axisymmetric" and (why := _reason_unknown(metric, scene)):
-            yield diagnostic("E323", metric.at(), f"`{metric.name}` is of a body of revolution, {why}",
-                             "not with axial symmetry", "known are displacements and their errors, stress, strain and "
-                             "stretch, at points and along lines, strain_energy, force along y, contacts, and of fluid"
-                             " pore_pressure and outflow")  # fmt: skip
+            yield diagnostic(
+                "E323",
+                metric.at(),
+                f"`{metric.name}` does not apply to a body of revolution, {why}",
+                "not for axisymmetric bodies",
+                "use displacements and their errors, stress, strain or "
+                "stretch at points and along lines, strain_energy, force "
+                "along y, contacts, or pore_pressure and outflow of a fluid",
+            )
             continue
         if planar and isinstance(metric.thing, Frequency):
-            yield diagnostic("E545", metric.at(), f"`{metric.name}` is of a plane body, of which frequencies are not "
-                             "found", "not of a plane body",
-                             "a slice has motions that vary through it as well: use a `solid`")  # fmt: skip
+            yield diagnostic("E545", metric.at(), f"`{metric.name}` needs frequencies, which are not computed for "
+                                                  "plane bodies", "not for plane bodies",
+                             "use a `solid`: a slice also has modes that vary through its thickness")  # fmt: skip
         if planar == "plane_stress" and isinstance(metric.thing, VolumeChange):
-            yield diagnostic("E545", metric.at(), f"`{metric.name}` is of a body in plane stress, whose surface does "
-                             "not show how thick it is", "not in plane stress",
+            yield diagnostic("E545", metric.at(), f"`{metric.name}` cannot be measured in plane stress: the surface "
+                                                  "does not show the thickness", "not in plane stress",
                              "use `stretch(..., component = volume)`")  # fmt: skip

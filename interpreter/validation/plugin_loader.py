@@ -170,11 +170,13 @@ def _read(asked: str) -> PluginSource:
             data = opened.read(LARGEST + 1)
     except OSError as error:
         said = (error.strerror or str(error)).lower()
-        raise NoPlugin(f"the plugin {asked} cannot be read: {said}", "`--plugin` takes a Python file, or the name of "
-                       "an installed plugin: `dsl list plugins`") from error  # fmt: skip
+        raise NoPlugin(
+            f"the plugin {asked} cannot be read: {said}",
+            "give `--plugin` a Python file or the name of an installed plugin: `dsl list plugins`",
+        ) from error
     text = data.decode("utf-8", errors="replace")
     if len(data) > LARGEST:
-        raise NoPlugin(f"the plugin {asked} is larger than 1 MB", "a plugin is a Python file that people write")
+        raise NoPlugin(f"the plugin {asked} is larger than 1 MB", "a plugin is a hand-written Python file")
     stem = re.sub(r"\W", "_", file.stem)
     own = module or f"{OWN}{stem}_{hashlib.sha256(data).hexdigest()[:12]}"
     return PluginSource(asked if module else str(file.resolve()), Source(asked, text), str(file.resolve()), own)
@@ -187,7 +189,7 @@ def _locate_installed(name: str) -> tuple[Path, str]:
     known = installed()
     if name not in known:
         close = nearest(name, list(known))
-        hint = f"did you mean `{close}`?" if close else "`dsl list plugins` shows those that are installed"
+        hint = f"did you mean `{close}`?" if close else "`dsl list plugins` lists the installed ones"
         if not name.strip():
             raise NoPlugin("the name of the plugin is empty", hint)
         raise NoPlugin(f"there is no file {name}, and no installed plugin of that name", hint)
@@ -195,9 +197,9 @@ def _locate_installed(name: str) -> tuple[Path, str]:
         with process_lock, redirect_stdout(sys.stderr):
             spec = find_spec(known[name])
     except Exception as error:
-        raise NoPlugin(f"the plugin {name} cannot be found: {format_exception(error)}", "install it anew") from error
+        raise NoPlugin(f"the plugin {name} cannot be found: {format_exception(error)}", "install it again") from error
     if spec is None or not spec.origin:
-        raise NoPlugin(f"the plugin {name} has no file: {known[name]}", "its entry point names a module")
+        raise NoPlugin(f"the plugin {name} has no file: {known[name]}", "let its entry point name a module")
     return Path(spec.origin), known[name]
 
 
@@ -263,7 +265,7 @@ def _build_plugin(read: PluginSource) -> Plugin:
 
 def _left_out_diagnostic(read: PluginSource, entry: Entry, why: BadClass) -> Diagnostic:
     """Return the diagnostic for a word that is left out."""
-    return read.doubt("W731", f"has a word that is left out: {why}", entry.node, f"no {entry.kind}", why.remedy)
+    return read.doubt("W731", f"has a word that is ignored: {why}", entry.node, f"not a valid {entry.kind}", why.remedy)
 
 
 def _tree(read: PluginSource) -> ast.Module:
@@ -272,9 +274,9 @@ def _tree(read: PluginSource) -> ast.Module:
         return ast.parse(read.source.text)
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         line = getattr(error, "lineno", 0) or 0
-        why = f"it is no Python: {getattr(error, 'msg', None) or error}" + (f" (line {line})" if line else "")
+        why = f"it is not valid Python: {getattr(error, 'msg', None) or error}" + (f" (line {line})" if line else "")
         raise BadPlugin(
-            read.doubt("W730", f"is broken: {why}", line, "here", "nothing of it can be used"), why
+            read.doubt("W730", f"is broken: {why}", line, "here", "no word of it can be used"), why
         ) from error
 
 
@@ -286,7 +288,7 @@ def _entries(read: PluginSource, tree: ast.Module, doubts: list[Diagnostic]) -> 
         why = f"it has no table `{NAME}`"
         raise BadPlugin(read.doubt("W730", f"is broken: {why}", 1, "no table", f"write {form}"), why)
     if not isinstance(node, ast.Dict):
-        why = f"its `{NAME}` is no literal"
+        why = f"its `{NAME}` is not a literal"
         raise BadPlugin(read.doubt("W730", f"is broken: {why}", node, "not a table", f"write {form}"), why)
     for key, value in zip(node.keys, node.values, strict=True):
         table = key.value if isinstance(key, ast.Constant) else None
@@ -294,8 +296,8 @@ def _entries(read: PluginSource, tree: ast.Module, doubts: list[Diagnostic]) -> 
             continue
         if table not in TABLES or not isinstance(value, ast.Dict):
             known = ", ".join(f'"{name}"' for name in TABLES)
-            doubts.append(read.doubt("W731", "has a table that is left out", key or value, "no table of words",
-                                     f"tables of a plugin: {known}, each of words and names of classes"))  # fmt: skip
+            doubts.append(read.doubt("W731", "has a table that is ignored", key or value, "not a table of words",
+                                     f"use the tables {known}, each of words and names of classes"))  # fmt: skip
             continue
         yield from _lines(read, str(table), value, doubts)
 
@@ -313,8 +315,8 @@ def _lines(read: PluginSource, table: str, node: ast.Dict, doubts: list[Diagnost
             word, names = None, None
         pair = isinstance(names, tuple) and len(names) == 2 and all(isinstance(n, str) for n in names)
         if not isinstance(word, str) or not (isinstance(names, str) or (pair and table == "models")):
-            help = 'a line is `"word": "Class"`, of a model `"word": ("Class", "prepare")`'
-            doubts.append(read.doubt("W731", "has a line that is left out", key or value, "no word and class", help))
+            help = 'write `"word": "Class"`, or for a model `"word": ("Class", "prepare")`'
+            doubts.append(read.doubt("W731", "has a line that is ignored", key or value, "not word and class", help))
             continue
         yield Entry(table, word, names, key or value)
 
@@ -346,7 +348,7 @@ def _run(read: PluginSource) -> ModuleType:
     except (Exception, SystemExit) as error:
         sys.modules.pop(read.module, None)
         line, why = _line_of(error, read.file), format_exception(error)
-        help = "nothing of it can be used; install what it needs" if isinstance(error, ImportError) else "mend it"
+        help = "no word of it can be used; install what it needs" if isinstance(error, ImportError) else "correct it"
         doubt = read.doubt("W730", f"is broken: {why}", line, "raised here", help)
         raise BadPlugin(doubt, f"{why} (line {line})") from None
     return module
@@ -376,15 +378,13 @@ def _check_safely(entry: Entry, module: ModuleType) -> Any:
     except BadClass:
         raise
     except Exception as error:
-        raise BadClass(
-            f"looking at it raises {format_exception(error)}", "what a class says of itself is values"
-        ) from error
+        raise BadClass(f"inspecting it raises {format_exception(error)}", "use plain values as attributes") from error
 
 
 def _check_entry(entry: Entry, module: ModuleType) -> Any:
     """Return the checked class of a word. Raises BadClass."""
     if not re.fullmatch(r"[a-z][a-z0-9_]*", entry.word) or entry.word in PREDEFINED:
-        raise BadClass(f"`{entry.word}` is no word", "words are of small letters, digits and `_`, as `tip_sway`")
+        raise BadClass(f"`{entry.word}` is not a valid word", "use small letters, digits and `_`, as in `tip_sway`")
     name, builder = entry.value if isinstance(entry.value, tuple) else (entry.value, "prepare")
     thing = getattr(module, name, None)
     _, place, base = TABLES[entry.table]
@@ -392,9 +392,9 @@ def _check_entry(entry: Entry, module: ModuleType) -> Any:
     if entry.table == "adapters":
         return _register_adapter(entry.word, name, thing, root, module)
     if not isinstance(thing, type):
-        raise BadClass(f"there is no class `{name}` in it", "a line is a word and the name of a class of this file")
+        raise BadClass(f"it has no class `{name}`", "write a word and the name of a class of this file")
     if not issubclass(thing, root):
-        raise BadClass(f"`{name}` is no {base}", f"derive it from `{base}` of `softmark.{place}`")
+        raise BadClass(f"`{name}` is not a {base}", f"derive it from `{base}` of `softmark.{place}`")
     check_class(thing, entry.kind)
     if entry.table == "models":
         _register_builder(thing, builder, module)
@@ -406,22 +406,24 @@ def check_class(cls: type[Any], kind: str) -> None:
     name = cls.__name__
     own: Any = vars(cls).get("__dataclass_params__")  # not inherited from its base
     if own is None or not own.frozen:
-        raise BadClass(f"`{name}` is no frozen dataclass", "write `@dataclass(frozen=True)` above it")
+        raise BadClass(f"`{name}` is not a frozen dataclass", "write `@dataclass(frozen=True)` above it")
     if not (cls.__doc__ or "").strip() or cls.__doc__.startswith(f"{name}("):  # type: ignore[union-attr]
-        raise BadClass(f"`{name}` does not say what it is", "its docstring is what `dsl list` and `dsl explain` show")
+        raise BadClass(f"`{name}` has no docstring", "add one: `dsl list` and `dsl explain` show it")
     try:
         _fields(cls)
     except Exception as error:
         form = '`Annotated[float, "m in (0, inf)", "what it means"]`'
-        raise BadClass(f"a field of `{name}` cannot be read: {format_exception(error)}", f"a field is {form}") from None
+        raise BadClass(
+            f"a field of `{name}` cannot be read: {format_exception(error)}", f"write a field as {form}"
+        ) from None
     for (place, base), needed in NEEDED.items():
         root = getattr(sys.modules.get(f"softmark.{place}"), base, None)
         missing = (
             () if root is None or not issubclass(cls, root) else [n for n in needed if _is_only_inherited(cls, root, n)]
         )
         if missing:
-            raise BadClass(f"`{name}` has no `{missing[0]}`", f"{article(kind)} {kind} says it itself; "
-                           f"see `{base}` of `softmark.{place}`")  # fmt: skip
+            raise BadClass(f"`{name}` has no `{missing[0]}`", f"define it, as {article(kind)} {kind} must; see "
+                                                              f"`{base}` of `softmark.{place}`")  # fmt: skip
     if kind == "reference":
         _check_reference(cls)
 
@@ -436,9 +438,9 @@ def _check_reference(cls: type[Any]) -> None:
     """Check that a reference defines how its answer is computed. Raises BadClass."""
     known: Mapping[str, str] = {"solved": "solve", "measured": "load", "scanned": "load"}
     if cls.how not in known:
-        raise BadClass(f"`{cls.__name__}` is `{cls.how}`", 'references of plugins are `how = "solved"` or `"measured"`')
+        raise BadClass(f"`{cls.__name__}` is `{cls.how}`", 'write `how = "solved"` or `"measured"` in a reference')
     if not callable(getattr(cls, known[cls.how], None)):
-        raise BadClass(f"`{cls.__name__}` has no `{known[cls.how]}`", f"what is `{cls.how}` has it; see `Reference`")
+        raise BadClass(f"`{cls.__name__}` has no `{known[cls.how]}`", f"`{cls.how}` needs it: see `Reference`")
 
 
 def _register_builder(cls: type[Any], builder: str, module: ModuleType) -> None:
@@ -450,7 +452,7 @@ def _register_builder(cls: type[Any], builder: str, module: ModuleType) -> None:
         return
     prepare = getattr(module, builder, None)
     if not callable(prepare):
-        raise BadClass(f"nothing builds `{cls.__name__}`", f"write a function `{builder}(model, declared, case, "
+        raise BadClass(f"no function builds `{cls.__name__}`", f"write a function `{builder}(model, declared, case, "
                       "workshop)` in this file")  # fmt: skip
     load = getattr(module, "load", None)
     BUILDERS[cls] = Builder(load if callable(load) else lambda model: None, prepare)
@@ -461,12 +463,12 @@ def _register_adapter(word: str, name: str, thing: Any, root: type[Any], module:
     from softmark.interpreter.models.external.adapters import PLUGGED, PROGRAMS
 
     if not isinstance(thing, root):
-        raise BadClass(f"`{name}` is no Program", "`Program(title, elements, laws)` says what a program can do")
+        raise BadClass(f"`{name}` is not a Program", "write `Program(title, elements, laws)`, what it supports")
     if missing := [n for n in ADAPTER if not hasattr(module, n)]:
-        raise BadClass(f"its file has no `{missing[0]}`", f"an adapter has {', '.join(ADAPTER)}")
+        raise BadClass(f"its file has no `{missing[0]}`", f"define {', '.join(ADAPTER)} in an adapter")
     known = PLUGGED.get(word)
     if word in PROGRAMS or (known is not None and not _is_same_module(known[1], module)):
-        raise BadClass(f"there is a program `{word}` already", "give it another word")
+        raise BadClass(f"the program `{word}` exists already", "choose another word")
     PLUGGED[word] = thing, module
     return thing
 
@@ -486,7 +488,7 @@ def _remove_existing_words(plugin: Plugin, ours: Vocabulary) -> Plugin:
     entries = {(e.kind, e.word): e for e in _entries(read, _tree(read), [])}
     for (kind, word), other in taken.items():
         whose = "softmark" if other is None else f"the plugin `{other.name}`"
-        lacking = BadClass(f"`{word}` is {article(kind)} {kind} of {whose} already", "give it another word")
+        lacking = BadClass(f"`{word}` is already {article(kind)} {kind} of {whose}", "choose another word")
         broken[kind, word] = str(lacking)
         doubts.append(_left_out_diagnostic(read, entries[kind, word], lacking))
     words = {k: {w: c for w, c in own.items() if (k, w) not in taken} for k, own in plugin.words.items()}

@@ -40,7 +40,7 @@ Known = Literal["field", "forces", "surface", "points", "curve", "value"]
 
 KNOWN = {
     "field": "a field of displacements", "surface": "a measured surface", "points": "tracked points",
-    "forces": "a theory of forces alone", "curve": "a measured curve", "value": "a value that is given",
+    "forces": "a theory of forces only", "curve": "a measured curve", "value": "a given value",
 }  # fmt: skip
 POINTWISE = (RelativeDisplacementError, TipError, MaxError, MeanError)  # errors of material points
 
@@ -86,8 +86,8 @@ def _tracked(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
     known, at = data_kind_of(scene.declared[of]), declared.at("of")
     does = "looks at" if declared.kind == "probe" else "follows"
     else_ = "; to look at a surface, use `surface(...)`" if declared.kind == "probe" else ""
-    yield diagnostic("E509", at, f"`{declared.name}` {does} tracked points, and `{of}` has none",
-                     KNOWN[known], f'points that were tracked are `markers("beads.csv", ...)`{else_}')  # fmt: skip
+    yield diagnostic("E509", at, f"`{declared.name}` {does} tracked points, but `{of}` has none",
+                     KNOWN[known], f'name tracked points, `markers("beads.csv", ...)`{else_}')  # fmt: skip
 
 
 # ------------------------------------------------------------------ the probe and the analysis
@@ -99,18 +99,18 @@ def _probe(scene: Scene, metric: Declared) -> _Refusal | None:
     if name is None:
         return None
     probe, word = scene.declared[name], metric.constructor.name
-    found = f"`{name}` is a probe `{probe.constructor.name}`"
+    found = f"`{name}` is a `{probe.constructor.name}` probe"
     body = probe.thing.body
     if isinstance(metric.thing, EnergyNormError) and not isinstance(probe.thing, Volume):
-        return _Refusal("probe", f"`{word}` integrates over the body, and {found}", "no volume",
-                        f"look at the whole body: `probe inside = volume({body})`")  # fmt: skip
+        return _Refusal("probe", f"`{word}` integrates over the body, but {found}", "no volume",
+                        f"use a volume probe: `probe inside = volume({body})`")  # fmt: skip
     if _needs_surface(scene, metric) and not isinstance(probe.thing, Surface):
-        return _Refusal("probe", f"`{metric.name}` needs triangles, and {found}", "no surface",
-                        f"look at the surface: `probe skin = surface({body})`"
+        return _Refusal("probe", f"`{metric.name}` needs triangles of a surface, but {found}", "no surface",
+                        f"use a surface probe: `probe skin = surface({body})`"
                         + _nearest(metric))  # fmt: skip
     if isinstance(metric.thing, TrajectoryError) and isinstance(probe.thing, Surface):
-        return _Refusal("probe", f"`{word}` follows points in time, and {found}", "keeps no history",
-                        f"follow points: `probe tip = point({body}, at = ...)`")  # fmt: skip
+        return _Refusal("probe", f"`{word}` follows points in time, but {found}", "no time history",
+                        f"use a point probe: `probe tip = point({body}, at = ...)`")  # fmt: skip
     return None
 
 
@@ -134,7 +134,7 @@ def _tensor(scene: Scene, metric: Declared) -> _Refusal | None:
     if not isinstance(thing, TensorMetric):
         return None
     if isinstance(thing, Stress) and thing.measure_ == "nominal" and thing.component not in AXES:
-        return _Refusal("component", f"nominal stress is no symmetric tensor: it has no `{thing.component}`",
+        return _Refusal("component", f"nominal stress is not symmetric and has no `{thing.component}`",
                         "only of `cauchy`", "use one of " + ", ".join(f"`{a}`" for a in AXES)
                         + ", or `measure = cauchy`")  # fmt: skip
     bodies = (None, scene.declared[thing.probe].thing.body)
@@ -145,14 +145,14 @@ def _tensor(scene: Scene, metric: Declared) -> _Refusal | None:
     ]
     if any(past) and all(why or isinstance(law, str) for why, law in zip(past, laws, strict=True)):
         whose = next(why for why in past if why)
-        message = f"`{metric.name}` asks for stress or strain, and that of {whose} is not recovered to points"
-        help = "ask for what is known: `force(...)`, `displacement(...)`, and of fluid `pore_pressure(...)`"
-        return _Refusal("", message, "not known here", help)
+        message = f"`{metric.name}` needs stress or strain at points, which is not computed for {whose}"
+        help = "use `force(...)`, `displacement(...)`, or `pore_pressure(...)` of a fluid"
+        return _Refusal("", message, "not available here", help)
     if not laws or not all(isinstance(law, str) for law in laws):
         return _check_correct_model(scene, metric)
-    return _Refusal("", f"`{metric.name}` asks for stress or strain, and no model here has any: {laws[0]}",
-                    "of no model",
-                    "declare one: `model solid = fem(tet10, strain = finite, size = 5 mm)`")  # fmt: skip
+    return _Refusal("", f"`{metric.name}` needs stress or strain, but no model here computes it: {laws[0]}",
+                    "no model has stress",
+                    "add one: `model solid = fem(tet10, strain = finite, size = 5 mm)`")  # fmt: skip
 
 
 def _history_dependent_body(scene: Scene, model: Declared) -> str:
@@ -162,8 +162,8 @@ def _history_dependent_body(scene: Scene, model: Declared) -> str:
     except Fault:  # reported elsewhere
         return ""
     if case.porous:
-        return f"`{case.body.name}`, a porous body,"
-    return f"`{case.body.name}`, a viscoelastic body," if case.remembers else ""
+        return f"`{case.body.name}`, a porous body"
+    return f"`{case.body.name}`, a viscoelastic body" if case.remembers else ""
 
 
 def _check_correct_model(scene: Scene, metric: Declared) -> _Refusal | None:
@@ -173,14 +173,14 @@ def _check_correct_model(scene: Scene, metric: Declared) -> _Refusal | None:
     if (right := scene.declared[name]).kind == "reference":
         if right.thing.with_stress:
             return None
-        return _Refusal("against", f"`{metric.name}` compares stress or strain, and `{name}` knows none",
-                        "of no stress", "compare with a model, or with a theory that has it: `goodier(...)`, "
-                        "`kirsch(...)`")  # fmt: skip
+        return _Refusal("against", f"`{metric.name}` compares stress or strain, but `{name}` has none",
+                        "no stress", "compare with a model, or with a theory that has stress: `goodier(...)`, "
+                                        "`kirsch(...)`")  # fmt: skip
     law = _full_model(scene, scene.declared[name]).thing.stress_law
     if not isinstance(law, str):
         return None
-    return _Refusal("against", f"`{metric.name}` compares stress or strain, and `{name}` has none: {law}",
-                    "of no stress", "compare with a model of finite elements: `against = solid`")  # fmt: skip
+    return _Refusal("against", f"`{metric.name}` compares stress or strain, but `{name}` has none: {law}",
+                    "no stress", "compare with a finite element model: `against = solid`")  # fmt: skip
 
 
 def _full_model(scene: Scene, model: Declared) -> Declared:
@@ -192,12 +192,14 @@ def _time(scene: Scene, metric: Declared) -> _Refusal | None:
     """Check that metrics over time have a dynamic analysis, and frequencies a static one."""
     moving = any(isinstance(analysis.thing, Dynamic) for analysis in scene.of_kind("analysis").values())
     if moving and isinstance(metric.thing, Frequency):
-        help = "leave the analysis out, or ask the motion: `metric swing = period(tip, along = -z)`"
-        return _Refusal("", f"`{metric.name}` is about an equilibrium, and the analysis is dynamic", "no rest", help)
+        help = "remove the analysis, or measure the motion: `metric swing = period(tip, along = -z)`"
+        return _Refusal(
+            "", f"`{metric.name}` needs an equilibrium, but the analysis is dynamic", "no equilibrium", help
+        )
     if moving or not isinstance(metric.thing, Period | TrajectoryError):
         return None
-    return _Refusal("", f"`{metric.name}` is about a motion, and the analysis is static", "nothing moves in time",
-                    "declare one: `analysis fall = dynamic(duration = 1 s, step = 10 ms)`")  # fmt: skip
+    return _Refusal("", f"`{metric.name}` needs a motion, but the analysis is static", "nothing moves in time",
+                    "add one: `analysis fall = dynamic(duration = 1 s, step = 10 ms)`")  # fmt: skip
 
 
 # ------------------------------------------------------------------ the reference
@@ -213,21 +215,21 @@ def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
     if isinstance(metric.thing, ErrorOfValue) is not (known == "value"):
         return _values(metric, name, known)
     if isinstance(metric.thing, ForceMetric) and reference.kind != "model" and not reference.thing.with_forces:
-        return _Refusal("against", f"`{word}` compares forces and energies, and `{name}` knows none", "no forces",
+        return _Refusal("against", f"`{word}` compares forces or energies, but `{name}` has none", "no forces",
                         "compare with a model, or with a theory that has them: `torsion(...)`")  # fmt: skip
     if known == "forces" and not isinstance(metric.thing, ForceMetric | CurveMetric):
-        return _Refusal("against", f"`{word}` cannot be told from `{name}`, which is {KNOWN[known]}", KNOWN[known],
+        return _Refusal("against", f"`{word}` cannot be computed from `{name}`, which is {KNOWN[known]}", KNOWN[known],
                         "compare `force(...)` with it")  # fmt: skip
     if isinstance(metric.thing, TrajectoryError) and reference.kind != "model":
-        return _Refusal("against", f"`{word}` compares motions, and `{name}` knows none", "no history",
+        return _Refusal("against", f"`{word}` compares motions, but `{name}` has none", "no time history",
                         "compare with a model of this scene")  # fmt: skip
     if isinstance(metric.thing, CurveMetric) is not (known == "curve"):
         return _curves(metric, name, known)
     if isinstance(metric.thing, Hausdorff | SurfaceDistance) and known == "points":
-        return _Refusal("against", f"`{word}` needs a surface, and `{name}` is tracked points", "no surface",
-                        "points are compared one by one: `mean_error(...)` or `max_error(...)`")  # fmt: skip
+        return _Refusal("against", f"`{word}` needs a surface, but `{name}` has tracked points only", "no surface",
+                        "compare points one by one: `mean_error(...)` or `max_error(...)`")  # fmt: skip
     if isinstance(metric.thing, EnergyNormError) and known != "field":
-        return _Refusal("against", f"`{word}` needs strains, and `{name}` is {KNOWN[known]}", "no strains",
+        return _Refusal("against", f"`{word}` needs strains, but `{name}` is {KNOWN[known]}", "no strains",
                         "compare with a theory or with another model")  # fmt: skip
     if isinstance(metric.thing, POINTWISE):
         return _pointwise(scene, metric, name, known)
@@ -238,9 +240,9 @@ def _curves(metric: Declared, name: str, known: Known) -> _Refusal:
     """Return the error for a curve compared with something else."""
     word = metric.constructor.name
     if known != "curve":
-        return _Refusal("against", f"`{word}` compares curves, and `{name}` is {KNOWN[known]}", "no curve",
-                        'curves that were measured are `curve("pull.csv", ...)`')  # fmt: skip
-    return _Refusal("against", f"`{word}` cannot be told from a curve, which is all that `{name}` is", "only a curve",
+        return _Refusal("against", f"`{word}` compares curves, but `{name}` is {KNOWN[known]}", "no curve",
+                        'name a measured curve: `curve("pull.csv", ...)`')  # fmt: skip
+    return _Refusal("against", f"`{word}` cannot be computed from `{name}`, which is only a curve", "only a curve",
                     f"compare a curve with it: `metric miss = curve_error(METRIC, against = {name})`")  # fmt: skip
 
 
@@ -248,22 +250,25 @@ def _values(metric: Declared, name: str, known: Known) -> _Refusal:
     """Return the error for a number compared with something other than given values."""
     word = metric.constructor.name
     if known != "value":
-        return _Refusal("against", f"`{word}` takes a value that is given, and `{name}` is {KNOWN[known]}", "no value",
-                        "values are given as `values(53.4 mm, uncertainty = 0.05 mm, source = \"...\")`")  # fmt: skip
-    return _Refusal("against", f"`{word}` cannot be told from a value, which is all that `{name}` is", "only a value",
-                    f"hold a number against it: `metric miss = value_error(METRIC, against = {name})`")  # fmt: skip
+        return _Refusal("against", f"`{word}` needs a given value, but `{name}` is {KNOWN[known]}", "no value",
+                        'name given values: `values(53.4 mm, uncertainty = 0.05 mm, source = "...")`')  # fmt: skip
+    return _Refusal("against", f"`{word}` cannot be computed from `{name}`, which is only a value", "only a value",
+                    f"compare a number with it: `metric miss = value_error(METRIC, against = {name})`")  # fmt: skip
 
 
 def _pointwise(scene: Scene, metric: Declared, name: str, known: Known) -> _Refusal | None:
     """Check displacements of material points: a measured surface has none, tracked points only their own."""
     if known == "surface":
-        return _Refusal("against", f"`{metric.constructor.name}` compares displacements, and `{name}` has none",
-                        KNOWN[known], "a surface shows where the body is, and of no point where it was:"
-                        " use `surface_distance(...)`")  # fmt: skip
+        return _Refusal("against", f"`{metric.constructor.name}` compares displacements, but `{name}` has none",
+                        KNOWN[known], "use `surface_distance(...)`: a measured surface does not show how material "
+                                      "points moved")  # fmt: skip
     probe = scene.declared[metric.thing.probe]
     own = isinstance(probe.thing, Markers) and probe.thing.of == name
     if known == "points" and not own:
-        return _Refusal("probe", f"`{name}` knows the points that were tracked, and `{probe.name}` looks at others",
-                        "not known there",
-                        f"look at them: `probe beads = markers({probe.thing.body}, of = {name})`")  # fmt: skip
+        return _Refusal(
+            "probe",
+            f"`{name}` has only the points that were tracked, but `{probe.name}` looks at others",
+            "not tracked",
+            f"use a probe at the tracked points: `probe beads = markers({probe.thing.body}, of = {name})`",
+        )
     return None

@@ -74,12 +74,12 @@ def _sizes(reference: Declared) -> Iterator[Diagnostic]:
     if sizes.dimension != units.LENGTH:
         given = units.dimension_name(sizes.dimension)
         yield diagnostic("E204", reference.at("sizes"), f"expected a length, found {given}", given,
-                         "sizes of cells are lengths, such as `[12, 9, 6] mm`")  # fmt: skip
+                         "give sizes of cells as lengths, such as `[12, 9, 6] mm`")  # fmt: skip
     elif len(sizes.values) < LEAST:
         count = f"{len(sizes.values)} size" + ("" if len(sizes.values) == 1 else "s")
         yield diagnostic("E531", reference.at("sizes"),
-                         f"`{reference.name}` has {count}, and an order of convergence needs three",
-                         "too few", "add a finer one, such as half the finest")  # fmt: skip
+                         f"`{reference.name}` has {count}, but an order of convergence needs three",
+                         "too few", "add a finer size, such as half the finest")  # fmt: skip
     elif any(b >= a for a, b in pairwise(sizes.values)) or min(sizes.values) <= 0:
         yield diagnostic("E531", reference.at("sizes"),
                          f"the sizes of `{reference.name}` do not go from coarse to fine",
@@ -88,9 +88,13 @@ def _sizes(reference: Declared) -> Iterator[Diagnostic]:
 
 def _methods(scene: Scene, reference: Declared, well_sized: bool) -> Iterator[Diagnostic]:
     if len(reference.thing.methods) < 2:
-        yield diagnostic("E531", reference.at("methods"),
-                         f"`{reference.name}` refines one model only", "nothing to compare with",
-                         "name two that share no element and integration, so that each checks the other")  # fmt: skip
+        yield diagnostic(
+            "E531",
+            reference.at("methods"),
+            f"`{reference.name}` refines one model only",
+            "nothing to compare with",
+            "name two models that share no element and integration, so that each checks the other",
+        )
         return
     seen: dict[tuple[str, str], Declared] = {}
     for name in reference.thing.methods:
@@ -110,17 +114,20 @@ def _refinement_obstacle(scene: Scene, reference: Declared, declared: Declared) 
     name, thing = declared.name, declared.thing
     problem = label = help = ""
     if not isinstance(thing, Fem):
-        problem = f"`{name}` is {declared.constructor.name}, and not finite elements with a `size`"
-        label, help = "not refined to the solid", "its limit is another theory's; name `fem(...)` models"
+        problem = f"`{name}` is {declared.constructor.name}, not a finite element model with a `size`"
+        label, help = "does not converge to the solid", "name `fem(...)` models: this one converges to another theory"
     elif thing.size is None:
-        problem, label = f"`{name}` has a mesh of its own, and no `size` to refine", "cannot be refined"
-        help = "give the model a `size` in place of its mesh"
+        problem, label = f"`{name}` has its own mesh and no `size` to refine", "cannot be refined"
+        help = "give the model a `size` instead of its mesh"
     elif thing.mass == "uniform":
-        problem, label = f"`{name}` puts the same mass on every node, which has no limit", "no limit"
+        problem, label = f"`{name}` puts the same mass on every node and does not converge", "no limit"
         help = "use `mass = consistent` or `mass = lumped`"
     elif any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values()):
-        problem, label = f"`{reference.name}` knows the state of rest, and no motion", "a dynamic analysis"
-        help = "refine the step and the mesh by a study, or leave the analysis static"
+        problem, label = (
+            f"`{reference.name}` needs a static analysis, but the analysis is dynamic",
+            "a dynamic analysis",
+        )
+        help = "refine the step and the mesh in a study, or use a static analysis"
     if problem:
         return diagnostic("E531", reference.at("methods"), problem, label, help)
     return _other_body_error(scene, reference, declared)
@@ -135,7 +142,7 @@ def _other_body_error(scene: Scene, reference: Declared, declared: Declared) -> 
     if own == theirs:
         return None
     return diagnostic("E505", reference.at("methods"),
-                      f"`{reference.name}` is about `{own}`, and `{declared.name}` about `{theirs}`",
+                      f"`{reference.name}` refers to `{own}`, but `{declared.name}` to `{theirs}`",
                       "different bodies", "name models of one body")  # fmt: skip
 
 
@@ -146,12 +153,16 @@ def _shared_error(reference: Declared, declared: Declared, twin: Declared, first
         both = f"`{twin.name}` and `{declared.name}`"
         return diagnostic("E531", reference.at("methods"),
                           f"{both} have the same element and integration", "share their errors",
-                          "take another element, or hex8 with `integration = selective`")  # fmt: skip
+                          "use another element, or hex8 with `integration = selective`")  # fmt: skip
     for field in ("strain", "material"):
         if getattr(mine, field) != getattr(theirs, field):
-            return diagnostic("E531", reference.at("methods"),
-                              f"`{first.name}` and `{declared.name}` differ in `{field}`",
-                              "different limits", "the limit of refinement is one only for one problem")  # fmt: skip
+            return diagnostic(
+                "E531",
+                reference.at("methods"),
+                f"`{first.name}` and `{declared.name}` differ in `{field}`",
+                "different limits",
+                f"use the same `{field}` in both: the limit is unique only for one problem",
+            )
     return None
 
 
@@ -183,7 +194,7 @@ def extrapolation_obstacle(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()
     if ratio >= 0.98 * RATIO:
         return find_dissimilarity(counts)
     a, b = (units.format_value(size, units.LENGTH) for size in sizes[-LEAST:][place : place + 2])
-    return f"cells of {b} are only {ratio:.3g} times finer than those of {a}, and an order needs {RATIO:g} times"
+    return f"cells of {b} are only {ratio:.3g} times finer than those of {a}, but an order needs {RATIO:g} times"
 
 
 def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
@@ -193,15 +204,15 @@ def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
     shape, cuts = first.case.shape, first.declared.thing.cuts(first.case)
     if (why := extrapolation_obstacle(shape, sizes, cuts)) is not None:
         at = reference.at("sizes")
-        yield diagnostic("W332", at, f"the meshes of `{reference.name}` tell no order of convergence",
+        yield diagnostic("W332", at, f"the meshes of `{reference.name}` give no order of convergence",
                          "nothing is extrapolated", _propose_sizes(shape, cuts), (why,))  # fmt: skip
     nu = first.case.largest_poisson
     if all(own.declared.thing.locks_at(nu) for own in methods):
         at = reference.at("methods")
         yield diagnostic("W333", at, f"all methods of `{reference.name}` lock at a Poisson's ratio of {nu:g}",
                          "may agree and be too stiff",
-                         "take one that does not: tet10, or hex8 with `integration = selective` or "
-                         "`formulation = mean_dilatation`")  # fmt: skip
+                         "use one that does not: tet10, or hex8 with `integration = selective` or `formulation = "
+                         "mean_dilatation`")  # fmt: skip
 
 
 def _propose_sizes(shape: Shape, cuts: Cuts) -> str:
@@ -210,5 +221,5 @@ def _propose_sizes(shape: Shape, cuts: Cuts) -> str:
     for part in range(1, PARTS + 1) if largest else ():
         sizes = tuple(float(f"{largest / part / k:.5g}") for k in (1, 2, 3))
         if extrapolation_obstacle(shape, sizes, cuts) is None:
-            return f"take sizes that give similar meshes, such as {units.format_vector(sizes, units.LENGTH)}"
-    return "take sizes of which each is half the one before, and that divide the body in whole cells"
+            return f"use sizes that give similar meshes, such as {units.format_vector(sizes, units.LENGTH)}"
+    return "use sizes of which each is half the one before, and that divide the body into whole cells"

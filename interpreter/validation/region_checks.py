@@ -25,7 +25,7 @@ def check_owners(scene: Scene) -> Iterator[Diagnostic]:
             owner = scene.declared[name].thing.body
             if body is None or owner == body:
                 continue
-            problem = f"`{name}` is a region of `{owner}`, and `{declared.name}` is about `{body}`"
+            problem = f"`{name}` is a region of `{owner}`, but `{declared.name}` refers to `{body}`"
             yield diagnostic("E591", declared.at(field), problem, "of another body",
                              f"declare one of `{body}`: `region NAME = part({body}, where = ...)`")  # fmt: skip
 
@@ -36,8 +36,9 @@ def check_groups(scene: Scene) -> Iterator[Diagnostic]:
         body = scene.declared.get(region.thing.body)
         if region.thing.group is not None and body is not None and not body.thing.shape.prebuilt:
             yield diagnostic("E324", region.at("name"),
-                             f"`{body.name}` has no group `{region.thing.group}`: its mesh is made, not read",
-                             "no file names it",
+                             f"`{body.name}` has no group `{region.thing.group}`: its mesh is generated, not read "
+                             "from a file",
+                             "no mesh file",
                              f"select by coordinates, `region {region.name} = part({body.name}, where = ...)`, or take "
                              "the body's shape from a `mesh(...)`")  # fmt: skip
 
@@ -48,9 +49,9 @@ def check_order(scene: Scene) -> Iterator[Diagnostic]:
         for name in region.thing.over:
             lacking = region.name if region.thing.material is None else name
             if scene.declared[lacking].thing.material is None:
-                yield diagnostic("W392", region.at("over"), f"`over` orders materials, and `{lacking}` has none",
-                                 "says nothing",
-                                 f"give `{lacking}` a `material`, or leave `over` out")  # fmt: skip
+                yield diagnostic("W392", region.at("over"), f"`over` ranks materials, but `{lacking}` has none",
+                                 "no effect",
+                                 f"give `{lacking}` a `material`, or remove `over`")  # fmt: skip
 
 
 def check_overlaps(scene: Scene) -> Iterator[Diagnostic]:
@@ -63,7 +64,7 @@ def check_overlaps(scene: Scene) -> Iterator[Diagnostic]:
         for a, b in unordered_overlaps(case):
             at = find_common_box(a.thing.where, b.thing.where, *shape.bounds)
             if at is not None and shape.contains(at):
-                yield overlap_fault(a, b, f"both hold at {units.format_vector(at, units.LENGTH)}").diagnostic
+                yield overlap_fault(a, b, f"both include {units.format_vector(at, units.LENGTH)}").diagnostic
 
 
 def check_models(scene: Scene) -> Iterator[Diagnostic]:
@@ -78,18 +79,28 @@ def check_models(scene: Scene) -> Iterator[Diagnostic]:
         names = ", ".join(f"`{part.name}`" for part in case.parts)
         if not model.thing.composite:
             yield diagnostic("E593", model.at(),
-                             f"`{model.name}` knows one material, and `{case.body.name}` has parts of others: {names}",
+                             f"`{model.name}` supports one material, but `{case.body.name}` has regions of others: "
+                             f"{names}",
                              "one material only",
-                             "use `fem(...)` in full, or leave out the `material` of the regions")  # fmt: skip
+                             "use a full `fem(...)` model, or remove the `material` of the regions")  # fmt: skip
         elif (
             "mass" in model.fields
             and str(model.value("mass")) == "uniform"
             and len({m.density for m in case.materials}) > 1
         ):
-            yield diagnostic("E593", model.at("mass"), f"`{model.name}` gives every node the same mass, and the parts"
-                             f" of `{case.body.name}` differ in density: {names}", "one density only",
-                             "use `mass = lumped` or `consistent`")  # fmt: skip
+            yield diagnostic(
+                "E593",
+                model.at("mass"),
+                f"`{model.name}` gives every node the same mass, but regions "
+                f"of `{case.body.name}` differ in density: {names}",
+                "one density only",
+                "use `mass = lumped` or `consistent`",
+            )
         elif model.thing.other_material is not None:
-            yield diagnostic("E593", model.at("material"), f"`{model.name}` takes a material in place of that of"
-                             f" `{case.body.name}`, which has parts of others: {names}", "in place of which?",
-                             "leave `material` out, and vary the materials of the scene")  # fmt: skip
+            yield diagnostic(
+                "E593",
+                model.at("material"),
+                f"`{model.name}` replaces the material of `{case.body.name}`, which has regions of others: {names}",
+                "replaces which material?",
+                "remove `material`, and vary the materials of the scene",
+            )

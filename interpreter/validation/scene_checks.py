@@ -57,9 +57,9 @@ def _has_error(declared: Declared, found: Found) -> bool:
 
 def _one_analysis(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for extra in list(scene.of_kind("analysis").values())[1:]:
-        yield diagnostic("E222", extra.at(), "a scene has one analysis, this is another",
+        yield diagnostic("E222", extra.at(), "the scene already has an analysis",
                          "the second analysis",
-                         "keep one, and write another scene for the other")  # fmt: skip
+                         "keep one of them, and write another scene for the other")  # fmt: skip
 
 
 def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -72,7 +72,7 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             continue
         if declared.kind == "load" and "where" not in declared.fields:  # only a rigid body as a whole
             yield diagnostic("E206", declared.at(), f"`{declared.constructor.name}` needs `where`", "incomplete",
-                             "which part of its surface, by coordinates before deformation")  # fmt: skip
+                             "select a part of its surface by coordinates before deformation")  # fmt: skip
             continue
         low, high = body.thing.shape.bounds
         false, true = condition.over(low, high)
@@ -85,7 +85,7 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for name, supports in everywhere.items():
         if len({c for support in supports for c in support.thing.components}) == 3:
             last = supports[-1]
-            help = "nothing would be left to deform: select a part of the body, or leave components free"
+            help = "select a part of the body, or leave components free: nothing would be left to deform"
             problem = f"`{last.name}` selects all of `{name}`"
             yield diagnostic("E303", last.at("where"), problem, "selects everything", help)
 
@@ -96,12 +96,12 @@ def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         problem = body.thing.shape.fault
         if problem:
             at = body.at("region" if body.thing.planar else "shape")
-            yield diagnostic("E581", at, f"`{body.name}` has a shape that no body has: {problem}", "no such shape")
+            yield diagnostic("E581", at, f"`{body.name}` has an impossible shape: {problem}", "impossible shape")
         elif not body.thing.shape.meshed and not body.thing.planar and body.value("material") is not None:
-            yield diagnostic("E610", body.at("shape"), f"`{body.name}` deforms, and no cells are made of its shape",
-                             "a shape of rigid bodies alone",
-                             "take a `box`, `cylinder`, `cone` or another that has a mesh; an instrument that does not "
-                             "deform is `rigid(...)`, without a material")  # fmt: skip
+            yield diagnostic("E610", body.at("shape"), f"`{body.name}` is deformable, but its shape cannot be meshed",
+                             "only for rigid bodies",
+                             "use a `box`, `cylinder`, `cone` or another shape with a mesh; declare an instrument "
+                             "that does not deform as `rigid(...)`, without a material")  # fmt: skip
 
 
 def _plane(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -151,7 +151,7 @@ def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             spans = describe_extent(*shape.bounds) + ("" if shape.convex else f"; it is {shape.gap}")
             problem = f"`{declared.name}` {does} {where}, outside `{body.name}`"
             remedy = bare or f"the body spans {spans}"
-            yield diagnostic("E504", declared.at(field), problem, "not in the body", remedy)
+            yield diagnostic("E504", declared.at(field), problem, "outside the body", remedy)
 
 
 def _points(scene: Scene, declared: Declared) -> list[tuple[str, Point]]:
@@ -208,8 +208,8 @@ def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     loose = {case.body.name: case for case in cases if not (case.named_supports or case.beds or case.contacts)}
     for case in loose.values():
         body = case.body.name
-        remedy = f"hold a part of it: `support wall = fixed({body}, where = x <= 0 mm)`"
-        problem = f"nothing holds `{body}`: it is free to move and turn"
+        remedy = f"add a support: `support wall = fixed({body}, where = x <= 0 mm)`"
+        problem = f"`{body}` has no support: it is free to move and rotate"
         yield diagnostic("E306", case.body.at(), problem, "no support", remedy)
 
 
@@ -223,8 +223,8 @@ def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     still = {case.body.name: case for case in cases if case.body.name not in ringing}
     for case in still.values():
         body = case.body.name
-        yield diagnostic("W313", case.body.at(), f"nothing loads `{body}`: it stays at rest", "no load",
-                         "declare one, such as `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
+        yield diagnostic("W313", case.body.at(), f"`{body}` has no load: it stays at rest", "no load",
+                         "add one, such as `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
 
 
 def _is_driven(case: Case) -> bool:
@@ -238,9 +238,9 @@ def _paths(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Refuse reduced models on equilibrium paths, whose motions they do not contain."""
     for model, case in _cases(scene, "model"):
         if case.analysis.path == "arc_length" and model.thing.reduces is not None:
-            problem = f"`{model.name}` is reduced to motions that it knows, and a path leads to others"
+            problem = f"`{model.name}` is a reduced model, whose basis does not contain the motions along a path"
             yield diagnostic("E541", model.at(), problem, "not along a path",
-                             f"follow the path of `{model.thing.reduces}`, or use `path = load`")  # fmt: skip
+                             f"follow the path with `{model.thing.reduces}`, or use `path = load`")  # fmt: skip
 
 
 def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -264,7 +264,7 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for doubt, names in first.values():
         others = ", ".join(f"`{n}`" for n in names[1:])
         alone = not others or f"`{names[0]}`" not in doubt.message
-        yield doubt if alone else replace(doubt, notes=(*doubt.notes, f"the same holds for {others}"))
+        yield doubt if alone else replace(doubt, notes=(*doubt.notes, f"the same applies to {others}"))
 
 
 def _check_network(worker: Declared, case: Case) -> Iterator[Diagnostic]:
@@ -343,7 +343,7 @@ def _expectations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             looked, known = _compared_body(scene, metric), _body(scene, owner)
             if None not in (looked, known) and looked != known:
                 at = Location(expectation.location.source, name.span)
-                problem = f"`{owner}` is about `{known}`, and `{metric}` looks at `{looked}`"
+                problem = f"`{owner}` refers to `{known}`, but `{metric}` looks at `{looked}`"
                 remedy = "use a metric whose probe is of the same body"
                 yield diagnostic("E505", at, problem, "different bodies", remedy)
 
@@ -356,7 +356,7 @@ def _published(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         if len(thing.of) != len(thing.values.values):
             models, values = _count(len(thing.of), "model"), _count(len(thing.values.values), "value")
             yield diagnostic("E506", column.at("values"), f"`{column.name}` has {models} and {values}",
-                             "not one for each", "give as many values as models, in the same order")  # fmt: skip
+                             "not one per model", "give as many values as models, in the same order")  # fmt: skip
         elif thing.values.dimension != due:
             name, given = units.dimension_name(due), units.dimension_name(thing.values.dimension)
             yield diagnostic("E204", column.at("values"), f"expected {name}, found {given}", given,
@@ -404,8 +404,13 @@ def _amplitudes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         first = moved.setdefault(support.thing.body, support)
         if first.thing.amplitude != support.thing.amplitude:
             yield diagnostic("E501", support.at("amplitude"),
+<<<<<<< HEAD
                              f"`{support.name}` and `{first.name}` move with different amplitudes",
                              "another amplitude", "give all supports that move the same `amplitude`")  # fmt: skip
+=======
+                             f"`{support.name}` and `{first.name}` have a different `amplitude`",
+                             "differs from the first", "give all supports that move the same `amplitude`")  # fmt: skip
+>>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     yield from check_amplitude_resolution(scene)
 
 

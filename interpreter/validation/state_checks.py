@@ -89,12 +89,21 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
         return
     if not states:
         moving = any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values())
+<<<<<<< HEAD
         yield from (_without(d, "amplitude", "has `amplitude = per_state`", moving) for d in driven)
         yield from (_without(r, "states", "has been measured in several states", moving) for r in tables)
         return
     if _has_times(scene):
         yield from _times(scene, states)
         yield from (_without(d, "amplitude", "has `amplitude = per_state`", True) for d in driven)
+=======
+        yield from (_without(d, "amplitude", "depends on the state", moving) for d in driven)
+        yield from (_without(r, "states", "was measured in several states", moving) for r in tables)
+        return
+    if _has_times(scene):
+        yield from _times(scene, states)
+        yield from (_without(d, "amplitude", "depends on the state", True) for d in driven)
+>>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     yield from (wrong for r in tables if (wrong := _whole(r) or _as_many(r, len(states))) is not None)
     if len(states) > 1:
         yield from (_single_state_error(r) for r in scene.of_kind("reference").values() if _measured_once(r))
@@ -112,16 +121,30 @@ def _muscles(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
         least, most = _amplitude_range(scene, amplitude, states)
         if muscle.thing.pulls:
             if least < 0.0:
+<<<<<<< HEAD
                 yield diagnostic("W398", muscle.at("amplitude"), f"`{muscle.name}` pushes in a part of its amplitude",
                                  f"down to {100.0 * least:.3g} % of its tension", "muscle pulls, or does nothing: use a"
                                  " amplitude that does not change its sign")  # fmt: skip
+=======
+                yield diagnostic("W398", muscle.at("amplitude"), f"the activation of `{muscle.name}` is negative in "
+                                                              "part of its `amplitude`",
+                                 f"down to {100.0 * least:.3g} % of its tension", "use a `amplitude` that does not change "
+                                                                                  "its sign: a muscle pulls or does "
+                                                                                  "nothing")  # fmt: skip
+>>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
         elif isinstance(s := muscle.thing.shortening, float) and max(abs(least * s), abs(most * s)) > SHORTEST:
             yield diagnostic(
                 "E379",
                 muscle.at("amplitude"),
+<<<<<<< HEAD
                 f"`{muscle.name}` shortens beyond its range in a part of its amplitude",
                 f"from {100.0 * least:.3g} to {100.0 * most:.3g} % of {100.0 * s:.3g} %",
                 f"fibres shorten or lengthen by {100.0 * SHORTEST:g} % at most: use smaller shares",
+=======
+                f"`{muscle.name}` shortens too far in part of its `amplitude`",
+                f"from {100.0 * least:.3g} to {100.0 * most:.3g} % of {100.0 * s:.3g} %",
+                f"use smaller values: fibres shorten or lengthen by at most {100.0 * SHORTEST:g} %",
+>>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
             )
 
 
@@ -148,11 +171,11 @@ def _number(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
         if given is not None and not given.values:
             field, one = ("times", "time") if _has_times(scene) else ("states", "state")
             yield diagnostic("E311", analysis.at(field), f"`{analysis.name}` has a list of {field} without a {one}",
-                             "an empty list", f"give it some: {SOME}; or leave `{field}` out")  # fmt: skip
+                             "an empty list", f"add some: {SOME}; or remove `{field}`")  # fmt: skip
     if len(states) > MOST:
         analysis = next(iter(scene.of_kind("analysis").values()))
         yield diagnostic("E311", analysis.at("states"), f"`{analysis.name}` has {len(states)} states",
-                         f"more than {MOST}", "each is solved and kept: take fewer")  # fmt: skip
+                         f"more than {MOST}", "use fewer states: each is solved and kept")  # fmt: skip
 
 
 def _times(scene: Scene, times: tuple[float, ...]) -> Iterator[Diagnostic]:
@@ -160,16 +183,19 @@ def _times(scene: Scene, times: tuple[float, ...]) -> Iterator[Diagnostic]:
     analysis = next(iter(scene.of_kind("analysis").values()))
     thing: Quasistatic = analysis.thing
     if any(b <= a for a, b in pairwise(times)):
-        yield diagnostic("E361", analysis.at("times"), f"the times of `{analysis.name}` do not go on",
-                         "not in their order", "each time comes after the one before it")  # fmt: skip
+        yield diagnostic("E361", analysis.at("times"), f"the times of `{analysis.name}` do not increase",
+                         "not in order", "write each time after the one before it")  # fmt: skip
     if times and times[-1] > thing.duration * (1.0 + BEYOND):
-        yield diagnostic("E361", analysis.at("times"), f"`{analysis.name}` ends before the last of its times",
-                         f"at {units.format_value(thing.duration, units.TIME)}",
-                         f"follow it up to {units.format_value(times[-1], units.TIME)}, or measure"
-                         " earlier")  # fmt: skip
+        yield diagnostic(
+            "E361",
+            analysis.at("times"),
+            f"`{analysis.name}` ends before the last of its times",
+            f"it ends at {units.format_value(thing.duration, units.TIME)}",
+            f"extend it to {units.format_value(times[-1], units.TIME)}, or give earlier times",
+        )
     if (count := thing.duration / thing.step) > STEPS:
         yield diagnostic("E361", analysis.at("step"), f"`{analysis.name}` takes {count:.2g} steps",
-                         f"more than {STEPS}", "every step is an equilibrium: take longer ones")  # fmt: skip
+                         f"more than {STEPS}", "use longer steps: every step is an equilibrium")  # fmt: skip
     if (wrong := _table_error(scene, thing.duration)) is not None:
         yield wrong
 
@@ -189,11 +215,17 @@ def _loops(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
 
 
 def _without(declared: Declared, field: str, does: str, moving: bool) -> Diagnostic:
-    help = f"give the analysis some: {SOME}"
+    help = f"add states to the analysis: {SOME}"
     if moving:
+<<<<<<< HEAD
         help = f"a motion has none: give an amplitude over time such as `ramp(over = 0.5 s)`, or {SOME}"
     return diagnostic("E311", declared.at(field), f"`{declared.name}` {does}, and the analysis has no states",
                       "of which states?", help)  # fmt: skip
+=======
+        help = f"use an amplitude in time such as `ramp(over = 0.5 s)`, or states: {SOME}"
+    return diagnostic("E311", declared.at(field), f"`{declared.name}` {does}, but the analysis has no states",
+                      "no states", help)  # fmt: skip
+>>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
 
 
 def _whole(reference: Declared) -> Diagnostic | None:
@@ -205,7 +237,8 @@ def _whole(reference: Declared) -> Diagnostic | None:
     if broken is None:
         return None
     return diagnostic("E312", reference.at("states"), f"{broken:g} is not the number of a state in a table",
-                      "not a whole number", "columns x1, y1, z1 are of state 1, x2, y2, z2 of state 2")  # fmt: skip
+                      "not a whole number", "write whole numbers: columns x1, y1, z1 are of state 1, x2, y2, z2 of "
+                                            "state 2")  # fmt: skip
 
 
 def _as_many(reference: Declared, count: int) -> Diagnostic | None:
@@ -214,8 +247,8 @@ def _as_many(reference: Declared, count: int) -> Diagnostic | None:
         return None
     several = "state" if own == 1 else "states"
     return diagnostic("E312", reference.at("states"),
-                      f"`{reference.name}` has {own} {several}, and the analysis {count}", "not one for each",
-                      "give as many, in the order of the analysis; a state may stand more than once")  # fmt: skip
+                      f"`{reference.name}` has {own} {several}, but the analysis has {count}", "not one per state",
+                      "give one per state, in the order of the analysis; a state may be repeated")  # fmt: skip
 
 
 def _measured_once(reference: Declared) -> bool:
@@ -227,12 +260,12 @@ def _measured_once(reference: Declared) -> bool:
 
 def _single_state_error(reference: Declared) -> Diagnostic:
     """Return the error for a measurement of one state used in others."""
-    help = "leave one state in the analysis, or give what was measured a scene of its own that has that state alone"
+    help = "keep one state in the analysis, or put the measurement in a scene of its own with that state only"
     if isinstance(reference.thing, TrackedPoints):
-        help = "say which state of the table belongs to each of the analysis: `states = [1, 2, 3]`"
+        help = "give the state of the table for each state of the analysis: `states = [1, 2, 3]`"
     at = reference.at("state" if "state" in reference.fields else "")
-    return diagnostic("E312", at, f"`{reference.name}` was measured in one state, and the analysis has several",
-                      "in which state?", help)  # fmt: skip
+    return diagnostic("E312", at, f"`{reference.name}` was measured in one state, but the analysis has several",
+                      "which state?", help)  # fmt: skip
 
 
 def _loop_error(metric: Declared, states: tuple[float, ...]) -> Diagnostic | None:
@@ -244,9 +277,13 @@ def _loop_error(metric: Declared, states: tuple[float, ...]) -> Diagnostic | Non
     if there and back and min(there) > 0.0 and max(back) < 0.0:
         return None
     given = f"its states are {', '.join(map(format_state, states[:8]))}" if states else "the analysis has no states"
-    return diagnostic("E509", metric.at(), f"`{metric.name}` is about a loop, and the states make none", given,
-                      "load in some states and unload in those after: `static(states = [25, 50, 75, 100, 75, 50, 25]"
-                      " %)`")  # fmt: skip
+    return diagnostic(
+        "E509",
+        metric.at(),
+        f"`{metric.name}` needs a loop, but the states do not load and unload",
+        given,
+        "load in some states and unload in later ones: `static(states = [25, 50, 75, 100, 75, 50, 25] %)`",
+    )
 
 
 def _is_fitted(model: Declared) -> bool:
@@ -254,14 +291,19 @@ def _is_fitted(model: Declared) -> bool:
 
 
 def _fitted(model: Declared) -> Diagnostic:
-    return diagnostic("E314", model.at("stiffness"), f"`{model.name}` would be fitted anew in every state",
-                      "another network in each", "fit it in a scene with one state, and give the stiffness that it"
-                      " finds: `stiffness = uniform(...)`, or leave one state in the analysis")  # fmt: skip
+    return diagnostic(
+        "E314",
+        model.at("stiffness"),
+        f"`{model.name}` would be fitted again in every state",
+        "different springs in each state",
+        "fit it in a scene with one state and give the stiffness found, "
+        "`stiffness = uniform(...)`, or keep one state in the analysis",
+    )
 
 
 def _alike(scene: Scene) -> Diagnostic:
     analysis = next(iter(scene.of_kind("analysis").values()))
     values = ", ".join(map(format_state, states_of(scene)[:6]))
     return diagnostic("W325", analysis.at("states"), f"the states of `{analysis.name}` are all the same",
-                      f"nothing changes from one to another of {values}",
-                      "give a load or a support `amplitude = per_state`, or leave `states` out")  # fmt: skip
+                      f"nothing differs between {values}",
+                      "give a load or a support `amplitude = per_state`, or remove `states`")  # fmt: skip

@@ -30,7 +30,7 @@ def check(scene: Scene) -> Iterator[Diagnostic]:
     if len(sweeps) > MOST:
         last = list(sweeps)[MOST]
         yield diagnostic("E510", studies[last].at(), f"the scene has {len(sweeps)} sweeps", "one too many",
-                         f"a scene has at most {MOST}: write several scenes")  # fmt: skip
+                         f"write several scenes: a scene has at most {MOST} sweeps")  # fmt: skip
         return
     size = scene.table.size if scene.table else 0
     each = max(FEWEST, min(TRIED, TEXT // (size + 1)) // max(1, len(sweeps)))
@@ -74,11 +74,13 @@ def _sweep(scene: Scene, study: Declared, tried: Sequence[_TriedValue]) -> Itera
     targets = [link.thing.target.name for link in links if isinstance(link.thing, Sweep)]
     twice = next((name for name in targets if targets.count(name) > 1), None)
     if twice is not None:
-        yield diagnostic("E510", study.at("with"), f"`{study.name}` varies `{twice}` twice", "the same again",
-                         "combine it with a sweep of something else")  # fmt: skip
+        yield diagnostic("E510", study.at("with"), f"`{study.name}` varies `{twice}` twice", "varied again",
+                         "remove one of them, or sweep something else")  # fmt: skip
     for name in study.thing.models or ():
         if scene.declared[name].kind != "model" or "." in name:
-            yield diagnostic("E510", study.at("models"), f"`{name}` is not a model of this scene", "not its own", "")
+            yield diagnostic(
+                "E510", study.at("models"), f"`{name}` is not a model of this scene", "not declared here", ""
+            )
     for one in tried:
         if one.errors:
             yield _variant_error(study.thing.target, one)
@@ -97,9 +99,9 @@ def _consequence(name: str, variant: Variant, error: Diagnostic) -> Diagnostic:
     note = ""
     if error.span is not None and error.source is not None:
         note = f"{error.code} in {error.source.name}, line {error.span.line}"
-    message = f"with `{name} = {variant.text}` the scene is in error: {error.message}"
+    message = f"the scene is invalid with `{name} = {variant.text}`: {error.message}"
     notes = (note,) if note else ()
-    return diagnostic("E511", variant.at, message, "not possible here", error.help, notes)
+    return diagnostic("E511", variant.at, message, "invalid value", error.help, notes)
 
 
 def _check_sweep_user(
@@ -118,7 +120,7 @@ def _check_sweep_user(
         values = [_try(scene, sweep.thing, v) for v in _pick_values(sweep.thing.over, 20)]
     numbers = {one.number for one in values if one.number is not None}
     if len(numbers) < FEWEST:
-        message = f"`{study.name}` needs at least {FEWEST} different numbers to see an order"
+        message = f"`{study.name}` needs at least {FEWEST} different numbers to find an order of convergence"
         yield diagnostic("E510", study.at("over"), message, f"`{sweep.name}` has {len(numbers)}",
                          "add values to the sweep, such as halves of the last")  # fmt: skip
 

@@ -25,8 +25,8 @@ def check_filled_surface(model: Declared, case: Case, shape: SurfaceBody) -> Dia
     if not kind:
         return None
     name = Path(shape.file).name if isinstance(shape, Filled) else case.body.name
-    return diagnostic("E577", model.at(), f"`{model.name}` asks for {kind}, and `{name}` is filled with tetrahedra",
-                      "tetrahedra only", f"take {FIT}; tet10 does not lock as tet4 does")  # fmt: skip
+    return diagnostic("E577", model.at(), f"`{model.name}` needs {kind}, but `{name}` is filled with tetrahedra",
+                      "tetrahedra only", f"use {FIT}; tet10 does not lock as tet4 does")  # fmt: skip
 
 
 def check_hexahedral_mesh(model: Declared, case: Case, shape: Shape) -> Diagnostic | None:
@@ -34,8 +34,8 @@ def check_hexahedral_mesh(model: Declared, case: Case, shape: Shape) -> Diagnost
     kind = _hexahedral_element(model)
     if not kind:
         return None
-    problem = f"`{model.name}` asks for {kind}, and `{case.body.name}` has no mesh of hexahedra: {shape.lacks}"
-    return diagnostic("E335", model.at(), problem, "tetrahedra only", f"take {FIT}, or another shape")
+    problem = f"`{model.name}` needs {kind}, but `{case.body.name}` has no mesh of hexahedra: {shape.lacks}"
+    return diagnostic("E335", model.at(), problem, "tetrahedra only", f"use {FIT}, or another shape")
 
 
 def _hexahedral_element(model: Declared) -> str:

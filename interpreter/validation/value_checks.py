@@ -48,8 +48,8 @@ def _check_uncertainties(reference: Declared) -> Iterator[Diagnostic]:
     """Check that uncertainties have the dimension of the values, or are shares, and are as many."""
     if not reference.thing.source_.strip():
         word = reference.constructor.name
-        yield diagnostic("E206", reference.at("source"), f"`{word}` needs `source`", "nobody says so",
-                         "`source` is who says so: a paper and its table, a code and its version, who measured it"
+        yield diagnostic("E206", reference.at("source"), f"`{word}` needs `source`", "no source",
+                         "give the source: a paper and its table, a code and its version, or who measured it"
                          )  # fmt: skip
         return
     if isinstance(reference.thing, Consensus) and (fault := _band(reference)) is not None:
@@ -74,9 +74,13 @@ def _field(reference: Declared, field: str) -> Iterator[Diagnostic]:
     count, each = len(values.values), len(own.values)
     if each not in (1, count):
         noun = "uncertainties" if field == "uncertainty" else f"in `{field}`"
-        yield diagnostic("E224", reference.at(field),
-                         f"`{reference.name}` has {_count(count, 'value')} and {each} {noun}", "not one for each",
-                         "give one that holds for all, or as many as values, in the same order")  # fmt: skip
+        yield diagnostic(
+            "E224",
+            reference.at(field),
+            f"`{reference.name}` has {_count(count, 'value')} and {each} {noun}",
+            "one per value is needed",
+            "give one for all values, or one per value in the same order",
+        )
 
 
 def _band(reference: Declared) -> Diagnostic | None:
@@ -84,14 +88,14 @@ def _band(reference: Declared) -> Diagnostic | None:
     said = [field for field in reference.thing.lists if reference.value(field) is not None]
     if said in (["spread"], ["low", "high"]):
         return None
-    name, why, at = reference.name, "nothing says how far the codes of `{}` lie apart", reference.at()
+    name, why, at = reference.name, "the range in which the codes of `{}` lie is missing", reference.at()
     if "spread" in said:
-        why, at = "the band of `{}` is said in two ways", reference.at("spread")
+        why, at = "the band of `{}` is given in two ways", reference.at("spread")
     elif said:
         other = "high" if said == ["low"] else "low"
         why, at = f"the band of `{{}}` has no `{other}`", reference.at(said[0])
-    return diagnostic("E226", at, why.format(name), "from where to where?",
-                      "give `spread`, an amount or a share on both sides, or `low` and `high`")  # fmt: skip
+    return diagnostic("E226", at, why.format(name), "unclear band",
+                      "give `spread`, as an amount or a percentage on both sides, or `low` and `high`")  # fmt: skip
 
 
 def _check_band(reference: Declared) -> Iterator[Diagnostic]:
@@ -104,22 +108,26 @@ def _check_band(reference: Declared) -> Iterator[Diagnostic]:
         said = reference.thing.lists[0]
         at = reference.at(said if reference.value(said) is not None else "low" if known.value < low else "high")
         if not low <= known.value <= high:
-            yield diagnostic("E227", at, f"the value of `{name}`, {value}, does not lie in its band, {ends[0]} to"
-                             f" {ends[1]}", "beyond the value",
-                             "that on which codes agreed lies between the least and the largest of theirs"
+            yield diagnostic("E227", at, f"the value of `{name}`, {value}, lies outside its band, {ends[0]} to "
+                                         f"{ends[1]}", "excludes the value",
+                             "correct the value or the band: a value on which codes agree lies between their "
+                             "smallest and largest"
                              )  # fmt: skip
             return
         if low == high and reference.thing.kind != "theory":
-            yield diagnostic("W359", at, f"no model will agree with `{name}`, which is said to be {value} to the last"
-                             " digit", "no width",
-                             "a printed number is known to half its last digit; `kind = theory` of `values` is exact"
-                             )  # fmt: skip
+            yield diagnostic(
+                "W359",
+                at,
+                f"no model will agree with `{name}`, whose value {value} has no uncertainty",
+                "zero width",
+                "give half of the last printed digit as uncertainty; `values` with `kind = theory` are exact",
+            )
             return
         if high - low > WIDE[agreed] * abs(known.value) > 0.0:
             one = f"the codes of `{name}` lie" if agreed else f"`{name}` lies anywhere"
-            yield diagnostic("W360", at, f"{one} between {ends[0]} and {ends[1]}, which says little of {value}",
-                             "as wide as the value", "to be within says little of a model: correct the band, or expect"
-                             " nothing of it")  # fmt: skip
+            yield diagnostic("W360", at, f"{one} between {ends[0]} and {ends[1]}, too wide for the value {value}",
+                             "as wide as the value", "narrow the band, or remove the expectation: it would say "
+                                                     "little about a model")  # fmt: skip
             return
 
 
@@ -129,15 +137,21 @@ def _as_many(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
     if count in (1, states) or any(a.value("states") is not None and not states for a in _analyses(scene)):
         return
     moving = any(isinstance(a.thing, Dynamic) for a in _analyses(scene))
-    has = f"the analysis {_count(states, 'state')}" if states else "the analysis has no states"
-    help = "give a value for each state, in their order, or one that holds in every state"
+    has = f"the analysis has {_count(states, 'state')}" if states else "the analysis has no states"
+    help = "give one value per state, in order, or one value for all states"
     if not states:
-        help = "give one value, or a reference for each; an analysis with states has a value for each:"
+        help = "give one value, or a reference for each; with states, give one value per state:"
         help += " `static(states = [50, 100] %)`"
     if moving:
+<<<<<<< HEAD
         help = 'a motion has one value; a history in time is a table: `curve("swing.csv", ...)`'
     yield diagnostic("E224", reference.at("values"), f"`{reference.name}` has {_count(count, 'value')}, and {has}",
                      "not one for each", help)  # fmt: skip
+=======
+        help = 'give one value; for a time history use a table: `curve("swing.csv", ...)`'
+    yield diagnostic("E224", reference.at("values"), f"`{reference.name}` has {_count(count, 'value')}, but {has}",
+                     "not one per state", help)  # fmt: skip
+>>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
 
 
 def _analyses(scene: Scene) -> list[Declared]:
@@ -158,19 +172,24 @@ def _check_metric(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
     if not isinstance(reference.thing, GivenValues):
         return  # reported for all comparisons
     if of.thing.measured_from is not None:
-        yield diagnostic("E509", metric.at("of"), f"`{of.name}` is an error already, and no measurement", "no number",
-                         "name a metric that is measured from nothing: a displacement, a force")  # fmt: skip
+        yield diagnostic(
+            "E509",
+            metric.at("of"),
+            f"`{of.name}` is itself an error, not a measured quantity",
+            "not a quantity",
+            "name a metric that needs no reference, such as a displacement or a force",
+        )
         return
     if isinstance(of.thing, CurveMetric):
-        yield diagnostic("E509", metric.at("of"), f"`{of.name}` is of the way through all states, and a value is of"
-                         " one", "no number of one state",
+        yield diagnostic("E509", metric.at("of"), f"`{of.name}` is computed from all states, but a value belongs to "
+                                                  "one state", "not a value of one state",
                          f"expect it directly: `expect abs(MODEL.{of.name} - 12 %) < 1 %`")  # fmt: skip
         return
     due, given = units.parse_unit(of.thing.unit).dimension, reference.thing.values.dimension
     if due != given:
         name, found = units.dimension_name(due), units.dimension_name(given)
         yield diagnostic("E204", metric.at("against"), f"expected {name}, found {found}", f"`{reference.name}` is"
-                         f" {found}", f"`{of.name}` is {name}; hold it against values in {units.usual_units(due)}"
+                         f" {found}", f"compare `{of.name}`, which is {name}, with values in {units.usual_units(due)}"
                          )  # fmt: skip
         return
     yield from _check_divisor(metric, reference)
@@ -183,10 +202,10 @@ def _check_divisor(metric: Declared, reference: Declared) -> Iterator[Diagnostic
     if all(sizes):
         return
     banded = isinstance(reference.thing, Consensus)
-    one = "a value" if by_value else "a band that ends at its value, a side" if banded else "an uncertainty"
+    one = "a value" if by_value else "a band with a side" if banded else "an uncertainty"
     help = "divide by the uncertainty instead: `relative_to = uncertainty`"
     if not by_value:
-        help = f"give `{reference.name}` an uncertainty, in the unit of its values, or leave `relative_to` out"
-        help = "give it a width on both sides, or leave `relative_to` out" if banded else help
-    yield diagnostic("E225", metric.at("against"), f"`{reference.name}` has {one} of zero, and nothing is relative to"
-                     " that", "zero", help)  # fmt: skip
+        help = f"give `{reference.name}` an uncertainty in the unit of its values, or remove `relative_to`"
+        help = "give the band a width on both sides, or remove `relative_to`" if banded else help
+    yield diagnostic("E225", metric.at("against"), f"`{reference.name}` has {one} of zero, which cannot be the "
+                                                   "divisor", "zero", help)  # fmt: skip

@@ -57,7 +57,7 @@ def _densities(scene: Scene) -> Iterator[Diagnostic]:
             help = Remedy(f"{water}; did you mean {meant}?", plain) if likely else water
             yield diagnostic("W303", at_,
                              f"a density of {units.format_value(density, DENSITY)} is unlikely for a solid",
-                             "a thousand times off?" if likely else "off by far", help)  # fmt: skip
+                             "off by a factor of 1000?" if likely else "unusual value", help)  # fmt: skip
 
 
 def _stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
@@ -72,7 +72,11 @@ def _stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
         else:
             continue
         yield diagnostic(
-            "W310", at("young"), f"a Young's modulus of {_pascals(young)} is unlikely for a solid", "off by far", help
+            "W310",
+            at("young"),
+            f"a Young's modulus of {_pascals(young)} is unlikely for a solid",
+            "unusual value",
+            help,
         )
 
 
@@ -83,9 +87,9 @@ def _convexities(scene: Scene) -> Iterator[Diagnostic]:
     for material, at in _materials(scene):
         if (known := getattr(material, "polyconvexity_violation", None)) is not None:
             field, why = known
-            yield diagnostic("W396", at(field), f"{why}: the law is not polyconvex", "it gives way somewhere",
-                             "where it does is looked for after every answer (W366); `neo_hookean_isochoric` and "
-                             "`stable_neo_hookean` never do")  # fmt: skip
+            yield diagnostic("W396", at(field), f"{why}: the law is not polyconvex", "may become unstable",
+                             "use `neo_hookean_isochoric` or `stable_neo_hookean`, which are always stable; "
+                             "instability of the solution is reported (W366)")  # fmt: skip
 
 
 def _pascals(young: float) -> str:
@@ -109,10 +113,10 @@ def _dashpots(scene: Scene) -> Iterator[Diagnostic]:
         return
     for bed in scene.of_kind("support").values():
         if isinstance(bed.thing, Bedded) and bed.thing.damping:
-            where = f"in `{analysis.name}`" if analysis else "at rest"
-            problem = f"the dashpots of `{bed.name}` play no part {where}"
-            help = "they act on speeds: declare `dynamic(...)`, or leave the damping out"
-            yield diagnostic("W370", bed.at("damping"), problem, "of a dynamic analysis", help)
+            where = f"in `{analysis.name}`" if analysis else "in a static analysis"
+            problem = f"the dashpots of `{bed.name}` have no effect {where}"
+            help = "declare `dynamic(...)`, or remove the damping: dashpots act on velocities"
+            yield diagnostic("W370", bed.at("damping"), problem, "for a dynamic analysis", help)
 
 
 def _predetermined(scene: Scene) -> Iterator[Diagnostic]:
@@ -121,7 +125,7 @@ def _predetermined(scene: Scene) -> Iterator[Diagnostic]:
         # a name with a dot is a metric of a model, be the model in error or not, or a parameter of a used scene
         names = (n.text for n, _ in tree.walk(expectation.node) if isinstance(n, tree.Name) and n.parts[1:])
         if all(name in scene.parameters for name in names):
-            yield diagnostic("W311", expectation.location, "nothing that is computed enters this expectation",
+            yield diagnostic("W311", expectation.location, "this expectation does not depend on any computed result",
                              "the same in every run",
                              "compare a metric of a model or reference, such as `rod.eta`")  # fmt: skip
 
@@ -130,9 +134,10 @@ def _registered(scene: Scene) -> Iterator[Diagnostic]:
     for reference in scene.of_kind("reference").values():
         if reference.thing.registered == "icp":
             yield diagnostic("W316", reference.at("register"),
-                             f"`{reference.name}` is moved onto each computed surface before it is compared",
+                             f"`{reference.name}` is registered to each computed surface before it is compared",
                              "hides errors",
-                             "errors that look like a motion disappear; `clamp` registers the held face")  # fmt: skip
+                             "use `clamp` to register the fixed face only: errors that look like a rigid motion "
+                             "disappear")  # fmt: skip
 
 
 def _amplitudes(scene: Scene) -> Iterator[Diagnostic]:
@@ -142,10 +147,17 @@ def _amplitudes(scene: Scene) -> Iterator[Diagnostic]:
     for declared in find_time_dependent(scene):
         if declared.thing.amplitude is not None and not isinstance(declared.thing.amplitude, State):
             yield diagnostic("W317", declared.at("amplitude"),
+<<<<<<< HEAD
                              f"the amplitude of `{declared.name}` has no effect in a static analysis",
                              "a state of rest has no time",
                              "it acts in full; declare `analysis NAME = dynamic(...)` to follow"
                              " the motion")  # fmt: skip
+=======
+                             f"the `amplitude` of `{declared.name}` has no effect in a static analysis",
+                             "a static analysis has no time",
+                             "declare `analysis NAME = dynamic(...)` to follow the motion; here it acts at its full "
+                             "value")  # fmt: skip
+>>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
 
 
 def _check_half_models(scene: Scene) -> Iterator[Diagnostic]:
@@ -155,9 +167,9 @@ def _check_half_models(scene: Scene) -> Iterator[Diagnostic]:
         own = [s.name for s in mirrors if isinstance(metric.thing, Frequency) and s.thing.body == metric.thing.body]
         if own:
             yield diagnostic("W383", metric.at(),
-                             f"`{metric.name}` knows only modes that are symmetric about the plane of `{own[0]}`",
-                             "others may be slower",
-                             "model the whole body, as the half has no others")  # fmt: skip
+                             f"`{metric.name}` finds only modes that are symmetric about the plane of `{own[0]}`",
+                             "other modes may be slower",
+                             "model the whole body, which also has the other modes")  # fmt: skip
 
 
 def find_idle_models(scene: Scene) -> Iterator[Diagnostic]:
@@ -165,8 +177,8 @@ def find_idle_models(scene: Scene) -> Iterator[Diagnostic]:
     asked = find_needed(scene)
     for name, model in scene.of_kind("model").items():
         if name not in asked:
-            yield diagnostic("W308", model.at(), f"nothing asks for `{name}`, so it is not computed",
-                             "not asked for",
+            yield diagnostic("W308", model.at(), f"no metric or expectation needs `{name}`, so it is not computed",
+                             "not needed",
                              "add a probe, a metric or an expectation of its body")  # fmt: skip
 
 

@@ -101,14 +101,14 @@ def test_a_text_is_given_its_canonical_form_and_left_alone_where_it_cannot_be_re
     edits = document_formatting.format_document(own.document, NOTHING)
     assert after(own.document, edits) == "param a  = 1 mm\nparam bc = 2 mm\n"
     assert document_formatting.format_document(marked(after(own.document, edits), tmp_path).document, NOTHING) == []
-    with pytest.raises(RequestRefused, match="left as it is: line 2 cannot be read, E104"):
+    with pytest.raises(RequestRefused, match="not formatted: line 2 cannot be read, E104"):
         document_formatting.format_document(marked("param a=1 mm\nparam b = (1\n", tmp_path).document, NOTHING)
 
 
 def test_a_refusal_leaves_no_traceback_in_an_editor_s_panel_and_a_fault_does(caplog: pytest.LogCaptureFixture) -> None:
     silence_refusals()
     silence_refusals()  # of two servers in a process
-    for problem in (RequestRefused("left as it is"), ValueError("a fault")):
+    for problem in (RequestRefused("not formatted"), ValueError("a fault")):
         try:
             raise problem
         except Exception:
@@ -127,7 +127,7 @@ def test_a_message_that_names_what_was_meant_is_a_quick_fix(tmp_path: Path) -> N
     own = marked("param E = 60 kpa\nparam L = 3 m // long\nparam n = 2 * EE\nparam k = 4;\n", tmp_path)
     found = quick(own)
     assert [a.title for a in found] == [
-        "write `# long` for `// long`", "remove `;`", "write `kPa` for `kpa`", "write what messages say"
+        "write `# long` for `// long`", "remove `;`", "write `kPa` for `kpa`", "apply the fixes of the messages"
     ]  # fmt: skip
     assert [a.diagnostics[0].code for a in found if a.diagnostics] == ["E108", "E107", "E209"]
     change = found[-1].edit

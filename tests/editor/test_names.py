@@ -128,11 +128,11 @@ def test_a_name_of_another_file_changes_there_and_in_all_scenes_that_use_it(tmp_
     [
         ("param L<|> = 1 m\nparam R = 2 m", "R", "`R` is taken"),
         ("param L<|> = 1 m", "in", "reserved word"),
-        ("param L<|> = 1 m", "x", "meaning of its own"),
+        ("param L<|> = 1 m", "x", "predefined name"),
         ("param L<|> = 1 m", "2L", "is not a name"),
         ("param L<|> = 1 m", "rod.L", "is not a name"),
-        ("par<|>am L = 1 m", "M", "no name of the scene"),
-        ("param L<|> = 1 m\nparam R = (2 m", "M", "errors of syntax"),
+        ("par<|>am L = 1 m", "M", "only names of the scene"),
+        ("param L<|> = 1 m\nparam R = (2 m", "M", "syntax errors"),
         ('use "std/materials/tissues.scene" as tissue\nparam r = tissue.live<|>r.young', "lung", "standard library"),
     ],
 )  # fmt: skip

@@ -110,7 +110,7 @@ async def test_what_is_named_and_cannot_be_used_is_told(client: LanguageClient, 
     configure(client, str(tmp_path / "nothing.py"))
     assert "cannot be read" in await shown(client, "E731")
     configure(client, 3)
-    assert "is a list of" in await shown(client, "softmark.plugins")
+    assert "to a list of" in await shown(client, "softmark.plugins")
     for name, does in {"leaves": "raise SystemExit(3)", "interrupts": "raise KeyboardInterrupt"}.items():
         file = tmp_path / f"{name}.py"
         file.write_text(SWAY + does, encoding="utf-8")

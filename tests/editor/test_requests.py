@@ -69,7 +69,7 @@ async def test_what_is_refused_is_said_to_the_editor_and_the_server_goes_on(
     client: LanguageClient, tmp_path: Path
 ) -> None:
     text = opened(client, TEXT, tmp_path, "other.scene")
-    with pytest.raises(JsonRpcException, match="`R` is taken: it is a param"):
+    with pytest.raises(JsonRpcException, match="`R` is already a param"):
         await client.text_document_rename_async(types.RenameParams(text, AT, "R"))
     found = await client.text_document_definition_async(types.DefinitionParams(text, AT))
     assert isinstance(found, types.Location)

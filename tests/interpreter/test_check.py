@@ -199,7 +199,7 @@ def test_what_holds_for_several_models_is_said_once() -> None:
     push = "load push = pressure(beam, where = z >= 0 mm, magnitude = 1 Pa)\n"
     (error,) = found(BEAM + push + "model euler = beam6dof(segments = 9, shear = no)\n")
     assert error.code == "E501"
-    assert error.notes == ("the same holds for `euler`",)
+    assert error.notes == ("the same applies to `euler`",)
 
 
 def test_points_outside_are_reported_at_both_ends() -> None:
@@ -218,10 +218,10 @@ REFUSED = [
     ("gravity(9.81 m/s^2)", "gravity(9.81 m/s^2, direction = +x)", "0 degrees"),
     ("gravity(9.81 m/s^2)", "gravity(9.81 m/s^2, direction = (1, 0, -1))", "45 degrees"),
     ("gravity(9.81 m/s^2)", "gravity(0 m/s^2)", "there is no gravity"),
-    ("where = x <= 0 mm", "where = x <= 0 mm and z <= 0 mm", "not the clamp of one end face"),
-    ("where = x <= 0 mm", "where = x <= 50 mm", "not the clamp of one end face"),
+    ("where = x <= 0 mm", "where = x <= 0 mm and z <= 0 mm", "does not clamp exactly one end face"),
+    ("where = x <= 0 mm", "where = x <= 50 mm", "does not clamp exactly one end face"),
     ("where = x <= 0 mm", "where = x <= 0 mm, components = (x, y)", "not a clamp"),
-    ("where = x <= 0 mm", "where = x <= 0 mm or x >= 200 mm", "not the clamp of one end face"),
+    ("where = x <= 0 mm", "where = x <= 0 mm or x >= 200 mm", "does not clamp exactly one end face"),
     ("x <= 0 mm)\n", "x <= 0 mm)\nsupport far = fixed(beam, where = x >= 200 mm)\n", "more than one end"),
 ]
 

@@ -206,7 +206,7 @@ def test_new_scenes_come_with_what_they_read(tmp_path: Path) -> None:
     assert dsl("check", "mine/pull.scene", cwd=tmp_path).returncode == 0
     again = dsl("new", "pull", "--out", "mine", cwd=tmp_path)
     assert again.returncode == 2
-    assert "is there already" in again.stderr
+    assert "exists already" in again.stderr
     printed = dsl("new", "pull", cwd=tmp_path)
     assert "`dsl new pull --out DIR` writes both" in printed.stderr
     assert printed.stdout == (tmp_path / "mine" / "pull.scene").read_text()

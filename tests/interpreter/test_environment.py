@@ -173,7 +173,9 @@ def test_a_journal_that_does_not_fit(folder: Path) -> None:
 def test_too_little_memory(folder: Path) -> None:
     done = dsl(folder, "run", "rod.scene", limit=(resource.RLIMIT_AS, 300 * MB))
     assert done.returncode == 3
-    assert "this process may have 300 MB of memory (`ulimit -v`), and numpy, scipy and numba alone need" in said(done)
+    assert "this process is limited to 300 MB of memory (`ulimit -v`), but numpy, scipy and numba alone need" in said(
+        done
+    )
     assert dsl(folder, "check", "rod.scene", limit=(resource.RLIMIT_AS, 300 * MB)).returncode == 0
 
 

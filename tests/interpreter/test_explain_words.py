@@ -29,8 +29,8 @@ def test_a_slip_of_the_finger_is_mended(slip: str, meant: str, capsys: pytest.Ca
 
 
 @pytest.mark.parametrize(("field", "said"), [
-    ("cylinder(length = 200 mm, diameter = 40 mm)", "there is `radius`, which is half the diameter"),
-    ("box(size = (1, 1, 1) m, center = (0, 0, 0) m)", "there is `origin`, which is not the middle of the shape"),
+    ("cylinder(length = 200 mm, diameter = 40 mm)", "use `radius`, which is half the diameter"),
+    ("box(size = (1, 1, 1) m, center = (0, 0, 0) m)", "use `origin`, which is not the middle of the shape"),
 ])  # fmt: skip
 def test_a_field_that_is_another_quantity_is_not_called_the_same(field: str, said: str) -> None:
     """`diameter = 40 mm` renamed to `radius = 40 mm` is a beam that is sixteen times as stiff."""

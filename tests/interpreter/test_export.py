@@ -73,7 +73,7 @@ def test_the_exam_sheet_has_what_is_asked_and_known(
     assert written == {*(file for own in exam["models"].values() for file in own["files"]), "exam.json", "README.txt"}
     left = [] if others else ["model `turning`, strain = corotational"]
     assert [own["what"] for own in exam["left"]] == left
-    assert said.err.count("left out: model `turning`") == len(left)
+    assert said.err.count("not exported: model `turning`") == len(left)
     assert "dsl judge my.scene RESULT --as NAME --unit" in (tmp_path / "out" / "README.txt").read_text()
 
 

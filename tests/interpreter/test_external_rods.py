@@ -87,7 +87,7 @@ def test_a_rod_that_remembers_or_knows_directions_is_none_of_others() -> None:
     (warning,) = [w for w in softmark.loads(relaxing).warnings if w.code == "W710"]
     assert "stress that relaxes" in warning.message
     fibres = "transversely_isotropic(shear = 9 kPa, k1 = 1 kPa, k2 = 1, fibres = +x, density = 1070 kg/m^3)"
-    with pytest.raises(softmark.SceneError, match="knows isotropic materials alone"):
+    with pytest.raises(softmark.SceneError, match="supports isotropic materials only"):
         softmark.loads(own.replace(law, fibres))
 
 

@@ -235,7 +235,7 @@ WRONG = {
 def test_what_breaks_an_assumption_is_refused(name: str) -> None:
     code, message = refused(WRONG[name])
     assert code == "E503", message
-    assert message.startswith("`theory` does not hold for this scene: ")
+    assert message.startswith("`theory` does not apply to this scene: ")
 
 
 def test_a_solid_that_varies_is_refused() -> None:
@@ -262,7 +262,7 @@ def test_stress_is_held_against_theory() -> None:
     assert own["off"].unit == "1"
     assert own["eta"].value < 0.005 * 5e-3 * 0.03
     assert theory.facts["size_matters"] == pytest.approx(9.6 / 16, rel=0.1)
-    told = f"in a body without end by up to {100 * theory.facts['size_matters']:.3g} % of that from afar"
+    told = f"in an infinite body by up to {100 * theory.facts['size_matters']:.3g} % of the remote stress"
     assert told in table(report, terminal=False)
     assert told in render(report)
     assert theory.metrics["hoop"].details["where_materials_meet"] == 0
@@ -274,9 +274,9 @@ def test_it_is_said_where_small_strains_are_large() -> None:
     slight, large = (
         replace(plate, stress=(s / plate.largest_gradient * plate.stress[0], 0.0, 0.0)) for s in (9e-3, 0.1)
     )
-    told = "it takes strains and rotations for small, which come to "
+    told = "it assumes small strains and rotations, but they reach "
     assert told not in size_effect_note(slight)
-    assert size_effect_note(large).endswith(f"{told}10 %: a body that obeys large ones differs")
+    assert size_effect_note(large).endswith(f"{told}10 %: a body with large ones differs")
 
 
 def test_numbers_by_a_theory_at_large_strain_are_marked() -> None:
@@ -285,13 +285,13 @@ def test_numbers_by_a_theory_at_large_strain_are_marked() -> None:
     model = "model quads = fem(quad8, strain = small, size = 4 mm)\n"
     large, small = (softmark.loads(PLATE.replace("100 Pa", pull) + model + more).run() for pull in ("1 kPa", "1 Pa"))
     quads, theory = large.models["quads"].metrics, large.references["theory"].metrics
-    why = "it takes strains and rotations for small, which come to "
+    why = "it assumes small strains and rotations, but they reach "
     assert all((m.doubt or "").startswith(why) for m in (quads["off"], theory["hoop"]))
     assert quads["hoop"].doubt is None  # its own number, by a model that says what it is
     assert quads["off"].to_json()["doubt"] == quads["off"].doubt
     shown, page = table(large, terminal=False), render(large)
     assert shown.count(" ‡") == 2
-    assert "‡ hoop, off: by a theory that is not exact here, for it takes" in shown or "‡ off, hoop: by" in shown
+    assert "‡ hoop, off: by a theory that is not exact here, for it assumes" in shown or "‡ off, hoop: by" in shown
     assert page.count('href="#note-doubt"') == 2
     assert "‡" not in table(small, terminal=False) + render(small)
 
@@ -301,7 +301,7 @@ def test_theories_without_stress_are_refused() -> None:
     text += "load weight = gravity(9.81 m/s^2)\nreference theory = elastica(bar)\n"
     text += "probe tip = point(bar, at = (50, 5, 5) mm)\nmetric far = stress(tip, against = theory)\n"
     text += "model m = fem(tet10, strain = small, size = 5 mm)\n"
-    assert refused(text) == ("E509", "`far` compares stress or strain, and `theory` knows none")
+    assert refused(text) == ("E509", "`far` compares stress or strain, but `theory` has none")
 
 
 def test_forces_of_what_has_none_are_refused() -> None:

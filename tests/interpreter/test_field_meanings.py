@@ -25,8 +25,8 @@ TYPED = {
     "biphasic": "poroelastic darcy seepage fluid cfd fsi",
     "fibres": "fibre fiber anisotropic collagen muscle_fibre",
     "active": "muscle activation contraction hill_muscle",
-    "mechanics alone": "voltage magnetic piezo acoustic diffusion temperature heat thermal expansion",
-    "`between": "collision impact penetration master slave penalty lagrange mortar nitsche ipc",
+    "only mechanics": "voltage magnetic piezo acoustic diffusion temperature heat thermal expansion",
+    "`rigid_contact": "collision impact penetration master slave penalty lagrange mortar nitsche ipc",
     "self_contact": "self_collision",
     "friction": "coulomb stick frictionless rough",
     "tied": "adhesion tie weld glue mpc",
@@ -74,7 +74,7 @@ TYPED = {
     "icp": "registration alignment",
     "--json": "csv json yaml xml",
     "dsl export": "abaqus ansys febio_file gmsh moose fenics",
-    "declared one by one": "urdf mjcf sdf",
+    "declare bodies one by one": "urdf mjcf sdf",
     "--library": "tissue kidney skin bone fat cartilage silicone rubber brain heart",
     "region": "layer multi_material",
     "`dsl run` computes": "if for while function print",
@@ -137,22 +137,22 @@ def test_units_fields_and_what_nobody_knows(word: str, answer: str) -> None:
 
 def test_the_terminal_says_that_it_is_not_here(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explain", "reaction"]) == 2
-    assert "there is nothing called `reaction`; what a support carries is the metric `force(" in capsys.readouterr().err
+    assert "there is nothing called `reaction`; use the metric `force(" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("line", "said", "never"), [
-    ("load f = reaction(bar)", "what a support carries", "traction"),
+    ("load f = reaction(bar)", "that a support carries", "traction"),
     ("load f = wind(bar)", "there is no flow around bodies", "did you mean"),
     ("shape s = plane()", "half_space", "did you mean"),
     ("support s = spring(bar)", "elastic_foundation", "did you mean"),
     ("material m = lung()", "--library", "fung"),
-    ("material m = plastic()", "elastic, viscous, porous", "elastica"),
+    ("material m = plastic()", "elastic, viscoelastic, porous", "elastica"),
     ("contact c = glue(bar)", "tied", "did you mean"),
     ("probe p = joint(bar)", "no machines with joints", "`point`"),
     ("model m = bem(bar)", "`fem`", "did you mean"),
     ("analysis a = buckling()", "arc_length", "did you mean"),
     ("course c = spline()", "another program", "sine"),
-    ("metric m = reaction(bar)", "what a support carries", "did you mean"),
+    ("metric m = reaction(bar)", "that a support carries", "did you mean"),
     ("robot r = fem(tet4)", "no machines with joints", "did you mean"),
     ("cable c = fem(tet4)", "tendon", "table"),
     ("model m = fem(pyramid, size = 1 mm)", "elements:", "did you mean"),

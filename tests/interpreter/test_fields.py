@@ -116,7 +116,7 @@ def test_meshes_have_numbers_on_nodes_and_on_cells(tmp_path: Path) -> None:
         load_field(Field(str(tmp_path / "m.vtu"), UNIT, length=1e-3))
     with pytest.raises(Unreadable, match="no array `stiff`"):
         load_field(Field(str(tmp_path / "m.vtu"), UNIT, array="stiff", length=1e-3))
-    with pytest.raises(Unreadable, match="in which unit its lengths are"):
+    with pytest.raises(Unreadable, match="does not state its unit of length"):
         load_field(Field(str(tmp_path / "m.vtu"), UNIT, array="on_nodes"))
 
 

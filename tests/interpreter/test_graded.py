@@ -170,7 +170,7 @@ def test_the_reference_is_an_integral_and_says_where_it_does_not_hold() -> None:
 @pytest.mark.parametrize(
     ("young", "nu", "more", "reason"),
     [
-        ("10 kPa * (1 + x / 1 cm)", "0", "", "varies across its sections"),
+        ("10 kPa * (1 + x / 1 cm)", "0", "", "varies over the cross-section"),
         ("10 kPa * (1 + z / 1 cm)", "0.3", "", "contract by unlike amounts"),
         ("10 kPa * (1 + z / 1 cm)", "0.1 * z / 40 mm", "", "Poisson's ratio varies"),
         ("10 kPa * (1 + z / 1 cm)", "0", "load g = gravity(9.81 m/s^2, direction = +x)", "along the axis"),
@@ -212,7 +212,7 @@ def test_what_a_look_misses_is_found_where_it_is_solved() -> None:
     """A dip of E between the places that are looked at, at z = 22.5 mm, and a ratio that comes to 0.5 there."""
     dip = "exp(-((z - 22.5 mm) / 1 mm)^2)"
     loaded = softmark.loads(bar(f"10 kPa * (1 - 1.5 * {dip})", "model m = fem(hex8, strain = small, size = 2.5 mm)"))
-    with pytest.raises(softmark.SceneError, match="`young` must be greater than 0 all over `bar`"):
+    with pytest.raises(softmark.SceneError, match="`young` must be greater than 0 everywhere in `bar`"):
         loaded.run()
     nu = f"min(0.4 + 0.2 * {dip}, 0.5)"
     loaded = softmark.loads(bar("10 kPa", "model m = fem(hex8, strain = small, size = 2.5 mm)", nu))

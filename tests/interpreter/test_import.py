@@ -250,10 +250,10 @@ def test_nothing_is_written_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert main(["check", "deck.scene"]) == 0
     capsys.readouterr()
     assert main(["import", str(PARTS / "deck.inp"), "--units", "mm-g-s"]) == 2
-    assert "deck.scene is there already" in capsys.readouterr().err
+    assert "deck.scene exists already" in capsys.readouterr().err
     assert (tmp_path / "deck.scene").read_text() == before
     assert main(["import", str(PARTS / "deck.inp"), "--units", "mm-t-s", "--out", "."]) == 2
-    assert ". is there already" in capsys.readouterr().err
+    assert ". exists already" in capsys.readouterr().err
 
 
 # ------------------------------------------------------------------ the same numbers

@@ -168,7 +168,7 @@ def test_a_file_is_judged_that_the_scene_does_not_mention(
     assert main(["judge", str(scene), str(file), "--as", "a", "--as", "b"]) == 2
     capsys.readouterr()
     assert main(["judge", str(scene), str(file), "--unit", "1mm", "--as", "block"]) == 2
-    assert "the scene has a `block`, beside" in (said := capsys.readouterr().err)
+    assert "the scene already declares `block`" in (said := capsys.readouterr().err)
     assert "`--as block_2`" in said
     with monkeypatch.context() as piped:  # a scene of standard input, which can be read once
         piped.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(SCENE.encode())))

@@ -78,15 +78,15 @@ def test_a_scene_without_plugins_imports_nothing_for_them() -> None:
     [
         ("SOFTMARK = {", "W730", "never closed"),
         ("import softmark\n", "W730", "no table"),
-        ("SOFTMARK = dict(metrics={})\n", "W730", "no literal"),
+        ("SOFTMARK = dict(metrics={})\n", "W730", "not a literal"),
         ('SOFTMARK = {"metrics": {"sway": "Sway"}}\nraise SystemExit(3)\n', "W730", "SystemExit: 3"),
         ('SOFTMARK = {"metrics": {"sway": "Sway"}}\n1 / 0\n', "W730", "ZeroDivisionError"),
         ('SOFTMARK = {"metrics": {"sway": 3}}\n', "W731", "a line"),
-        ('SOFTMARK = {"metrics": {"Sway!": "Sway"}}\nSway = 3\n', "W731", "no word"),
+        ('SOFTMARK = {"metrics": {"Sway!": "Sway"}}\nSway = 3\n', "W731", "not a valid word"),
         ('SOFTMARK = {"metrics": {"sway": "Sway"}}\nSway = 3\n', "W731", "no class"),
         (HEAD + '@dataclass(frozen=True)\nclass Sway(DisplacementMetric):\n    """How far."""\n', "W731", "no `unit`"),
         (HEAD + 'class Sway(DisplacementMetric):\n    """How far."""\n    unit = "m"\n', "W731", "dataclass"),
-        (HEAD + "@dataclass(frozen=True)\nclass Sway(DisplacementMetric):\n    unit = 'm'\n", "W731", "what it is"),
+        (HEAD + "@dataclass(frozen=True)\nclass Sway(DisplacementMetric):\n    unit = 'm'\n", "W731", "no docstring"),
         (HEAD + '@dataclass(frozen=True)\nclass Sway(DisplacementMetric):\n    """How far."""\n'
                 '    f: Annotated[float, "furlong", "what"]\n', "W731", "cannot be read"),
     ],
@@ -264,7 +264,7 @@ def test_our_laws_keep_the_contract_of_laws_and_a_wrong_slope_is_found() -> None
             return 1.001 * law.P(F)  # type: ignore[arg-type]
 
     assert [b.what.partition(":")[0] for b in law_breaches(Off(), mu, lam)] == [
-        "P is not the slope of psi", "dPdF is not the slope of P"
+        "P is not the derivative of psi", "dPdF is not the derivative of P"
     ]  # fmt: skip
 
 
@@ -306,7 +306,7 @@ class Twist(Load):
 def test_a_small_load_is_held_to_its_proportion_as_a_large_one(tmp_path: Path) -> None:
     """Half of it acts a quarter as much."""
     found = check_plugin(plugin(tmp_path, TWIST)).diagnostics
-    assert [d.message.rpartition(": ")[2] for d in found] == ["half of it does not act half as much"]
+    assert [d.message.rpartition(": ")[2] for d in found] == ["half of it does not have half of the effect"]
     sound = check_plugin(plugin(tmp_path, TWIST.replace(" * abs(self.by) / 1e-8", "")))
     assert sound.sound
 

@@ -26,13 +26,16 @@ STANDARD = "2026"
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """[SUITE|FILE...] [--out DIR] [--json FILE|-] [--against OLD] [--check] ..."""
-    what = f"a suite, or scenes, each of which is a case by its first error (default: the suite {STANDARD})"
+    what = (
+        "a suite, or scenes, each of which is one case measured by its first error metric (default: the suite "
+        f"{STANDARD})"
+    )
     parser.add_argument("files", nargs="*", metavar="FILE", help=what)
     parser.add_argument("--out", type=folder_name, metavar="DIR",
                         help="folder for index.html, board.json and journal.jsonl (default: board)")  # fmt: skip
     parser.add_argument("--json", metavar="FILE", help="write the JSON result to FILE; - is standard output")
     parser.add_argument("--against", metavar="OLD", help="an earlier board.json: print what has changed, as Markdown")
-    also = "another program, such as `calculix`, beside the finite elements of each scene"
+    also = "also run another program, such as `calculix`, on the finite element models of each scene"
     parser.add_argument("--also", action="append", default=[], metavar="PROGRAM", help=also)
     parser.add_argument("--check", action="store_true", help="read the suite and its scenes; compute nothing")
     work_options(parser)
@@ -52,7 +55,7 @@ def run(parsed: argparse.Namespace) -> int:
         print(visible(unknown), file=sys.stderr)
         return 2
     if parsed.also and "-" in parsed.files:
-        print("error: --also adds lines to a scene in a file, and standard input is read once: give it a file",
+        print("error: --also cannot be used with standard input, which is read only once: give a scene file",
               file=sys.stderr)  # fmt: skip
         return 2
     read = _read_cases(parsed.files or [STANDARD], parsed.also)

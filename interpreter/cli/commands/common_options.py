@@ -17,14 +17,14 @@ def scene_options(parser: argparse.ArgumentParser) -> None:
 
 def plugin_option(parser: argparse.ArgumentParser) -> None:
     """[--plugin FILE|NAME]..."""
-    meaning = "take words from somebody's file, or from an installed plugin by its name"
+    meaning = "use the words of a plugin: a Python file, or the name of an installed plugin"
     parser.add_argument("--plugin", action="append", default=[], dest="plugins", metavar="FILE", help=meaning)
 
 
 def folder(text: str) -> str:
     """Return a folder name from the command line; an empty one, which would mean the working folder, is an error."""
     if not text.strip():
-        raise argparse.ArgumentTypeError("the name of the folder is empty; `.` is the one that you are in")
+        raise argparse.ArgumentTypeError("the name of the folder is empty; `.` is the current folder")
     return text
 
 
@@ -44,5 +44,5 @@ def override_option(parser: argparse.ArgumentParser) -> None:
 def diagnostics_option(parser: argparse.ArgumentParser, *formats: str) -> None:
     """[--diagnostics text|...]"""
     means = "; ".join(f"{name}: {FORMATS[name]}" for name in formats)
-    said = f"how to say what is wrong; text: on standard error, for people (default); on standard output, {means}"
+    said = f"format of diagnostics; text: on standard error, for people (default); on standard output, {means}"
     parser.add_argument("--diagnostics", choices=("text", *formats), default="text", help=said)

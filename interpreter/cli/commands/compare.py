@@ -30,19 +30,24 @@ if TYPE_CHECKING:
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """FILE... [-p NAME=VALUE]... [--model NAME]... [--vary NAME=VALUE,...]... [--study NAME] [--out DIR] ..."""
-    what = "scenes (files, standard scenes, or -), or two JSON files of `dsl run` or `dsl compare`: what has changed"
+    what = (
+        "scenes (files, standard scenes, or -), or two JSON files of `dsl run` or `dsl compare` to show what has "
+        "changed"
+    )
     parser.add_argument("files", nargs="+", metavar="FILE", help=what)
     override_option(parser)
     plugin_option(parser)
     parser.add_argument("--model", action="append", default=[], metavar="NAME", help="only this model")
-    vary = "vary a parameter or a field (or `model=a,b`), in place of the scene's studies; several make a product"
+    vary = "vary a parameter or a field (or `model=a,b`) instead of the scene's studies; several are combined"
     parser.add_argument("--vary", action="append", default=[], metavar="NAME=VALUE,...", help=vary)
     parser.add_argument("--study", metavar="NAME", help="only this study of the scene")
     parser.add_argument("--out", type=folder_name, metavar="DIR",
                         help="folder for compare.html, compare.json and journal.jsonl"
                         " (default: NAME-comparison)")  # fmt: skip
     parser.add_argument("--json", metavar="FILE", help="write the JSON result to FILE; - is standard output")
-    comment = "of two JSON files: write what has changed to FILE, as a comment of a pull request; - is standard output"
+    comment = (
+        "with two JSON files: write what has changed to FILE, as a comment of a pull request; - is standard output"
+    )
     parser.add_argument("--markdown", metavar="FILE", help=comment)
     work_options(parser)
 
@@ -50,13 +55,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def work_options(parser: argparse.ArgumentParser) -> None:
     """Add options for workers, time limits and repeated timing."""
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--jobs", type=count, default=1, metavar="N", help="compute errors in N processes at a time")
+    where.add_argument("--jobs", type=count, default=1, metavar="N", help="compute errors in N parallel processes")
     where.add_argument("--cluster", metavar="ADDRESS", help="compute errors on a dask cluster, such as tcp://host:8786")
     parser.add_argument("--timeout", type=positive, metavar="S", help="give up a configuration after S seconds")
     repeats = "time each configuration in N processes, alone on the machine (default: 5; 0: no timing)"
     parser.add_argument("--repeats", type=_count_or_none, default=5, metavar="N", help=repeats)
     resume_options(parser)
-    disturbed = "use timings although other processes disturbed them"
+    disturbed = "use timings even if other processes disturbed them"
     parser.add_argument("--allow-contaminated", action="store_true", help=disturbed)
 
 
@@ -70,10 +75,10 @@ def run(parsed: argparse.Namespace) -> int:
     if results:
         if len(results) == len(parsed.files) == 2:
             return _changes(parsed)
-        print("error: to see what has changed, give two JSON files and nothing else", file=sys.stderr)
+        print("error: give two JSON files and nothing else to see what has changed", file=sys.stderr)
         return 2
     if parsed.markdown is not None:
-        print("error: `--markdown` says what has changed between two JSON files; give it two", file=sys.stderr)
+        print("error: `--markdown` needs two JSON files, between which it shows the changes", file=sys.stderr)
         return 2
     from softmark.interpreter.cli.commands.progress_line import Progress
 

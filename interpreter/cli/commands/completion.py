@@ -11,7 +11,7 @@ SHELLS = ("bash", "zsh", "fish")
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """SHELL"""
-    meaning = 'for example: eval "$(dsl completion bash)"; `answers` is what the scripts ask'
+    meaning = 'for example: eval "$(dsl completion bash)"; `answers` is used by the scripts'
     parser.add_argument("shell", choices=(*SHELLS, "answers"), help=meaning)
 
 

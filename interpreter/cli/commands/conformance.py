@@ -10,7 +10,7 @@ from softmark.interpreter.cli.commands.scene_arguments import show
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """FILE|NAME"""
-    parser.add_argument("file", metavar="FILE", help="a plugin: its file, or the name that it is installed by")
+    parser.add_argument("file", metavar="FILE", help="a plugin: its file, or the name of an installed plugin")
 
 
 def run(parsed: argparse.Namespace) -> int:

@@ -16,8 +16,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "page", nargs="?", default="index", metavar="PAGE",
         help="a page, such as `tutorial` or `gallery`, a word, a message or a shipped scene",
     )  # fmt: skip
-    parser.add_argument("--out", metavar="DIR", help="build them there, and not where they are kept")
-    parser.add_argument("--no-open", action="store_true", help="print where the page is, and open no browser")
+    parser.add_argument("--out", metavar="DIR", help="build the pages in this folder instead of the default one")
+    parser.add_argument("--no-open", action="store_true", help="print the location of the page and open no browser")
 
 
 def run(parsed: argparse.Namespace) -> int:
@@ -60,5 +60,5 @@ def _unknown_page_error(name: str, known: list[str]) -> str:
     from softmark.grammar.name_suggestions import nearest
 
     close = nearest(name, known)
-    meant = f"did you mean `{close}`?" if close else "`dsl docs` opens the first one, which leads to all"
+    meant = f"did you mean `{close}`?" if close else "`dsl docs` opens the first page, which links to all"
     return f"there is no page of `{name}`; {meant}"

@@ -15,8 +15,10 @@ from softmark.interpreter.language_server.syntax_highlighting import EDITORS
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """[EDITOR] [--out DIR]"""
-    parser.add_argument("editor", nargs="?", choices=tuple(EDITORS), help="which; without one, what there is for each")
-    parser.add_argument("--out", metavar="DIR", type=folder, help="where to (default: softmark-EDITOR)")
+    parser.add_argument(
+        "editor", nargs="?", choices=tuple(EDITORS), help="name of the editor; without it, a list of editors"
+    )
+    parser.add_argument("--out", metavar="DIR", type=folder, help="folder to write to (default: softmark-EDITOR)")
 
 
 def run(parsed: argparse.Namespace) -> int:

@@ -17,7 +17,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     scene_options(parser)
     parser.add_argument("--to", required=True, choices=tuple(FORMATS), help="; ".join(f"{n}: {own.what}" for n, own in
                         FORMATS.items()))  # fmt: skip
-    parser.add_argument("--out", metavar="DIR", type=folder, help="where to (default: SCENE-FORMAT)")
+    parser.add_argument("--out", metavar="DIR", type=folder, help="where to write (default: SCENE-FORMAT)")
 
 
 def run(parsed: argparse.Namespace) -> int:
@@ -51,5 +51,5 @@ def run(parsed: argparse.Namespace) -> int:
     for file in done.written:
         print(visible(str(done.folder / file)))
     for what, why in done.left:
-        print(visible(f"left out: {what}: {why}"), file=sys.stderr)
+        print(visible(f"not exported: {what}: {why}"), file=sys.stderr)
     return 0

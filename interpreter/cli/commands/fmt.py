@@ -38,13 +38,13 @@ def _one(name: str, check: bool, upgrade: bool) -> int:
         show([unread.diagnostic])
         return 2
     if path is not None and not check and os.path.islink(name):
-        remedy = f"format the file that it leads to: `dsl fmt {os.path.realpath(name)}`"
-        problem = f"`{name}` is a symbolic link, which is not written through"
+        remedy = f"format the target of the link: `dsl fmt {os.path.realpath(name)}`"
+        problem = f"`{name}` is a symbolic link, which is not overwritten"
         show([Diagnostic("E404", problem, None, None, help=remedy)])
         return 2
     if path is not None and not check and not os.path.isfile(name):
-        problem = f"`{name}` is a scene of the standard library, which is not rewritten"
-        remedy = f"give the path of a file of your own; `dsl fmt --check {name}` says whether it would change"
+        problem = f"`{name}` is a scene of the standard library, which cannot be changed"
+        remedy = f"give the path of a file of your own; `dsl fmt --check {name}` reports whether it would change"
         show([Diagnostic("E404", problem, None, None, help=remedy)])
         return 2
     if upgrade:
@@ -56,7 +56,7 @@ def _one(name: str, check: bool, upgrade: bool) -> int:
     try:
         text = format_source(source)
     except CannotFormat as reason:
-        print(f"error[E405]: {source.name} is left as it is: {reason}", file=sys.stderr)
+        print(f"error[E405]: {source.name} is not formatted: {reason}", file=sys.stderr)
         return 2
     return _deliver(source, text, path, check)
 

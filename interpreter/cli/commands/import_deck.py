@@ -23,16 +23,22 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     from softmark.interpreter.importers.import_formats import TITLES
 
     parser.add_argument("file", type=file_name, metavar="FILE", help=f"a mesh or a deck: {TITLES}")
-    parser.add_argument("--out", metavar="FILE.scene", help="the scene; its mesh lies beside it (default: FILE's name)")
-    parser.add_argument("--units", metavar="SYSTEM", help=f"units that belong together: {', '.join(SYSTEMS)}")
-    parser.add_argument("--unit", metavar="LENGTH", help="one unit of the file's lengths, such as 1mm")
-    parser.add_argument("--stress", metavar="STRESS", help="one unit of its stresses, such as 1MPa")
-    parser.add_argument("--time", metavar="TIME", help="one unit of its times, such as 1s")
-    parser.add_argument("--material", metavar="LAW", help="what cells are made of that have no law there, as scenes "
-                        "say it: 'neo_hookean(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)'")  # fmt: skip
-    parser.add_argument("--at", metavar="TIME", type=float, help="the moment of the analysis whose loads are carried "
-                        "over, in the file's unit of time, of a deck with load curves (default: its end)")  # fmt: skip
-    parser.add_argument("--density", metavar="DENSITY", help="of materials that have none there, such as 1000kg/m^3")
+    parser.add_argument(
+        "--out", metavar="FILE.scene", help="the scene file; its mesh is written next to it (default: FILE's name)"
+    )
+    parser.add_argument("--units", metavar="SYSTEM", help=f"a consistent system of units: {', '.join(SYSTEMS)}")
+    parser.add_argument("--unit", metavar="LENGTH", help="unit of length of the file, such as 1mm")
+    parser.add_argument("--stress", metavar="STRESS", help="unit of stress of the file, such as 1MPa")
+    parser.add_argument("--time", metavar="TIME", help="unit of time of the file, such as 1s")
+    parser.add_argument("--material", metavar="LAW", help="material of cells without a law in the deck, as written "
+                                                          "in scenes: 'neo_hookean(young = 1 MPa, poisson = 0.3, "
+                                                          "density = 1000 kg/m^3)'")  # fmt: skip
+    parser.add_argument("--at", metavar="TIME", type=float, help="for a deck with load curves: the time whose loads "
+                                                                 "are imported, in the file's unit of time "
+                                                                 "(default: its end)")  # fmt: skip
+    parser.add_argument(
+        "--density", metavar="DENSITY", help="density of materials without one in the deck, such as 1000kg/m^3"
+    )
 
 
 def run(parsed: argparse.Namespace) -> int:
@@ -51,7 +57,7 @@ def run(parsed: argparse.Namespace) -> int:
     try:
         own = mesh.is_file() and not mesh.is_symlink() and mesh.resolve() == path.resolve()
         if taken := [f for f in (target, mesh) if os.path.lexists(f) and not (f == mesh and own)]:
-            print(visible(f"error: {taken[0]} is there already; name another scene by --out"), file=sys.stderr)
+            print(visible(f"error: {taken[0]} exists already; choose another scene with --out"), file=sys.stderr)
             return 2
         if not own:
             data = read_regular(path) if found.mesh is None else found.mesh.encode("ascii")
@@ -109,7 +115,7 @@ def _ended_load_warnings(path: Path, found: WrittenScene) -> list[Diagnostic]:
     """Return warnings about loads that are zero at the imported time but not before."""
     return [
         Diagnostic("W757", visible(f"{path.name}: {own.described}"), None, None,
-                   help=f"it is 0 in the scene; `--at {own.when:g}` imports the moment at which it is greatest")
+                   help=f"it is 0 in the scene; `--at {own.when:g}` imports the time at which it is largest")
         for own in found.ended
     ]  # fmt: skip
 
@@ -117,13 +123,16 @@ def _ended_load_warnings(path: Path, found: WrittenScene) -> list[Diagnostic]:
 def _rotation_warnings(path: Path, found: WrittenScene) -> list[Diagnostic]:
     if found.turned is None:
         return []
-    remedy = "a scene turns them, which changes no shape; other programs may refuse such cells: number their nodes anew"
+    remedy = (
+        "renumber their nodes if other programs refuse such cells; the scene reorders the nodes, which does "
+        "not change the shape"
+    )
     return [Diagnostic("W751", visible(f"{path.name}: {found.turned}"), None, None, help=remedy)]
 
 
 def _choice_note(path: Path, how: str) -> Diagnostic:
-    remedy = "the scene has this as a comment too; if the file means something else, change the scene"
-    return Diagnostic("W752", visible(f"taken so ({path.name}): {how}"), None, None, help=remedy)
+    remedy = "the scene has this as a comment too; change the scene if the file means something else"
+    return Diagnostic("W752", visible(f"assumed ({path.name}): {how}"), None, None, help=remedy)
 
 
 def _left_out_warning(path: Path, left: NotImported) -> Diagnostic:

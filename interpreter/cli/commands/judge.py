@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from softmark.interpreter.pipeline.run_options import SceneText
 
 FIELDS = {  # fields of `results(...)` by option, and whether their value is quoted
-    "unit": ("one unit of the files' lengths, such as 1mm (default: 1 m)", False),
-    "at": ('the vectors that are displacements, or "position"', True),
-    "rest": ("a file with the same points undeformed", True),
-    "time": ("one unit of the files' times, such as 1ms (default: 1 s)", False),
-    "within": ("how far the body may lie outside, such as 1mm", False),
-    "by": ("`place` or `nodes`: what points are known by", False),
-    "body": ("the body, where the scene has several", False),
+    "unit": ("unit of length of the files, such as 1mm (default: 1 m)", False),
+    "at": ('name of the displacement vectors, or "position"', True),
+    "rest": ("a file with the undeformed points", True),
+    "time": ("unit of time of the files, such as 1ms (default: 1 s)", False),
+    "within": ("how far the body may reach outside the mesh of the file, such as 1mm", False),
+    "by": ("how points are identified: by `place` or by `nodes`", False),
+    "body": ("the body, if the scene has several", False),
 }
 
 
@@ -35,11 +35,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "results", metavar="RESULT", nargs="+", help="a file: .vtu, .pvd, .vtk, .xdmf, .frd, .xplt or .csv"
     )
     parser.add_argument("--as", action="append", default=[], dest="names", metavar="NAME",
-                        help="what it is called, one for each in their order (default: by its file)")  # fmt: skip
+                        help="name of each result, in order (default: the name of its file)")  # fmt: skip
     for name, (meaning, _) in FIELDS.items():
         parser.add_argument(f"--{name}", metavar=name.upper(), default="1 m" if name == "unit" else None, help=meaning)
     parser.add_argument("--model", action="append", default=[], metavar="NAME",
-                        help="a model of the scene to compute too; what metrics are measured against is")  # fmt: skip
+                        help="also compute this model of the scene; models that metrics compare with are always "
+                             "computed")  # fmt: skip
     override_option(parser)
     plugin_option(parser)
     parser.add_argument("--out", type=folder, metavar="DIR", help="folder of the report (default: NAME-judged)")
@@ -58,7 +59,7 @@ def run(parsed: argparse.Namespace) -> int:
     declared = [] if isinstance(scene, Unread) else _declared_names(scene[0])
     if name := next((own for own in names if own in declared), None):
         other = f"call it `--as {_unused_name(name, declared)}`"
-        print(f"dsl judge: error: `--as {name}`: the scene has a `{name}`, beside which a result is; {other}",
+        print(f"dsl judge: error: `--as {name}`: the scene already declares `{name}`; {other}",
               file=sys.stderr)  # fmt: skip
         return 2
     for path in parsed.results[len(names) :]:

@@ -21,7 +21,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "what", nargs="?", help="models, materials, references, metrics, shapes, scenes, data, codes, units, ..."
     )
     plugin_option(parser)
-    parser.add_argument("--library", action="store_true", help="of materials: those of the library, with their ranges")
+    parser.add_argument(
+        "--library", action="store_true", help="with `materials`: those of the library, with their ranges"
+    )
 
 
 def run(parsed: argparse.Namespace) -> int:
@@ -45,7 +47,7 @@ def run(parsed: argparse.Namespace) -> int:
         print(visible(f"error: there is no list of `{parsed.what}`; {hint}"), file=sys.stderr)
         return 2
     if parsed.library and what != "materials":
-        print("error: `--library` is of `dsl list materials`", file=sys.stderr)
+        print("error: `--library` is an option of `dsl list materials`", file=sys.stderr)
         return 2
     rows = _library() if parsed.library else topics[what]()
     width = max((len(name) for name, _ in rows), default=0)
@@ -97,7 +99,9 @@ def _plugins(words: Vocabulary) -> Rows:
         rows.append((one.name, "; ".join([", ".join(own) or "nothing", *(f"broken: {w}" for w in why)])))
     named = {one.asked for one in words.plugins}
     others = {n: module for n, module in installed().items() if n not in named}
-    return rows + [(n, f"installed ({module}); `--plugin {n}` takes its words") for n, module in others.items()]
+    return rows + [
+        (n, f"installed ({module}); `--plugin {n}` makes its words available") for n, module in others.items()
+    ]
 
 
 def _kind(c: Constructor) -> str:

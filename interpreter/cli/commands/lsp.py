@@ -12,7 +12,7 @@ from softmark.interpreter.cli.commands.common_options import plugin_option
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """[--stdio] [--plugin FILE|NAME]..."""
-    parser.add_argument("--stdio", action="store_true", help="talk over standard input and output, as always")
+    parser.add_argument("--stdio", action="store_true", help="use standard input and output (the default)")
     plugin_option(parser)
 
 
@@ -22,7 +22,7 @@ def run(parsed: argparse.Namespace) -> int:
         print('error: `dsl lsp` needs pygls: pip install "softmark[lsp]"', file=sys.stderr)
         return 2
     if sys.stdin is not None and sys.stdin.isatty():
-        print("error: `dsl lsp` is started by editors, which talk with it; `dsl editor` says how", file=sys.stderr)
+        print("error: `dsl lsp` is started by editors; `dsl editor` shows how", file=sys.stderr)
         return 2
     # standard output is the editor's alone: whatever a library prints, in Python or below it, goes to standard error
     outgoing = os.fdopen(os.dup(1), "wb")

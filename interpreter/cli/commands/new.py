@@ -50,11 +50,16 @@ def templates() -> dict[str, Template]:
 def arguments(parser: argparse.ArgumentParser) -> None:
     """[TEMPLATE] [--list] [--out DIR]"""
     parser.add_argument(
-        "template", nargs="?", help="a template (default: beam); `dsl new --list` says what each shows and writes"
+        "template",
+        nargs="?",
+        help="a template (default: beam); `dsl new --list` shows the content and the files of each",
     )
-    parser.add_argument("--list", action="store_true", help="what the templates show, and which files they write")
+    parser.add_argument("--list", action="store_true", help="list the templates and the files that they write")
     parser.add_argument(
-        "--out", metavar="DIR", type=Path, help="write the scene and the files that it reads there, not to the terminal"
+        "--out",
+        metavar="DIR",
+        type=Path,
+        help="write the scene and the files that it reads to this folder, not to the terminal",
     )
 
 
@@ -91,7 +96,7 @@ def _copy_files(files: list[Path], folder: Path) -> int:
 
     taken = [folder / f.name for f in files if os.path.lexists(folder / f.name)]
     if taken:
-        print(visible(f"error: {taken[0]} is there already; name another folder"), file=sys.stderr)
+        print(visible(f"error: {taken[0]} exists already; choose another folder"), file=sys.stderr)
         return 2
     try:
         folder.mkdir(parents=True, exist_ok=True)

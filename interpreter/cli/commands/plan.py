@@ -39,5 +39,5 @@ def run(parsed: argparse.Namespace) -> int:
     if stability:
         print(f"  left to `dsl robustness`: {', '.join(stability)}")
     if plan.idle:
-        print(f"  not built, since nothing asks for it: {', '.join(plan.idle)}")
+        print(f"  not built, because nothing needs it: {', '.join(plan.idle)}")
     return 0

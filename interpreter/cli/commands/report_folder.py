@@ -149,7 +149,7 @@ def unwritable_error(places: Iterable[tuple[str, str]], written: Iterable[Path] 
     """Return an error message if a place of an option, or a file `written` into `--out`, cannot be written."""
     for option, place in places:
         if "\0" in place:
-            return write_error_message(place, OSError(None, "a name has no NUL in it"), option)
+            return write_error_message(place, OSError(None, "the name contains a NUL character"), option)
         try:
             _try_folder(Path(place) if option == "--out" else _parent(place))
         except OSError as error:

@@ -30,8 +30,14 @@ if TYPE_CHECKING:
 def arguments(parser: argparse.ArgumentParser) -> None:
     """FILE [-p NAME=VALUE]... [--model NAME]... [--study NAME] [--out DIR] [--json FILE] ..."""
     parser.description = (
+<<<<<<< HEAD
         "vary parameters of a scene until each model fails. Each point is right, inaccurate with a warning, silent "
         "(wrong without a warning), or without a result. Exit status 1 if a point is silent."
+=======
+        "vary the parameters of each model of a scene up to the limits of its validity. A point is right, "
+        "inaccurate with a warning, silent, or without an answer. Exit status 1 if a point is silent: converged and "
+        "wrong, without a warning."
+>>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     )
     scene_options(parser)
     parser.add_argument("--study", metavar="NAME", help="only this robustness study of the scene")
@@ -39,7 +45,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
                         help="folder for stress.html, stress.json and journal.jsonl"
                         " (default: NAME-stress)")  # fmt: skip
     parser.add_argument("--json", metavar="FILE", help="write the JSON result to FILE; - is standard output")
-    parser.add_argument("--jobs", type=count, default=1, metavar="N", help="compute points in N processes at a time")
+    parser.add_argument("--jobs", type=count, default=1, metavar="N", help="compute points in N parallel processes")
     parser.add_argument("--timeout", type=positive, default=60.0, metavar="S",
                         help="give up a point after S seconds of CPU time (default: 60)")  # fmt: skip
     parser.add_argument("--memory", type=positive, default=4.0, metavar="GIB",

@@ -30,11 +30,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--junit", metavar="FILE", help="write models and expectations as a JUnit file")
     diagnostics_option(parser, "github")
     parser.add_argument("--vtu", action="store_true", help="write meshes and surfaces for ParaView as well")
-    stated = "say what error each model states itself, from a finer space over its cells and its own state"
+    stated = "report the error that each model estimates itself, from a finer space over its cells and its own state"
     parser.add_argument("--stated", action="store_true", help=stated)
-    fresh = "compute everything, also what an earlier run in the same folder has found and nothing has changed of"
+    fresh = "compute everything again, even unchanged results of an earlier run in the same folder"
     parser.add_argument("--fresh", action="store_true", help=fresh)
-    parser.add_argument("--watch", action="store_true", help="run again whenever the scene or a file of it is saved")
+    parser.add_argument(
+        "--watch", action="store_true", help="run again whenever the scene or one of its files is saved"
+    )
     parser.add_argument("--repeat", type=_count, default=1, metavar="N", help="time each solution N times")
 
 

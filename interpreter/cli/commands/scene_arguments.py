@@ -81,7 +81,7 @@ def _with_others(group: list[Diagnostic]) -> Diagnostic:
     if not lines:
         return group[0]
     word = "line" if len(lines) == 1 else "lines"
-    return replace(group[0], notes=(*group[0].notes, f"the same holds for {word} {', '.join(map(str, lines))}"))
+    return replace(group[0], notes=(*group[0].notes, f"the same applies to {word} {', '.join(map(str, lines))}"))
 
 
 def errors(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:

@@ -42,9 +42,9 @@ RELOAD = """<script>
 def arguments(parser: argparse.ArgumentParser) -> None:
     """[DIR|FILE.scene] [--port N]"""
     parser.add_argument(
-        "place", nargs="?", default=".", metavar="DIR|FILE", help="the folder of a report, or the scene that it is of"
+        "place", nargs="?", default=".", metavar="DIR|FILE", help="the folder of a report, or its scene"
     )
-    meaning = f"where on this machine (default: {PORT}; 0: any that is free)"
+    meaning = f"port on this machine (default: {PORT}; 0: any free port)"
     parser.add_argument("--port", type=_port, default=PORT, metavar="N", help=meaning)
 
 
@@ -63,12 +63,12 @@ def run(parsed: argparse.Namespace) -> int:
         print(visible(f"error: {problem.args[0]}"), file=sys.stderr)
         return 2
     except OSError as error:
-        why = f"{error.strerror or error}; choose another with `--port`, 0 takes any that is free"
+        why = f"{error.strerror or error}; choose another with `--port`; 0 uses any free port"
         print(visible(f"error: port {parsed.port} cannot be used: {why}"), file=sys.stderr)
         return 2
     with server:
         where = f"http://{HOST}:{server.server_port}/"
-        print(visible(f"{folder / PAGE} is at {where}, for this machine alone; Ctrl-C ends"))
+        print(visible(f"{folder / PAGE} is at {where}, for this machine only; Ctrl-C stops"))
         sys.stdout.flush()
         server.serve_forever(poll_interval=0.2)
     return 0

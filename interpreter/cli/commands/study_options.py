@@ -37,8 +37,8 @@ def positive(text: str) -> float:
 def resume_options(parser: argparse.ArgumentParser) -> None:
     """Add the options `--resume` and `--fresh`."""
     again = parser.add_mutually_exclusive_group()
-    again.add_argument("--resume", action="store_true", help="go on with what an earlier run finished there")
-    again.add_argument("--fresh", action="store_true", help="forget what an earlier run finished there")
+    again.add_argument("--resume", action="store_true", help="continue an earlier run in the same folder")
+    again.add_argument("--fresh", action="store_true", help="discard the results of an earlier run in the same folder")
 
 
 def warn(warnings: Sequence[Diagnostic]) -> None:

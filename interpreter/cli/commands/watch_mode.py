@@ -39,7 +39,7 @@ def watch(parsed: argparse.Namespace) -> int:
     from softmark.interpreter.language.scene_sources import UnreadableScene, locate_scene
 
     if parsed.file == "-":
-        print("error: `--watch` needs the name of a file: standard input comes once", file=sys.stderr)
+        print("error: `--watch` needs the name of a file: standard input can be read only once", file=sys.stderr)
         return 2
     try:
         file = locate_scene(parsed.file)

@@ -24,30 +24,35 @@ def law_breaches(law: Any, mu: float, lam: float) -> Iterator[Breach]:
         psi, P, A = (np.asarray(f(F)) for f in (law.psi, law.P, law.dPdF))
         if psi.shape != (ROUNDS,) or P.shape != (ROUNDS, 3, 3) or A.shape != (ROUNDS, 3, 3, 3, 3):
             shapes = f"{psi.shape}, {P.shape}, {A.shape}"
-            yield Breach(f"of F (4, 3, 3) psi, P and dPdF are {shapes}", "they are (n,), (n, 3, 3), (n, 3, 3, 3, 3)")
+            yield Breach(
+                f"for F of shape (4, 3, 3), psi, P and dPdF have the shapes {shapes}",
+                "return the shapes (n,), (n, 3, 3), (n, 3, 3, 3, 3)",
+            )
             return
         if not all(np.isfinite(one).all() for one in (psi, P, A)):
-            yield Breach("it has no finite number at a strain of 0.15", "look for logarithms and roots of what is none")
+            yield Breach(
+                "it is not finite at a strain of 0.15", "check logarithms and roots for arguments that are not positive"
+            )
             return
         if abs(float(law.psi(rest)[0])) > EXACT or np.abs(law.P(rest)).max() > EXACT:
-            yield Breach("at rest it has an energy or a stress", "subtract what psi and P are at F = 1")
+            yield Breach("it has an energy or a stress in the undeformed state", "subtract psi and P at F = 1")
         by_psi, by_P = np.zeros_like(P), np.zeros_like(A)
         for i, J in np.ndindex(3, 3):
             d = np.zeros((1, 3, 3))
             d[0, i, J] = STEP
             by_psi[:, i, J] = (law.psi(F + d) - law.psi(F - d)) / (2.0 * STEP)
             by_P[:, :, :, i, J] = (law.P(F + d) - law.P(F - d)) / (2.0 * STEP)
-        yield from _compare_derivative("P is not the slope of psi", P, by_psi)
-        yield from _compare_derivative("dPdF is not the slope of P", A, by_P)
+        yield from _compare_derivative("P is not the derivative of psi", P, by_psi)
+        yield from _compare_derivative("dPdF is not the derivative of P", A, by_P)
         if np.abs(law.psi(turn @ F) - psi).max() > EXACT * max(1.0, np.abs(psi).max()):
-            yield Breach("a turn changes its energy", "psi depends on F by C = F^T F alone")
+            yield Breach("a rotation changes its energy", "let psi depend on F only through C = F^T F")
         yield from _moduli(np.asarray(law.dPdF(rest))[0], mu, lam)
 
 
 def _compare_derivative(what: str, own: Any, by_differences: Any) -> Iterator[Breach]:
     off = float(np.abs(own - by_differences).max() / max(1.0, np.abs(own).max()))
     if off > NEAR:
-        yield Breach(f"{what}: off by {off:.1e}", "differentiate it again; watch constants that are no whole numbers")
+        yield Breach(f"{what}: off by {off:.1e}", "differentiate it again; check constants that are not whole numbers")
 
 
 def _moduli(A: Any, mu: float, lam: float) -> Iterator[Breach]:
@@ -56,8 +61,8 @@ def _moduli(A: Any, mu: float, lam: float) -> Iterator[Breach]:
     right = right + mu * (np.einsum("ik,JL->iJkL", I, I) + np.einsum("iL,Jk->iJkL", I, I))
     off = float(np.abs(A - right).max() / np.abs(right).max())
     if off > NEAR:
-        yield Breach(f"at rest its stiffness is not that of Hooke's law with `young` and `poisson`: off by {off:.1e}",
-                     "its second derivative at F = 1 has the moduli mu and lam")  # fmt: skip
+        yield Breach(f"its initial stiffness is not that of Hooke's law with `young` and `poisson`: off by {off:.1e}",
+                     "make its second derivative at F = 1 that of the moduli mu and lam")  # fmt: skip
 
 
 def _rotation(angle: float) -> Any:

@@ -38,7 +38,7 @@ def metric_breaches(cls: type[Any], metric: Any, case: Case) -> Iterator[Breach]
     try:
         units.parse_unit(metric.unit)
     except units.UnitError as error:
-        yield Breach(f"its unit is {metric.unit!r}: {error}", 'units are as in scenes: "m", "1", "N*m"')
+        yield Breach(f"its unit is {metric.unit!r}: {error}", 'write units as in scenes: "m", "1", "N*m"')
     names = {f.name for f in dataclasses.fields(cls)}
     told: list[float] = []
     for seen in _test_solutions(case, getattr(metric, "against", None) is not None):
@@ -47,13 +47,13 @@ def metric_breaches(cls: type[Any], metric: Any, case: Case) -> Iterator[Breach]
         again = _evaluate(metric, seen)
         if isinstance(found, Measurement) and isinstance(again, Measurement) and not _is_equal(found, again):
             yield Breach(
-                f"it is {found.value!r} and then {again.value!r} of the same", "it keeps nothing between calls"
+                f"it is {found.value} and then {again.value} for the same solution", "keep nothing between calls"
             )
         if isinstance(found, Measurement):
             told.append(float(found.value))
     if len(told) == 2 and "statistic" not in names and not (told[0] <= NOTHING and told[1] > SOMETHING):
-        yield Breach(f"against what agrees it is {told[0]:.3g}, against what does not {told[1]:.3g}",
-                     "an error is nothing where both are alike, and more elsewhere")  # fmt: skip
+        yield Breach(f"it is {told[0]:.3g} for an exact solution and {told[1]:.3g} for a wrong one",
+                     "return zero if both agree, and more otherwise")  # fmt: skip
 
 
 def _test_solutions(case: Case, against: bool) -> Iterator[MetricInput]:
@@ -94,17 +94,17 @@ def _is_equal(one: Measurement, other: Measurement) -> bool:
 def _measurement_breaches(found: Any) -> Iterator[Breach]:
     if isinstance(found, Undefined):
         if len(str(found)) <= 10:
-            yield Breach("it has no value and gives no reason", '`raise Undefined("why")` in some words')
+            yield Breach("it has no value and gives no reason", 'give a reason: `raise Undefined("why")`')
     elif isinstance(found, Exception):
-        yield Breach(f"it raises {type(found).__name__}: {found}", '`raise Undefined("why")` where it has no value')
+        yield Breach(f"it raises {type(found).__name__}: {found}", '`raise Undefined("why")` if it has no value')
     elif not isinstance(found, Measurement):
-        yield Breach(f"`measure` gives a {type(found).__name__}", "it gives a `Measurement`")
+        yield Breach(f"`measure` returns a {type(found).__name__}", "return a `Measurement`")
     else:
         if not np.isfinite(found.value):
-            yield Breach(f"it is {found.value}", '`raise Undefined("why")` where it has no value')
+            yield Breach(f"it is {found.value}", '`raise Undefined("why")` if it has no value')
         if found.samples is not None and found.samples.ndim != 1:
-            yield Breach("its samples are no row of numbers", "`samples` is an array (n,)")
+            yield Breach("its samples are not a one-dimensional array of numbers", "make `samples` an array (n,)")
         try:
             json.dumps(dict(found.details), default=lambda v: v.tolist())
         except (TypeError, ValueError, AttributeError) as error:
-            yield Breach(f"its details are none of JSON's types ({error})", "numbers, texts, lists and arrays")
+            yield Breach(f"its details are not of JSON's types ({error})", "use numbers, texts, lists and arrays")

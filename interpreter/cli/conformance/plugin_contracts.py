@@ -76,7 +76,7 @@ def _collect_breaches(made: Any) -> list[Breach]:
         with redirect_stdout(stderr):
             return list(made())
     except Exception as error:
-        return [Breach(f"trying it stops: {format_exception(error)}", "refuse what it does not take, in words")]
+        return [Breach(f"testing it fails: {format_exception(error)}", "refuse unsupported input with a message")]
 
 
 def _source(plugin: Plugin) -> Source:
@@ -90,7 +90,7 @@ def _diagnostic(source: Source, plugin: Plugin, one: str, breach: Breach) -> Dia
     kind, _, name = one.partition(" ")
     cls = plugin.words.get(kind, {}).get(name)
     classes = [n for n in ast.parse(source.text).body if isinstance(n, ast.ClassDef) and cls and n.name == cls.__name__]
-    code, verb = ("W732", "was not tried") if breach.untried else ("E732", "breaks a contract")
+    code, verb = ("W732", "was not tested") if breach.untried else ("E732", "breaks a contract")
     read = PluginSource(plugin.asked, source, plugin.file, "")
     line = classes[0].lineno if classes else 1
     return replace(read.doubt(code, "", line, one, breach.remedy), message=f"`{one}` {verb}: {breach.what}")

@@ -91,7 +91,7 @@ def trial_breaches(trial: Trial) -> Iterator[Breach]:
         found += _KINDS[trial.word.kind](trial)
     except Exception as error:
         what = find_faulty_plugin(error) or format_exception(error)
-        found.append(Breach(f"a scene with it stops: {what}", "refuse what it does not take, in words"))
+        found.append(Breach(f"a scene with it fails: {what}", "refuse unsupported input with a message"))
     yield from found
 
 
@@ -109,14 +109,16 @@ def _run_breaches(trial: Trial, scene: Scene) -> Iterator[Breach]:
     if model.status not in ANSWERED:
         untried = model.status in LEFT_OUT
         yield Breach(f"the scene with it is {model.status.replace('_', ' ')}: {model.message}",
-                     "a beam of 40 mm that hangs by one end has an answer", untried)  # fmt: skip
+                     "make it solve a beam of 40 mm that is held at one end", untried)  # fmt: skip
         return
     for name, result in model.metrics.items():
         if result.value is None and (result.reason or "").startswith("the plugin"):
-            yield Breach(f"`{name}`: {result.reason}", '`raise Undefined("why")` where it has no value')
+            yield Breach(f"`{name}`: {result.reason}", '`raise Undefined("why")` if it has no value')
         if result.value != other.metrics[name].value:
-            yield Breach(f"`{name}` is {result.value!r} and then {other.metrics[name].value!r}", "keep nothing between "
-                         "solutions, and draw nothing by chance")  # fmt: skip
+            yield Breach(
+                f"`{name}` is {result.value!r} and then {other.metrics[name].value!r}",
+                "keep nothing between solutions, and use no random numbers",
+            )
 
 
 # ------------------------------------------------------------------ by kind
@@ -187,7 +189,7 @@ def _load(trial: Trial) -> Iterator[Breach]:
         return
     push = scene.declared["push"].thing
     if push.strength not in {f.attribute for f in trial.word.fields}:
-        yield Breach(f"its `strength` is {push.strength!r}, which is no field", "the field that says how much it is")
+        yield Breach(f"its `strength` is {push.strength}, which is not a field", "name the field with its magnitude")
         return
     if not isinstance(push.action, Model.loads):
         yield Breach(f"it acts as {type(push.action).__name__}", "most models refuse it", untried=True)
@@ -195,7 +197,7 @@ def _load(trial: Trial) -> Iterator[Breach]:
     whole, half = (vars(one.action) for one in (push, push.part(0.5)))
     changed = [n for n in whole if whole[n] != half[n]]
     if not changed or not all(np.allclose(half[n], 0.5 * np.array(whole[n]), 1e-12, atol=0.0) for n in changed):
-        yield Breach("half of it does not act half as much", "`action` is proportional to its `strength`")
+        yield Breach("half of it does not have half of the effect", "make `action` proportional to its `strength`")
     yield from _run_breaches(trial, scene)
 
 
@@ -206,7 +208,7 @@ def _probe(trial: Trial) -> Iterator[Breach]:
         return
     X = np.array(scene.declared["one"].thing.stations, dtype=np.float64)
     if X.ndim != 2 or X.shape[1] != 3 or not len(X) or not np.isfinite(X).all():
-        yield Breach(f"its stations are {X.shape}", "points as (x, y, z) in m, at least one")
+        yield Breach(f"its stations are {X.shape}", "return at least one point (x, y, z), in m")
         return
     yield from _run_breaches(trial, scene)
 
@@ -242,17 +244,19 @@ def _reference(trial: Trial) -> Iterator[Breach]:
             continue
         yield from _theory(first, again, X)
         return
-    yield Breach(f"it holds for neither beam that it was tried on: {why}", "try it in a scene of its own", untried=True)
+    yield Breach(
+        f"it applies to neither beam that it was tested on: {why}", "test it in a scene of its own", untried=True
+    )
 
 
 def _theory(first: Any, again: Any, X: Any) -> Iterator[Breach]:
     u, v = np.asarray(first.displacement(X)), np.asarray(again.displacement(X))
     if u.shape != X.shape or not np.isfinite(u).all():
-        yield Breach(f"its displacements of 3 points are {u.tolist()}", "finite numbers (n, 3), m")
+        yield Breach(f"its displacements of 3 points are {u.tolist()}", "return finite numbers (n, 3), m")
     elif not np.array_equal(u, v):
-        yield Breach("solved twice it is another", "keep nothing between solutions")
+        yield Breach("its two solutions of the same problem differ", "keep nothing between solutions")
     if not (np.isfinite(first.estimated_error) and first.estimated_error >= 0.0):
-        yield Breach(f"its estimated error is {first.estimated_error}", "how far off it may be, m")
+        yield Breach(f"its estimated error is {first.estimated_error}", "return the largest error, m")
 
 
 def _measured(thing: Any) -> Iterator[Breach]:
@@ -263,7 +267,7 @@ def _measured(thing: Any) -> Iterator[Breach]:
     kinds = (MeasuredCurve, MeasuredPoints, MeasuredSurface, KnownValue)
     if not isinstance(found := thing.load(), kinds):
         words = ", ".join(k.__name__ for k in kinds)
-        yield Breach(f"`load` gives a {type(found).__name__}", f"it gives one of {words}")
+        yield Breach(f"`load` returns a {type(found).__name__}", f"return one of {words}")
 
 
 def _model(trial: Trial) -> Iterator[Breach]:
@@ -274,13 +278,14 @@ def _model(trial: Trial) -> Iterator[Breach]:
             if scene is None:
                 if any(not d.message or d.span is None for d in errors):
                     yield Breach(
-                        f"it refuses {load} in {motion} without a place", "`diagnostic(code, declared.at(), ...)`"
+                        f"it refuses {load} in {motion} without a location",
+                        "write `diagnostic(code, declared.at(), ...)`",
                     )
                 continue
             taken += 1
             outline = scene.declared["cells"].thing.outline(case_for(scene, scene.declared["cells"]))
             if len(outline) <= 5 or "\n" in outline:
-                yield Breach(f"its outline is {outline!r}", "what will be built, on one line")
+                yield Breach(f"its outline is {outline!r}", "return what will be built, on one line")
             yield from _run_breaches(trial, scene)
     if not taken:
         yield _refusal_breach(errors, trial)
@@ -299,7 +304,9 @@ def _shape(trial: Trial) -> Iterator[Breach]:
     mesh = shape.mesh("tet4", size)
     inside, volume = signed_volume(*shape.surface(size)), float(mesh.volumes.sum())
     if not np.isclose(inside, volume, rtol=1e-6):
-        yield Breach(f"its surface encloses {inside:.6g} m^3, its cells are {volume:.6g}", "closed, normals outward")
+        yield Breach(
+            f"its surface encloses {inside:.6g} m^3, its cells are {volume:.6g}", "make it closed, with outward normals"
+        )
 
 
 _KINDS: Mapping[str, Callable[[Trial], Iterator[Breach]]] = {
@@ -318,9 +325,9 @@ def adapter_breaches(word: str, program: Any, module: Any, folder: Path, plugins
     from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
     if not isinstance(module.install, str) or len(module.install) < 4:
-        yield Breach("`install` does not say how to install it", "some words, such as `pip install ...`")
+        yield Breach("`install` does not tell how to install it", "give a command, such as `pip install ...`")
     if module.version() is None:
-        yield Breach(f"it is not installed here: {module.install}", "install it to try it", untried=True)
+        yield Breach(f"it is not installed here: {module.install}", "install it to test it", untried=True)
         return
     strain, laws = next(iter(program.laws.items()))
     law, outside = CATALOGUE.constructor("material", laws[0]), CATALOGUE.constructor("model", "external_solver")

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
 
 FORMATS = {  # name: what it is for
-    "json": "one object a line",
-    "github": "annotations of a workflow of GitHub",
+    "json": "one object per line",
+    "github": "annotations of a GitHub workflow",
     "sarif": "SARIF 2.1.0, for code scanning",
 }
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from softmark.interpreter.language_server.syntax_highlighting.highlighted_words import words
 
-TITLE = "a mode with colours, and the language server by eglot, for Emacs"
+TITLE = "syntax highlighting and the language server (eglot) for Emacs"
 FILE = "softmark-mode.el"
 
 

@@ -8,7 +8,7 @@ from xml.etree import ElementTree as Xml
 
 from softmark.interpreter.language_server.syntax_highlighting.highlighted_words import NAME, NUMBER, words
 
-TITLE = "colours and the language server, for Kate"
+TITLE = "syntax highlighting and the language server for Kate"
 SYNTAX, SERVER = "softmark.xml", "lspclient-settings.json"
 STYLES = {  # name of a style, and its default style
     "Reserved": "dsKeyword", "Kind": "dsDataType", "Name": "dsVariable", "Constructor": "dsFunction",

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from softmark.interpreter.language_server.syntax_highlighting import vim_syntax
 
-TITLE = "what Vim has, and the language server, for Neovim"
+TITLE = "the files of Vim and the language server for Neovim"
 
 SERVER = """\
 -- Neovim 0.11 and later: vim.lsp.enable('softmark')

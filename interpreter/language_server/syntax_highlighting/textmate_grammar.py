@@ -8,7 +8,7 @@ from typing import Any
 
 from softmark.interpreter.language_server.syntax_highlighting.highlighted_words import NAME, NUMBER, any_of, words
 
-TITLE = "a TextMate grammar, for Sublime Text, JetBrains and others"
+TITLE = "a TextMate grammar for Sublime Text, JetBrains and others"
 FILE = "scene.tmLanguage.json"
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from softmark.interpreter.language_server.syntax_highlighting.highlighted_words import words
 
-TITLE = "a grammar of tree-sitter with queries, for Helix, Neovim and Zed"
+TITLE = "a tree-sitter grammar with queries for Helix, Neovim and Zed"
 
 
 def files() -> dict[str, bytes]:
@@ -27,7 +27,9 @@ def files() -> dict[str, bytes]:
 
 def install(folder: Path) -> str:
     """Return the instructions to generate the parser."""
-    return f"In {folder}: tree-sitter generate src/grammar.json, then tree-sitter build; queries/ are the colours."
+    return (
+        f"In {folder}: tree-sitter generate src/grammar.json, then tree-sitter build; queries/ holds the highlighting."
+    )
 
 
 Node = dict[str, Any]  # a rule, as tree-sitter writes one in JSON

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from softmark.interpreter.language_server.syntax_highlighting.highlighted_words import words
 
-TITLE = "colours, comments and formatting for Vim"
+TITLE = "syntax highlighting, comments and formatting for Vim"
 
 DETECT = "autocmd BufNewFile,BufRead *.scene setfiletype scene\n"
 SETTINGS = """\

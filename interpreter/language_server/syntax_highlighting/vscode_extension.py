@@ -14,7 +14,7 @@ from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 from softmark import __version__
 from softmark.interpreter.language_server.syntax_highlighting import textmate_grammar
 
-TITLE = "an extension for VS Code and its like: colours and the language server"
+TITLE = "an extension for VS Code and compatible editors: syntax highlighting and the language server"
 FILE = f"softmark-{__version__}.vsix"
 LANGUAGE = "softmark-scene"  # as in client.js
 COMMANDS = ("run", "compare", "stress")  # as in client.js
@@ -70,29 +70,30 @@ CONFIGURATION = {
 
 def package() -> dict[str, Any]:
     """Return the extension's package.json: its description and its contributions."""
-    where = "The command of softmark, with its path where it is not on the path of programs."
+    where = "The softmark command, with its path if it is not in the search path."
     command = {"type": "string", "default": "dsl", "scope": "machine-overridable", "description": where}
     files = (
-        "Plugins whose words are known: Python files, from the folder that is open or with their whole path, or names "
+        "Plugins whose words are known: Python files, relative to the open folder or with an absolute path, or names "
     )
     plugins = {
         "type": "array",
         "items": {"type": "string"},
         "default": [],
         "scope": "window",
-        "description": f"{files}of installed ones. They are run, so that a folder names some only if it is trusted.",
+        "description": f"{files}of installed ones. They are executed, so a folder is allowed to name some only if it "
+        "is trusted.",
     }
     own = {"softmark.command": command, "softmark.plugins": plugins}  # each runs what it names
     trust = {
         "supported": "limited",
         "restrictedConfigurations": sorted(own),
-        "description": "The settings of a folder that is not trusted choose neither the command nor plugins.",
+        "description": "An untrusted folder can set neither the command nor plugins.",
     }
     language = {"id": LANGUAGE, "aliases": ["softmark scene"], "extensions": [".scene"],
                 "configuration": "./language-configuration.json"}  # fmt: skip
     return {
         "name": "softmark", "displayName": "softmark", "publisher": "softmark", "version": __version__,
-        "description": "Scenes of softmark: colours, messages while typing, completion, meanings, formatting",
+        "description": "softmark scenes: syntax highlighting, diagnostics, completion, hover text, formatting",
         "license": "Apache-2.0", "engines": {"vscode": "^1.75.0"}, "categories": ["Programming Languages"],
         "main": "./client.js", "activationEvents": [f"onLanguage:{LANGUAGE}"],
         "capabilities": {"untrustedWorkspaces": trust, "virtualWorkspaces": False},

@@ -179,17 +179,18 @@ def doubts(case: Case, declared: Declared, found: Mapping[str, Resultant]) -> tu
         if abs(1.0 - r.share) > SHOWN and r.remainder <= SHOWN * r.area:
             notes.append(diagnostic(
                 "W371", at,
-                f"`{name}` acts on {100 * r.share:.4g} % of what it selects of `{case.body.name}` in "
+                f"`{name}` acts on {100 * r.share:.4g} % of its selected surface of `{case.body.name}` in "
                 f"`{declared.name}`",
-                "its facets are not the curved surface",
-                f"{_remedy(case, declared)}; the report has the force and the exact one",
+                "facets approximate the curved surface",
+                f"{_remedy(case, declared)}; the report lists this force and the exact one",
             ))  # fmt: skip
         if r.remainder > SHOWN * r.area:
             notes.append(diagnostic(
                 "W372", at,
-                f"of the area that `{name}` acts on in `{declared.name}`, "
-                f"{min(100.0, 100 * r.remainder / r.area):.3g} % may be too much or missing",
-                "the border of the selection was not followed everywhere",
-                "a border that runs along the surface does not say where it cuts it: select by another coordinate",
+                f"the area that `{name}` acts on in `{declared.name}` is uncertain by "
+                f"{min(100.0, 100 * r.remainder / r.area):.3g} %",
+                "the border of the selection was not resolved everywhere",
+                "select by another coordinate: a border that runs along the surface does not define where it cuts "
+                "the surface",
             ))  # fmt: skip
     return tuple(notes)
