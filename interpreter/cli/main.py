@@ -32,12 +32,8 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "compare": ("compare", "compare models and settings: error, time, the Pareto front, a recommendation"),
     "judge": ("judge", "judge results that other programs have written, as models of a scene"),
     "import": ("import_deck", "make a scene of another program's mesh or deck; what it does not carry over is listed"),
-<<<<<<< HEAD
-    "robustness": ("robustness", "vary parameters until each model fails: where it is wrong, and whether it warns"),
+    "robustness": ("robustness", "find where each model stops being right, and whether it warns there"),
     "stress": ("robustness", "an earlier name of `dsl robustness`"),
-=======
-    "stress": ("robustness", "find where each model stops being right, and whether it warns there"),
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     "export": ("export", "write models as files for another program, with an exam sheet"),
     "conformance": ("conformance", "check a plugin against the contracts of its words"),
     "board": (

@@ -74,13 +74,8 @@ def _lines_of_study(measured: Json, constructor: str) -> list[str]:
     head = [
         f"Measured range: `{measured['title']}`, with everything else as in that scene; right means within "
         f"{100 * measured['within']:g} % of its reference.",
-<<<<<<< HEAD
         f"From {measured['points']} points by `dsl robustness {measured['scene']} --timeout {measured['seconds']:g}`, "
-        f"softmark {measured['softmark']}; an end of which nothing is said is as far as it was walked:",
-=======
-        f"From {measured['points']} points by `dsl stress {measured['scene']} --timeout {measured['seconds']:g}`, "
         f"softmark {measured['softmark']}; an end without a remark was the last one tested:",
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     ]
     return head + [line for model in own for line in _lines_of_model(model)]
 

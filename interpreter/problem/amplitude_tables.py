@@ -22,11 +22,7 @@ def table_fault(declared: Declared, duration: float) -> Diagnostic | None:
         times, _, _ = amplitude.rows
     except Unreadable as error:
         problem = f"the table of `{declared.name}` cannot be used: {error.reason}"
-<<<<<<< HEAD
-        return diagnostic("E409", at, problem, "no amplitude", error.remedy)
-=======
         return diagnostic("E409", at, problem, "not an amplitude", error.remedy)
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     if times[0] > NEAR * duration or times[-1] < duration * (1.0 - NEAR):
         span = units.format_range(times[0], times[-1], units.TIME)
         return diagnostic("E315", at, f"the table of `{declared.name}` does not cover the whole analysis",

@@ -140,31 +140,21 @@ def _check_active_strain(declared: Declared, case: Case) -> Diagnostic | None:
     """Refuse active strain in dynamics, with history-dependent materials, and on equilibrium paths."""
     own = [m for m in case.materials if hasattr(m, "passive") and not m.pulls]
     if isinstance(case.analysis, Dynamic) and any(m.amplitude is not None for m in own):
-<<<<<<< HEAD
-        return diagnostic("E368", declared.at(), f"`{declared.name}` moves, and fibres that shorten with an amplitude"
-                          " are supported at rest only", "not in a dynamic analysis", "use `quasistatic(...)`, a"
-                          " shortening without an amplitude, or a tension: `active(..., amplitude = ...)`")  # fmt: skip
-    if any(m.branches for m in case.materials) and any(m.amplitude is not None for m in own):
-        return diagnostic("E362", declared.at(), f"fibres of `{case.body.name}` shorten with an amplitude, and a part"
-                          " of it is viscoelastic", "not with a viscoelastic part", "use a shortening without"
-                          " an amplitude, or a tension: `active(..., amplitude = ...)`")  # fmt: skip
-=======
         return diagnostic(
             "E368",
             declared.at(),
-            f"`{declared.name}` is dynamic, but fibres that shorten with a `amplitude` need an analysis without inertia",
+            f"`{declared.name}` is dynamic, but fibres that shorten with an `amplitude` need an analysis without inertia",
             "not in a dynamic analysis",
-            "use `quasistatic(...)`, a shortening without a `amplitude`, or a tension: `active(..., amplitude = ...)`",
+            "use `quasistatic(...)`, a shortening without an `amplitude`, or a tension: `active(..., amplitude = ...)`",
         )
     if any(m.branches for m in case.materials) and any(m.amplitude is not None for m in own):
         return diagnostic(
             "E362",
             declared.at(),
-            f"fibres of `{case.body.name}` shorten with a `amplitude`, but a part of it relaxes",
+            f"fibres of `{case.body.name}` shorten with an `amplitude`, but a part of it relaxes",
             "not with viscoelasticity",
-            "use a shortening without a `amplitude`, or a tension: `active(..., amplitude = ...)`",
+            "use a shortening without an `amplitude`, or a tension: `active(..., amplitude = ...)`",
         )
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     if own and case.analysis.path == "arc_length":
         return diagnostic(
             "E378",

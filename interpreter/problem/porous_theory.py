@@ -27,12 +27,8 @@ from softmark.solvers.mesh.shape import add_multiples, cross, replace_coordinate
 ALIGNED = 1e-9  # relative tolerance off the axis
 DRIVE = "hold one end along the axis and move or press the other: `displaced(...)` or `traction(...)`"
 PLATES = (
-<<<<<<< HEAD
-    "hold one plate along its normal and move the other: `displaced(...)`, or `traction(...)` on a `rigid_plate(...)`"
-=======
     "hold one plate along its normal and move the other: `displaced(...)`, or `traction(...)` on a face that is "
     "`rigid_plate(...)`"
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
 )
 SIDES = "hold its sides along their normals: `fixed(..., components = x)`"
 SMALL = 0.01  # strain below which no warning about small strain is given
@@ -84,11 +80,7 @@ class Ends:
 def _analysis(case: Case) -> Quasistatic:
     """Return the quasistatic analysis. Raises NotApplicable."""
     if not isinstance(case.analysis, Quasistatic):
-<<<<<<< HEAD
-        raise NotApplicable("the analysis has no time history without inertia", "declare `quasistatic(...)`")
-=======
         raise NotApplicable("the analysis is not quasistatic", "use `quasistatic(...)`")
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     if case.parts:
         raise NotApplicable(
             f"`{case.body.name}` does not consist of one material", "use one material for the whole body"

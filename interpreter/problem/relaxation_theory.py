@@ -43,11 +43,7 @@ def bar_of(case: Case) -> RelaxingBar:
             "its bulk modulus is constant while its shear modulus relaxes", "use `of = whole`, or `poisson = 0.5`"
         )
     if not isinstance(analysis, Quasistatic):
-<<<<<<< HEAD
-        raise NotApplicable("the analysis has no time history without inertia", "declare `quasistatic(...)`")
-=======
         raise NotApplicable("the analysis is not quasistatic", "use `quasistatic(...)`")
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     held, driving, amount = _ends(case)
     root, axis = end_frame(shape, held)
     force = driving.kind == "load"
@@ -135,11 +131,9 @@ def driven_by(amplitude: Any, now: float) -> Amplitude:
                 AmplitudeSegment(max(0.0, a), b, (q - p) / (b - a)) for (a, p), (b, q) in pairwise(rows) if b > 0.0
             ]
             return Amplitude([(0.0, amplitude.at(0.0))], slopes)
-<<<<<<< HEAD
-    raise NotApplicable("the theory does not cover this amplitude", "use `ramp`, `smooth`, `sine`, `pulse` or `table`")
-=======
-    raise NotApplicable("the theory does not support its `amplitude`", "use `ramp`, `smooth`, `sine`, `pulse` or `table`")
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
+    raise NotApplicable(
+        "the theory does not support its `amplitude`", "use `ramp`, `smooth`, `sine`, `pulse` or `table`"
+    )
 
 
 def at_rest(case: Case, bar: RelaxingBar) -> EquilibriumForces:

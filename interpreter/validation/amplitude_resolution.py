@@ -60,18 +60,11 @@ def check_amplitude_resolution(scene: Scene) -> Iterator[Diagnostic]:
         elif declared.kind == "support":
             yield from _check_moving_support(declared, amplitude, analysis.step)
         elif isinstance(amplitude, Pulse) and _width(amplitude) < analysis.step * (1.0 - NEAR):
-<<<<<<< HEAD
-            yield diagnostic("W378", declared.at("amplitude"), f"the pulse of `{declared.name}` is shorter than a step",
-                             f"{_time(_width(amplitude))} of a step of {_time(analysis.step)}",
-                             "its impulse is right, and so is what is slow; to see how it acts, take a step of"
-                             f" {_time(_round(_width(amplitude) / SHOWN))} or less")  # fmt: skip
-=======
             yield diagnostic("W378", declared.at("amplitude"), f"the pulse of `{declared.name}` is shorter than the "
                                                             "time step",
-                             f"it lasts {_time(_width(course))}, the step is {_time(analysis.step)}",
-                             f"use a step of {_time(_round(_width(course) / SHOWN))} or less to resolve the response "
+                             f"it lasts {_time(_width(amplitude))}, the step is {_time(analysis.step)}",
+                             f"use a step of {_time(_round(_width(amplitude) / SHOWN))} or less to resolve the response "
                              "to the pulse; its impulse and the slow response are right")  # fmt: skip
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
 
 
 def _check_quasistatic(scene: Scene, analysis: Quasistatic) -> Iterator[Diagnostic]:
@@ -88,14 +81,9 @@ def _check_quasistatic(scene: Scene, analysis: Quasistatic) -> Iterator[Diagnost
             yield _begins_too_late(declared, amplitude.start, analysis.duration)
         elif isinstance(amplitude, Pulse) and not _width(amplitude):
             yield diagnostic("W378", declared.at("amplitude"), f"the pulse of `{declared.name}` ends before it begins",
-<<<<<<< HEAD
                              f"from {_time(amplitude.start)} until {_time(amplitude.until)}",
-                             "it plays no part; `until` is the time at which it ends")  # fmt: skip
-=======
-                             f"from {_time(course.start)} until {_time(course.until)}",
                              "set `until`, the time at which the pulse ends, after `start`; as written, the pulse "
                              "has no effect")  # fmt: skip
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
 
 
 def _begins_too_late(declared: Declared, start: float, end: float) -> Diagnostic:
@@ -126,22 +114,13 @@ def _check_table(declared: Declared, amplitude: Table, analysis: Dynamic) -> Ite
     left = _table_deviation(amplitude, analysis.step, analysis.duration)
     label = f"off by up to {100.0 * left:.2g} % of its maximum between steps of {_time(analysis.step)}"
     if left > MISSED and declared.kind == "support":
-<<<<<<< HEAD
-        yield diagnostic("E316", declared.at("amplitude"), f"the step does not show the table of `{declared.name}`",
-                         label, "where a support is between two steps is not seen: take a shorter step")  # fmt: skip
-=======
         yield diagnostic("E316", declared.at("amplitude"), "the time step does not resolve the table of "
                                                         f"`{declared.name}`", label,
                          "use a shorter step: the motion of a support within a step is not computed")  # fmt: skip
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     elif left > OFF:
         held = "the motion of a support within a step is not computed"
         acts = "its impulse and the slow response are right, but the response within a step is not resolved"
         help = held if declared.kind == "support" else acts
-<<<<<<< HEAD
-        yield diagnostic("W329", declared.at("amplitude"), f"the step does not show all of `{declared.name}`'s table",
-                         label, f"{help}: take a shorter step, or a table without what does not matter")  # fmt: skip
-=======
         yield diagnostic(
             "W329",
             declared.at("amplitude"),
@@ -149,21 +128,14 @@ def _check_table(declared: Declared, amplitude: Table, analysis: Dynamic) -> Ite
             label,
             f"{help}: use a shorter step, or remove details that do not matter from the table",
         )
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
 
 
 def _check_column_unit(declared: Declared, amplitude: Table) -> Iterator[Diagnostic]:
     """Check the unit in the name of a table's time column."""
     if units.has_conflicting_unit(amplitude.at_, amplitude.time_unit, units.TIME):
-<<<<<<< HEAD
-        yield diagnostic("W334", declared.at("amplitude"), f"the column `{amplitude.at_}` names another unit",
-                         f"{_time(amplitude.time_unit)} here",
-                         "one of the two is wrong, unless the column has the wrong name: give `time_unit`")  # fmt: skip
-=======
-        yield diagnostic("W334", declared.at("amplitude"), f"the column name `{course.at_}` states a different unit",
-                         f"`time_unit` is {_time(course.time_unit)}",
+        yield diagnostic("W334", declared.at("amplitude"), f"the column name `{amplitude.at_}` states a different unit",
+                         f"`time_unit` is {_time(amplitude.time_unit)}",
                          "correct `time_unit` or the name of the column")  # fmt: skip
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
 
 
 def _table_deviation(amplitude: Table, step: float, duration: float) -> float:
@@ -176,11 +148,7 @@ def _check_sine(declared: Declared, amplitude: Sine, step: float) -> Iterator[Di
     count = 1.0 / (amplitude.frequency * step)
     if count >= SHOWN * (1.0 - NEAR):
         return
-<<<<<<< HEAD
-    label = f"{count:.3g} steps of {_time(step)} to a swing of {_time(1.0 / amplitude.frequency)}"
-=======
-    label = f"{count:.3g} steps of {_time(step)} per period of {_time(1.0 / course.frequency)}"
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
+    label = f"{count:.3g} steps of {_time(step)} per period of {_time(1.0 / amplitude.frequency)}"
     better = _time(_round(1.0 / (SHOWN * amplitude.frequency)))
     if count < SEEN:
         yield diagnostic("E381", declared.at("amplitude"),
@@ -188,11 +156,6 @@ def _check_sine(declared: Declared, amplitude: Sine, step: float) -> Iterator[Di
                          f"use a step of {better} or less: with this step a slower oscillation would be computed "
                          "(aliasing)")  # fmt: skip
     else:
-<<<<<<< HEAD
-        yield diagnostic("W377", declared.at("amplitude"), f"there are few steps to a swing of `{declared.name}`",
-                         label, "its size and its phase are off by several percent: take a step of"
-                         f" {better} or less")  # fmt: skip
-=======
         yield diagnostic(
             "W377",
             declared.at("amplitude"),
@@ -200,27 +163,19 @@ def _check_sine(declared: Declared, amplitude: Sine, step: float) -> Iterator[Di
             label,
             f"use a step of {better} or less: amplitude and phase are off by several percent",
         )
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
 
 
 def _check_moving_support(declared: Declared, amplitude: Pulse | Ramp | Smooth, step: float) -> Iterator[Diagnostic]:
     """Check the amplitude of a moving support, whose motion within a step is lost."""
     if not isinstance(amplitude, Pulse):
         if amplitude.over < step * (1.0 - NEAR):
-<<<<<<< HEAD
-            yield diagnostic("W378", declared.at("amplitude"), f"`{declared.name}` moves all the way within a step",
-                             f"{_time(amplitude.over)} of a step of {_time(step)}",
-                             "how quickly it does is not seen: take a step of"
-                             f" {_time(_round(amplitude.over / SHOWN))} or less")  # fmt: skip
-=======
             yield diagnostic(
                 "W378",
                 declared.at("amplitude"),
                 f"`{declared.name}` moves all the way within one time step",
-                f"it moves in {_time(course.over)}, the step is {_time(step)}",
-                f"use a step of {_time(_round(course.over / SHOWN))} or less to resolve the motion",
+                f"it moves in {_time(amplitude.over)}, the step is {_time(step)}",
+                f"use a step of {_time(_round(amplitude.over / SHOWN))} or less to resolve the motion",
             )
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
         return
     width = _width(amplitude)
     if width < HELD * step * (1.0 - NEAR):

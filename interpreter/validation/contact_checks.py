@@ -62,15 +62,9 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
     sure = bool(named) and all(is_rigid(scene.declared[name]) for name in named)  # otherwise the other may be meant
     for body in scene.of_kind("rigid").values():
         if sure and body.name not in named and scene.acting("support", body.name):
-<<<<<<< HEAD
-            yield diagnostic("W614", body.at(), f"no contact names `{body.name}`, which is rigid: it touches nothing",
-                             "without a contact", "say what it touches: `contact touch = rigid_contact("
-                             f"{body.name}, BODY)`, or leave it out")  # fmt: skip
-=======
             yield diagnostic("W614", body.at(), f"no contact names the rigid body `{body.name}`, so it has no effect",
                              "no contact", f"add `contact touch = rigid_contact({body.name}, BODY)`, or remove the "
                                                   "body")  # fmt: skip
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
         yield from _check_actions(scene, body)
         yield from _check_supports(scene, body)
 
@@ -114,20 +108,9 @@ def _check_bodies(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
         if is_rigid(second):
             help = f"put the rigid body first: `rigid_contact({second.name}, {first.name})`"
         elif first is second:
-<<<<<<< HEAD
-            help = f"touch a rigid body: `body plate = rigid(...)`, or itself: `self_contact({first.name})`"
-        else:
-            help = (f"an instrument, a plate or a floor is rigid: `body {first.name} = rigid(...)`, without a material;"
-                    " two that deform are one body, `solid(disjoint(...), ...)`, with `self_contact(...)`")  # fmt: skip
-        yield diagnostic(
-            "E652",
-            contact.at("rigid"),
-            f"`{first.name}` deforms, and `rigid_contact(...)` takes a rigid body first",
-            label,
-            help,
-        )
-=======
-            help = f"name a rigid body, `body plate = rigid(...)`, or declare self-contact: `self_contact({first.name})`"
+            help = (
+                f"name a rigid body, `body plate = rigid(...)`, or declare self-contact: `self_contact({first.name})`"
+            )
         else:
             help = (
                 f"declare an instrument, a plate or a floor as rigid, `body {first.name} = rigid(...)`, without "
@@ -135,7 +118,6 @@ def _check_bodies(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
             )
         yield diagnostic("E652", contact.at("rigid"), f"`rigid_contact(...)` needs a rigid body first, but `{first.name}` "
                                                       "is deformable", label, help)  # fmt: skip
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     elif is_rigid(second):
         problem = "`rigid_contact(...)` needs a deformable body second"
         what = "a rigid body and itself" if first is second else "two rigid bodies"
@@ -157,22 +139,11 @@ def _check_geometry(scene: Scene, contact: Declared, first: Declared, second: De
     """Check that the rigid body has a signed distance, fits a plane body, and lies outside the deformable body."""
     shape = first.thing.shape
     if not isinstance(shape, DISTANT) or (isinstance(shape, RoundBody) and shape.kept):
-<<<<<<< HEAD
-        yield diagnostic(
-            "E653",
-            first.at("shape"),
-            f"how far points are from `{first.name}` is not known of its shape",
-            "not a shape of rigid bodies",
-            "use a `half_space`, a whole `sphere`, `box`, `rounded_box`, `cylinder`, `tube`, `cone`, `punch`,"
-            " `rounded_cone`, `extruded` or `tetrahedralized(...)`",
-        )
-=======
         yield diagnostic("E653", first.at("shape"), f"contact with the shape of the rigid body `{first.name}` is not "
                                                     "supported",
                          "unsupported shape of a rigid body", "use a `half_space`, a whole `sphere`, `box`, "
-                                                        "`rounded_box`, `cylinder`, `tube`, `cone`, `punch`, `tip`, "
+                                                        "`rounded_box`, `cylinder`, `tube`, `cone`, `punch`, `rounded_cone`, "
                                                         "`extruded` or `tetrahedralized(...)`")  # fmt: skip
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
         return
     if shape.prebuilt or shape.enclosed or shape.bounds is None:
         return  # its file is only read when needed

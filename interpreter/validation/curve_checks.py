@@ -189,17 +189,10 @@ def _check_has_curve(scene: Scene, metric: Declared, of: Declared, moving: bool,
             f"name a metric with a value at each time: `{of.constructor.name}(...)` without `over`",
         )
     if moving and not (isinstance(of.thing, Displacement) or of.thing.followed):
-<<<<<<< HEAD
-        return diagnostic("E509", metric.at("of"), f"`{of.name}` has no time history: it is a"
-                          f" `{of.constructor.name}`", "not followed in time",
-                          "followed in time are displacements, `displacement(tip, along = -z)`, and what contacts do:"
-                          " `force(touch, along = +z)`")  # fmt: skip
-=======
         return diagnostic("E509", metric.at("of"), f"`{of.name}` is not recorded over time: it is a "
                                                    f"`{of.constructor.name}`", "no time history",
                           "use a displacement, `displacement(tip, along = -z)`, or a contact metric: `force(touch, "
                           "along = +z)`")  # fmt: skip
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     if not moving and thing.over is None and not (timed and not isinstance(thing, Hysteresis)):
         return diagnostic("E509", metric.at(), f"`{metric.name}` has no metric for the horizontal axis of its curve",
                           "`over` is missing",

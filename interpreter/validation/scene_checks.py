@@ -404,13 +404,8 @@ def _amplitudes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         first = moved.setdefault(support.thing.body, support)
         if first.thing.amplitude != support.thing.amplitude:
             yield diagnostic("E501", support.at("amplitude"),
-<<<<<<< HEAD
-                             f"`{support.name}` and `{first.name}` move with different amplitudes",
-                             "another amplitude", "give all supports that move the same `amplitude`")  # fmt: skip
-=======
                              f"`{support.name}` and `{first.name}` have a different `amplitude`",
                              "differs from the first", "give all supports that move the same `amplitude`")  # fmt: skip
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     yield from check_amplitude_resolution(scene)
 
 

@@ -89,21 +89,12 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
         return
     if not states:
         moving = any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values())
-<<<<<<< HEAD
-        yield from (_without(d, "amplitude", "has `amplitude = per_state`", moving) for d in driven)
-        yield from (_without(r, "states", "has been measured in several states", moving) for r in tables)
-        return
-    if _has_times(scene):
-        yield from _times(scene, states)
-        yield from (_without(d, "amplitude", "has `amplitude = per_state`", True) for d in driven)
-=======
         yield from (_without(d, "amplitude", "depends on the state", moving) for d in driven)
         yield from (_without(r, "states", "was measured in several states", moving) for r in tables)
         return
     if _has_times(scene):
         yield from _times(scene, states)
         yield from (_without(d, "amplitude", "depends on the state", True) for d in driven)
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     yield from (wrong for r in tables if (wrong := _whole(r) or _as_many(r, len(states))) is not None)
     if len(states) > 1:
         yield from (_single_state_error(r) for r in scene.of_kind("reference").values() if _measured_once(r))
@@ -121,30 +112,18 @@ def _muscles(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
         least, most = _amplitude_range(scene, amplitude, states)
         if muscle.thing.pulls:
             if least < 0.0:
-<<<<<<< HEAD
-                yield diagnostic("W398", muscle.at("amplitude"), f"`{muscle.name}` pushes in a part of its amplitude",
-                                 f"down to {100.0 * least:.3g} % of its tension", "muscle pulls, or does nothing: use a"
-                                 " amplitude that does not change its sign")  # fmt: skip
-=======
                 yield diagnostic("W398", muscle.at("amplitude"), f"the activation of `{muscle.name}` is negative in "
                                                               "part of its `amplitude`",
-                                 f"down to {100.0 * least:.3g} % of its tension", "use a `amplitude` that does not change "
+                                 f"down to {100.0 * least:.3g} % of its tension", "use an `amplitude` that does not change "
                                                                                   "its sign: a muscle pulls or does "
                                                                                   "nothing")  # fmt: skip
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
         elif isinstance(s := muscle.thing.shortening, float) and max(abs(least * s), abs(most * s)) > SHORTEST:
             yield diagnostic(
                 "E379",
                 muscle.at("amplitude"),
-<<<<<<< HEAD
-                f"`{muscle.name}` shortens beyond its range in a part of its amplitude",
-                f"from {100.0 * least:.3g} to {100.0 * most:.3g} % of {100.0 * s:.3g} %",
-                f"fibres shorten or lengthen by {100.0 * SHORTEST:g} % at most: use smaller shares",
-=======
                 f"`{muscle.name}` shortens too far in part of its `amplitude`",
                 f"from {100.0 * least:.3g} to {100.0 * most:.3g} % of {100.0 * s:.3g} %",
                 f"use smaller values: fibres shorten or lengthen by at most {100.0 * SHORTEST:g} %",
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
             )
 
 
@@ -217,15 +196,9 @@ def _loops(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
 def _without(declared: Declared, field: str, does: str, moving: bool) -> Diagnostic:
     help = f"add states to the analysis: {SOME}"
     if moving:
-<<<<<<< HEAD
-        help = f"a motion has none: give an amplitude over time such as `ramp(over = 0.5 s)`, or {SOME}"
-    return diagnostic("E311", declared.at(field), f"`{declared.name}` {does}, and the analysis has no states",
-                      "of which states?", help)  # fmt: skip
-=======
         help = f"use an amplitude in time such as `ramp(over = 0.5 s)`, or states: {SOME}"
     return diagnostic("E311", declared.at(field), f"`{declared.name}` {does}, but the analysis has no states",
                       "no states", help)  # fmt: skip
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
 
 
 def _whole(reference: Declared) -> Diagnostic | None:

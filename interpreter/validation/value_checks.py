@@ -143,15 +143,9 @@ def _as_many(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
         help = "give one value, or a reference for each; with states, give one value per state:"
         help += " `static(states = [50, 100] %)`"
     if moving:
-<<<<<<< HEAD
-        help = 'a motion has one value; a history in time is a table: `curve("swing.csv", ...)`'
-    yield diagnostic("E224", reference.at("values"), f"`{reference.name}` has {_count(count, 'value')}, and {has}",
-                     "not one for each", help)  # fmt: skip
-=======
         help = 'give one value; for a time history use a table: `curve("swing.csv", ...)`'
     yield diagnostic("E224", reference.at("values"), f"`{reference.name}` has {_count(count, 'value')}, but {has}",
                      "not one per state", help)  # fmt: skip
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
 
 
 def _analyses(scene: Scene) -> list[Declared]:

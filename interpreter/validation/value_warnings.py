@@ -147,17 +147,10 @@ def _amplitudes(scene: Scene) -> Iterator[Diagnostic]:
     for declared in find_time_dependent(scene):
         if declared.thing.amplitude is not None and not isinstance(declared.thing.amplitude, State):
             yield diagnostic("W317", declared.at("amplitude"),
-<<<<<<< HEAD
-                             f"the amplitude of `{declared.name}` has no effect in a static analysis",
-                             "a state of rest has no time",
-                             "it acts in full; declare `analysis NAME = dynamic(...)` to follow"
-                             " the motion")  # fmt: skip
-=======
                              f"the `amplitude` of `{declared.name}` has no effect in a static analysis",
                              "a static analysis has no time",
                              "declare `analysis NAME = dynamic(...)` to follow the motion; here it acts at its full "
                              "value")  # fmt: skip
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
 
 
 def _check_half_models(scene: Scene) -> Iterator[Diagnostic]:

@@ -30,14 +30,9 @@ if TYPE_CHECKING:
 def arguments(parser: argparse.ArgumentParser) -> None:
     """FILE [-p NAME=VALUE]... [--model NAME]... [--study NAME] [--out DIR] [--json FILE] ..."""
     parser.description = (
-<<<<<<< HEAD
-        "vary parameters of a scene until each model fails. Each point is right, inaccurate with a warning, silent "
-        "(wrong without a warning), or without a result. Exit status 1 if a point is silent."
-=======
         "vary the parameters of each model of a scene up to the limits of its validity. A point is right, "
         "inaccurate with a warning, silent, or without an answer. Exit status 1 if a point is silent: converged and "
         "wrong, without a warning."
->>>>>>> fa49438d (Rewrite messages of validation, language and commands in plain English)
     )
     scene_options(parser)
     parser.add_argument("--study", metavar="NAME", help="only this robustness study of the scene")
