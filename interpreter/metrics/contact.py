@@ -35,7 +35,7 @@ class ContactMetric(ForceMetric):
     def touch(self, rest: EquilibriumForces) -> ContactNumbers:
         """Return the contact results of the contact. Raises Undefined if only its force is known."""
         if self.of not in rest.touches:
-            raise Undefined(f"nothing is known of `{self.of}` here but its force")
+            raise Undefined(f"only the force of `{self.of}` is known here")
         return rest.touches[self.of]
 
     def size(self, value: Floats) -> float:
@@ -106,11 +106,11 @@ class ContactPressure(ContactMetric):
     def _pressure_at_point(self, touch: ContactNumbers) -> float:
         """Return the pressure at the requested point, Pa."""
         if touch.field is None:
-            raise Undefined(f"the pressure of `{self.of}` is known here where it is largest alone: leave out `at`")
+            raise Undefined(f"only the largest pressure of `{self.of}` is known here: remove `at`")
         assert self.at is not None
         found = float(touch.field.pressures(np.array([self.at]))[0])
         if math.isnan(found):
-            raise Undefined(f"`at` is not on the part of the surface that `{self.of}` is about, before deformation")
+            raise Undefined(f"the undeformed point `at` is not on the surface of the contact `{self.of}`")
         return found
 
     def acting(self, rest: EquilibriumForces) -> float:
@@ -157,7 +157,7 @@ class ContactGap(ContactMetric):
         """Return the least gap and the mean gap in contact, m. Raises Undefined if the contact has no results."""
         touch = self.touch(rest)
         if touch.gap is None:
-            raise Undefined(f"`{self.of}` does not touch, and no parts of the surface face each other")
+            raise Undefined(f"`{self.of}` is not in contact, and no parts of the surface face each other")
         return np.array([touch.gap, touch.left])
 
     def acting(self, rest: EquilibriumForces) -> float:

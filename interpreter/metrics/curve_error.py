@@ -69,7 +69,7 @@ class CurveError(CurveMetric):
     def measure(self, seen: MetricInput) -> Measurement:
         """Return the statistic of the difference. Raises Undefined."""
         if seen.curve is None or seen.known is None or seen.known.curve is None:
-            raise Undefined(f"`{self.against}` is no curve, or there is none to compare it with")
+            raise Undefined(f"`{self.against}` is not a curve, or there is no curve to compare it with")
         x, y, (along, own), reference = seen.curve.x, seen.curve.y, seen.curve.units, seen.known.curve
         if len(x) == 1:
             return self._point(float(x[0]), float(y[0]), reference, (along, own))
@@ -87,11 +87,11 @@ class CurveError(CurveMetric):
     def _point(self, x: float, y: float, reference: Curve, units: tuple[str, str]) -> Measurement:
         """Compare a single state with the reference at the same x."""
         if self.statistic in ("unexplained", "slope"):
-            raise Undefined(f"one state is a point, which has no `{self.statistic}`")
+            raise Undefined(f"`{self.statistic}` needs a curve of two or more states, and there is one")
         if not reference.x[0] <= x <= reference.x[-1]:
             raise Undefined(
-                f"it is at {x:.4g} {units[0]}, and the reference goes from {reference.x[0]:.4g} to"
-                f" {reference.x[-1]:.4g} {units[0]}"
+                f"its single state is at {x:.4g} {units[0]}, outside the range of the reference, "
+                f"{reference.x[0]:.4g} to {reference.x[-1]:.4g} {units[0]}"
             )
         r, u = (float(np.interp(x, reference.x, values)) for values in (reference.y, reference.u))
         size = _size(abs(r))
@@ -103,7 +103,7 @@ class CurveError(CurveMetric):
     def stated(self, course: MetricCurve, off: Floats, along: Floats, reference: Curve | None) -> dict[str, float]:
         """Bound the error due to chords between states, to the values and to their positions. Raises Undefined."""
         if reference is None:
-            raise Undefined(f"`{self.against}` is no curve")
+            raise Undefined(f"`{self.against}` is not a curve")
         x, y = course.x, course.y
         return {
             "states": self.chord_error(x, y, reference),
@@ -143,7 +143,7 @@ class CurveError(CurveMetric):
         distance. Raises Undefined for fewer than three states.
         """
         if len(x) < 3:
-            raise Undefined("what a curve does between fewer than three states is not known")
+            raise Undefined("the error of a curve with fewer than three states is not known")
         some = np.unique(np.append(np.arange(0, len(x), 2), len(x) - 1))
         grown = np.argsort(x[some])
         coarse = np.interp(x, x[some][grown], y[some][grown])
@@ -153,7 +153,7 @@ class CurveError(CurveMetric):
 def _size(value: float) -> float:
     """Return the value. Raises Undefined if it is zero, since nothing is relative to it."""
     if value == 0.0:
-        raise Undefined("the reference is zero there, so nothing is relative to it")
+        raise Undefined("the reference is zero there, so there is no relative error")
     return value
 
 
@@ -185,7 +185,7 @@ def _variance(o: Overlay) -> float:
     """Return int (r - mean of r)^2. Raises Undefined for a constant reference."""
     mean = curve_geometry.integrate(o.x, o.r) / (o.x[-1] - o.x[0])
     if (size := curve_geometry.integrate_square(o.x, o.r - mean)) == 0.0:
-        raise Undefined("the reference is the same everywhere, so there is nothing to explain")
+        raise Undefined("the reference is constant, so there is no variance to explain")
     return size
 
 

@@ -85,8 +85,8 @@ def overlay(x: Floats, y: Floats, reference: Curve, unit: str = "(SI)") -> Overl
     low, high = max(x[0], reference.x[0]), min(x[-1], reference.x[-1])
     if not low < high:
         raise Undefined(
-            f"it goes from {x[0]:.4g} to {x[-1]:.4g} {unit}, and the reference from {reference.x[0]:.4g} to"
-            f" {reference.x[-1]:.4g} {unit}: they have no range in common"
+            f"it covers {x[0]:.4g} to {x[-1]:.4g} {unit} and the reference {reference.x[0]:.4g} to "
+            f"{reference.x[-1]:.4g} {unit}: the ranges do not overlap"
         )
     every = np.unique(np.concatenate([[low], x, reference.x, [high]]))
     at = every[(every >= low) & (every <= high)]
@@ -99,14 +99,14 @@ def overlay(x: Floats, y: Floats, reference: Curve, unit: str = "(SI)") -> Overl
 def _sort_by_x(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """Return the curve in the order of increasing x. Raises Undefined if it turns back."""
     if len(x) < 2:
-        raise Undefined("one state is a point, and no curve")
+        raise Undefined("a curve needs two or more states, and there is one")
     steps = np.diff(x)
     if (steps > 0.0).all():
         return x, y
     if (steps < 0.0).all():
         return x[::-1], y[::-1]
     how = "turns back" if (steps < 0.0).any() and (steps > 0.0).any() else "stands still"
-    raise Undefined(f"it {how} on the way, and a curve has one value for each x")
+    raise Undefined(f"x {how} on the way, but a curve must have one value for each x")
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ class Loop:
         """Lost share of work, 1 - work of unloading / work of loading. Raises Undefined."""
         loading, unloading = self.works
         if loading == 0.0:
-            raise Undefined("loading takes no work, so nothing is relative to it")
+            raise Undefined("the work of loading is zero, so there is no lost share")
         return 1.0 - unloading / loading
 
     def within(self, low: float, high: float) -> Loop:
@@ -148,16 +148,18 @@ def split_loop(x: Floats, y: Floats, unit: str = "(SI)") -> Loop:
     """Split a curve that turns back once, where it is farthest from its start. Raises Undefined for any other curve."""
     turn = int(np.abs(x - x[0]).argmax())
     if turn == len(x) - 1:
-        raise Undefined("it has not turned back yet, and a loop has a way there and one back")
+        raise Undefined("it never turns back: a loop needs loading and unloading")
     ways = [(x[part], y[part]) for part in (slice(0, turn + 1), slice(turn, None))]
     for way, _ in ways:
         steps = np.diff(way)
         if len(way) < 2 or not ((steps > 0.0).all() or (steps < 0.0).all()):
-            raise Undefined("it stands still or turns back more than once, and a loop has one way there and one back")
+            raise Undefined(
+                "it stands still or turns back more than once: a loop needs one loading and one unloading path"
+            )
     there, back = (_sort_by_x(*way) for way in ways)
     low, high = max(there[0][0], back[0][0]), min(there[0][-1], back[0][-1])
     if not low < high:
-        raise Undefined(f"its two ways have no range in common: they meet at {high:.4g} {unit} alone")
+        raise Undefined(f"the loading and unloading paths do not overlap: they meet only at {high:.4g} {unit}")
     return Loop(_cut_to_range(*there, low, high), _cut_to_range(*back, low, high), turn, (float(low), float(high)))
 
 

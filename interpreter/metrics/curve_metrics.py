@@ -19,4 +19,4 @@ class CurveMetric(DerivedMetric):
 
     def stated(self, course: MetricCurve, off: Floats, along: Floats, reference: Curve | None) -> dict[str, float]:
         """Bound the error of the value, in parts, if y is off by `off` (n,) and x by `along` (n,). Raises Undefined."""
-        raise NotImplementedError(f"{type(self).__name__} states nothing")
+        raise NotImplementedError(f"{type(self).__name__} does not implement `stated`")

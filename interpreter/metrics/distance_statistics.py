@@ -44,7 +44,7 @@ class DistanceStatistic(Metric):
         """Return a measurement with the requested statistic as value; d (n,), m, are its samples. Raises Undefined."""
         value = details.get(f"{self.statistic}_{self.unit}".removesuffix("_1"))
         if value is None:
-            raise Undefined("no point moves, so nothing is relative to it")
+            raise Undefined("no point moves, so there is no relative error")
         return Measurement(value, details, d, at_points)
 
 

@@ -61,12 +61,12 @@ class EnergyNormError(Metric):
         w, u, known = _comparison_fields(seen)
         step = STEP * float(np.linalg.norm(np.ptp(seen.X, axis=0)))
         if step == 0.0:
-            raise Undefined("the points of the probe lie in one place")
+            raise Undefined("all points of the probe are at one place")
         E = green_lagrange(known, seen.X, step)
         dE = green_lagrange(u, seen.X, step) - E
         error, size = _energy(dE, w, seen.case, seen.X), _energy(E, w, seen.case, seen.X)
         if size == 0.0:
-            raise Undefined("the reference is not strained, so nothing is relative to it")
+            raise Undefined("the reference is not strained, so there is no relative error")
         details = {
             "error_energy_J": 0.5 * error,
             "reference_energy_J": 0.5 * size,
@@ -81,11 +81,11 @@ class EnergyNormError(Metric):
 def _comparison_fields(seen: MetricInput) -> tuple[Floats, Field, Field]:
     """Return the weights, the model's field and the reference's field. Raises Undefined if one is missing."""
     if seen.weights is None:
-        raise Undefined("an integral over the body needs a probe of its volume")
+        raise Undefined("an integral over the body needs a volume probe")
     if seen.displacement is None:
-        raise Undefined("it has no field of displacements to take strains from")
+        raise Undefined("it has no displacement field to compute strains from")
     if seen.known is None or seen.known.displacement is None:
-        raise Undefined("the reference is not a field of displacements, so it has no strains")
+        raise Undefined("the reference is not a displacement field, so it has no strains")
     return seen.weights, seen.displacement, seen.known.displacement
 
 
@@ -103,7 +103,7 @@ def _energy(E: Floats, w: Floats, case: Case, X: Floats) -> float:
     """Return sum w E : C : E, J, with the moduli at rest of the material at each point X (n, 3)."""
     materials = case.materials
     if not all(isinstance(material, Isotropic) for material in materials):
-        raise Undefined("the material has no shear modulus and no Lamé constant at rest")
+        raise Undefined("the material has no initial shear modulus and no initial Lamé constant")
     each = [_moduli(material, X) for material in materials]
     mu, lam = each[0]
     if case.parts:
@@ -113,7 +113,7 @@ def _energy(E: Floats, w: Floats, case: Case, X: Floats) -> float:
         at = material_numbers(case, X, point_membership(case, X)), np.arange(len(X))
         mu, lam = np.array([own[0] for own in each])[at], np.array([own[1] for own in each])[at]
     if not np.isfinite(lam).all():
-        raise Undefined("in an incompressible material any change of volume has infinite energy")
+        raise Undefined("the material is incompressible, so the energy of a volume change is infinite")
     trace = np.trace(E, axis1=1, axis2=2)
     return float(w @ (lam * trace**2 + 2.0 * mu * (E**2).sum(axis=(1, 2))))
 

@@ -42,8 +42,8 @@ class Frequency(Metric):
         states.
         """
         if seen.vibrations is None:
-            raise Undefined("it has no tangent of an equilibrium, which a solid, a beam or springs have in statics")
+            raise Undefined("frequencies need a static equilibrium of a solid, a beam or a spring network")
         found = seen.vibrations(self.mode)
         if len(found) < self.mode:
-            raise Undefined(f"it has {len(found)} modes")
+            raise Undefined(f"it has only {len(found)} modes")
         return Measurement(float(found[self.mode - 1]), {"frequencies_Hz": found.tolist()})

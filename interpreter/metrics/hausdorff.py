@@ -42,7 +42,7 @@ class Hausdorff(Metric):
     def measure(self, seen: MetricInput) -> Measurement:
         """Return the larger of the two one-sided distances. Raises Undefined without two surfaces."""
         if seen.triangles is None or not len(seen.triangles):
-            raise Undefined("the way from the measured surface to the model needs a probe of a surface")
+            raise Undefined("the distance from the measured surface to the model needs a surface probe")
         known, x = find_target_surface(seen), seen.X + seen.u
         forth = known.closest(x).distances  # (n,)
         back = SurfaceSearch(x, seen.triangles).closest(drop_unused_points(known.points, known.triangles)[0]).distances
@@ -53,5 +53,5 @@ class Hausdorff(Metric):
             "reference_closed": closed,
         }
         if not closed:
-            details["note"] = "the surface of the reference is open: what it shows beyond the body counts as distance"
+            details["note"] = "the surface of the reference is open: parts of it beyond the body count as distance"
         return Measurement(float(max(forth.max(), back.max())), details, at_points=forth)

@@ -67,7 +67,7 @@ class Hysteresis(CurveMetric):
         if self.against is None:
             return Measurement(loop.lost, details, curve=seen.curve)
         if seen.known is None or seen.known.curve is None:
-            raise Undefined(f"`{self.against}` is no curve, or there is none to compare it with")
+            raise Undefined(f"`{self.against}` is not a curve, or there is no curve to compare it with")
         return self._apart(loop, seen.known.curve, details, seen.curve)
 
     def _apart(self, loop: Loop, reference: Curve, details: dict[str, float], course: MetricCurve) -> Measurement:
@@ -77,8 +77,8 @@ class Hysteresis(CurveMetric):
         measured = reference.lost(begin, end) if reference.lost is not None and begin < end else None
         if measured is None:
             raise Undefined(
-                f"`{self.against}` was not measured on both ways from {low:.4g} to {high:.4g} {along}, so it has"
-                " no loop there"
+                f"`{self.against}` was not measured both loading and unloading from {low:.4g} to "
+                f"{high:.4g} {along}, so it has no loop there"
             )
         own = loop.within(begin, end).lost
         share, uncertainty = measured
@@ -103,7 +103,7 @@ def _chord_error(course: MetricCurve, loop: Loop) -> float:
         [0, *range(loop.turn, 0, -2), *range(loop.turn, last, 2), last]
     )  # same positions for loading and unloading
     if len(some) == last + 1:
-        raise Undefined("what a curve does between two states on each way is not known")
+        raise Undefined("with so few states the error of the loop between states is not known")
     return abs(curve_geometry.split_loop(course.x[some], course.y[some]).lost - loop.lost) / 3.0
 
 
@@ -126,7 +126,7 @@ def _bound_change(course: MetricCurve, loop: Loop, off: Floats, shared: bool) ->
     w, u = curve_geometry.split_loop(course.x, off).works
     loading, unloading = loop.works
     if w >= abs(loading):
-        raise Undefined("what is stated of the values is as large as they are")
+        raise Undefined("the stated errors of the values are as large as the values")
     return (abs(loop.lost) * w if shared else u + abs(unloading / loading) * w) / (abs(loading) - w)
 
 

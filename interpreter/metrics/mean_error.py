@@ -41,7 +41,7 @@ class MeanError(DistanceStatistic):
     def measure(self, seen: MetricInput) -> Measurement:
         """Return the statistic of |u - u_ref| over the points. Raises Undefined without reference displacements."""
         if seen.known is None or seen.known.u is None:
-            raise Undefined("the reference has no displacements of these points")
+            raise Undefined("the reference has no displacements at these points")
         d = ((seen.u - seen.known.u) ** 2).sum(axis=1) ** 0.5  # (n,)
         moved = (seen.known.u**2).sum(axis=1) ** 0.5
         return self.summed(summarize_distances(d) | summarize_ratios(d, moved, "relative"), d, d)

@@ -87,7 +87,7 @@ class Metric:
 
     def measure(self, seen: MetricInput) -> Measurement:
         """Return its value and details. Raises Undefined, with a reason, if it has no value."""
-        raise NotImplementedError(f"{type(self).__name__} measures nothing")
+        raise NotImplementedError(f"{type(self).__name__} does not implement `measure`")
 
 
 class ForceMetric(Metric):
@@ -132,13 +132,13 @@ class ForceMetric(Metric):
         rest = None if seen.known is None else seen.known.at_rest
         right = self._reference_amount(rest)
         if (size := self.size(right)) == 0.0:
-            raise Undefined(f"that of `{self.measured_from}` is zero, so nothing is relative to it")
+            raise Undefined(f"the value of `{self.measured_from}` is zero, so there is no relative error")
         off = None if rest is None else rest.off
         return Measurement(abs(self._along(own) - self._along(right)) / size, uncertainty=off)
 
     def _reference_amount(self, rest: EquilibriumForces | None) -> Floats:
         """Return the amount of the solution it compares with. Raises Undefined if that solution does not have it."""
-        nothing = Undefined(f"`{self.measured_from}` tells nothing of it")
+        nothing = Undefined(f"`{self.measured_from}` has no such value")
         try:
             right = self._available_amount(rest)
         except Undefined:
@@ -162,7 +162,7 @@ class ForceMetric(Metric):
         if self.measured_from is None:
             return far
         if (size := self.size(self._available_amount(right))) == 0.0:
-            raise Undefined(f"that of `{self.measured_from}` is zero, so nothing is relative to it")
+            raise Undefined(f"the value of `{self.measured_from}` is zero, so there is no relative error")
         return far / size
 
     def distance(self, rest: EquilibriumForces, right: EquilibriumForces) -> float:
@@ -264,5 +264,5 @@ class DisplacementMetric(Metric):
         from softmark.interpreter.metrics.measurement import Measurement
 
         if self.measured_from and (seen.known is None or seen.known.u is None):
-            raise Undefined(f"the reference `{self.measured_from}` has no displacements there")
+            raise Undefined(f"the reference `{self.measured_from}` has no displacements at this probe")
         return Measurement(float(self.value(seen.X, seen.u, seen.known.u if seen.known else None)))

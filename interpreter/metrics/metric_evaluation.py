@@ -119,8 +119,8 @@ def _evaluate_metric(
 def _missing_reference_result(scene: Scene, metric: Declared, view: View, coming: bool) -> MetricResult:
     """Return a result without value: the model it compares with is not solved yet, or was left out of the run."""
     against = metric.thing.measured_from
-    why = "is not computed yet" if coming else f"this run leaves out: `--model {view.name} --model {against}`"
-    reason = f"it is measured against `{against}`, which {why}"
+    why = "is not computed yet" if coming else f"was left out of this run: add `--model {view.name} --model {against}`"
+    reason = f"it is compared with `{against}`, which {why}"
     return MetricResult(None, metric.thing.unit, reason, published=find_published_value(scene, metric.name, view.name))
 
 
@@ -147,14 +147,14 @@ def evaluate_curve(scene: Scene, thing: CurveMetric, views: Sequence[View]) -> M
         if of.followed:
             return force_history(of, own.at_rest)
         if own.times is None or own.course is None or of.direction is None:
-            raise Undefined("it has no history")
+            raise Undefined("it has no time history")
         return MetricCurve(own.times, own.course[:, -1] @ np.array(of.direction), ("s", unit_key(of.unit)))
     times = [a.now for view in views if isinstance(a := view.case.analysis, Quasistatic)]
     if thing.over is None and times:
         y = np.array([_evaluate_value(of, view) for view in views])
         return MetricCurve(np.array(times), y, ("s", unit_key(of.unit)))
     if thing.over is None:
-        raise Undefined("it is at rest, and says not along what the curve goes")
+        raise Undefined("in a static analysis a curve needs `over`, the metric on its horizontal axis")
     over = scene.declared[thing.over].thing
     x, y = (np.array([_evaluate_value(one, view) for view in views]) for one in (over, of))
     return MetricCurve(x, y, (unit_key(over.unit), unit_key(of.unit)))
@@ -163,7 +163,7 @@ def evaluate_curve(scene: Scene, thing: CurveMetric, views: Sequence[View]) -> M
 def force_history(of: ForceMetric, rest: EquilibriumForces | None) -> MetricCurve:
     """Return the time history of a contact metric. Raises Undefined if it has none."""
     if (course := of.course(rest)) is None:
-        raise Undefined("it has no history")
+        raise Undefined("it has no time history")
     return course
 
 
@@ -199,7 +199,7 @@ def collect_metric_input(thing: Metric, view: View, views: Mapping[str, View]) -
     own = ProbeResult(nothing, nothing)
     if name is not None:
         if name not in view.probes:
-            raise Undefined(view.message or "it has no displacements there")
+            raise Undefined(view.message or "it has no displacements at this probe")
         own = view.probes[name]
     elif view.message is not None:
         raise Undefined(view.message)
@@ -228,14 +228,14 @@ def collect_metric_input(thing: Metric, view: View, views: Mapping[str, View]) -
 def _collect_reference_data(against: str, reference: View | None, probe: str | None, own: ProbeResult) -> ReferenceData:
     """Collect the reference data of a metric. Raises Undefined if the reference has no solution."""
     if reference is None:
-        raise Undefined(f"there is nothing of `{against}` to compare with")
+        raise Undefined(f"there are no results of `{against}` to compare with")
     if reference.message is not None:
         raise Undefined(f"the reference `{reference.name}` has no solution")
     seen = reference.probes.get(probe or "")
     surface = reference.surface
     if callable(surface):  # the measured surface is registered onto the computed one
         if own.triangles is None:
-            raise Undefined("registering onto a computed surface needs a probe of a surface")
+            raise Undefined("registration onto a computed surface needs a surface probe")
         surface = surface(own.position, own.triangles)
     return ReferenceData(
         reference.name,

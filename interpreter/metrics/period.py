@@ -58,7 +58,7 @@ class Period(Metric):
     def measure(self, seen: MetricInput) -> Measurement:
         """Return T. Raises Undefined for a static analysis or too few crossings."""
         if seen.history is None:
-            raise Undefined("without a dynamic analysis nothing oscillates")
+            raise Undefined("a period needs a dynamic analysis")
         q = seen.history.displacement(seen.X[-1:])[:, 0] @ np.array(self.along)  # (t,)
         rest, decay, times, peaks = _find_oscillation(seen.history.times, q)
         period = 2.0 * float(times[-1] - times[0]) / (len(times) - 1)
@@ -86,11 +86,14 @@ def _find_oscillation(t: Floats, q: Floats) -> tuple[float, float, Floats, Float
     for _ in range(PASSES):
         times, peaks = _find_half_waves(t, q - rest)
         if len(peaks) < 3:
-            raise Undefined("the point does not cross its position of rest four times; a longer `duration` shows more")
+            raise Undefined("the point crosses its rest position fewer than four times: use a longer `duration`")
         peaks = peaks + rest
         slope, offset = np.polyfit(peaks[:-1], peaks[1:], 1)
         if not slope < 0.0:
-            raise Undefined("the half-waves do not follow one another like those of one oscillation")
+            raise Undefined(
+                "its motion does not look like one oscillation: successive half-waves do not alternate "
+                "about a rest position"
+            )
         rest, decay = float(offset / (1.0 - slope)), -float(slope)
     return rest, decay, times, peaks
 
@@ -101,8 +104,8 @@ def _cycle_deviation(times: Floats, period: float) -> float:
     spread = float(cycles.std(ddof=1)) if len(cycles) > 1 else 0.0
     if spread > UNEVEN * period or float(halves.std()) > LOPSIDED * 0.5 * period:
         raise Undefined(
-            f"it has no dominant period: cycles last {cycles.min():.3g} to {cycles.max():.3g} s,"
-            f" half-waves {halves.min():.3g} to {halves.max():.3g} s"
+            f"it has no dominant period: cycles last {cycles.min():.3g} to {cycles.max():.3g} s and "
+            f"half-waves {halves.min():.3g} to {halves.max():.3g} s"
         )
     return spread
 
@@ -127,8 +130,8 @@ def _find_second_vibration(t: Floats, q: Floats, times: Floats, period: float) -
     others = peaks[apart & (pitch[peaks] > LOBE / length)]
     if abs(pitch[first] * period - 1.0) > AGREES:
         raise Undefined(
-            f"it has no dominant period: it swings about its rest in {period:.3g} s,"
-            f" and most in {1 / pitch[first]:.3g} s"
+            f"it has no dominant period: it crosses its rest position with a period of {period:.3g} s, "
+            f"but its strongest vibration has {1 / pitch[first]:.3g} s"
         )
     if not len(others):
         return None, 0.0
@@ -136,8 +139,8 @@ def _find_second_vibration(t: Floats, q: Floats, times: Floats, period: float) -
     share = float(power[second] / power[first])
     if share > RIVAL:
         raise Undefined(
-            f"it has no dominant period: {1 / pitch[first]:.3g} s, and {1 / pitch[second]:.3g} s with"
-            f" {100 * share:.0f} % of its strength"
+            f"it has no dominant period: the strongest vibration has {1 / pitch[first]:.3g} s, and "
+            f"another with {100 * share:.0f} % of its strength has {1 / pitch[second]:.3g} s"
         )
     return 1.0 / float(pitch[second]), share
 

@@ -20,7 +20,7 @@ else:
 def _fluid(rest: EquilibriumForces) -> Fluid:
     """Return the fluid results. Raises Undefined if there are none."""
     if rest.fluid is None:
-        raise Undefined("there is no fluid in this body as this model has it: its material is to be `biphasic(...)`")
+        raise Undefined("the body has no fluid: make its material `biphasic(...)`")
     return rest.fluid
 
 
@@ -91,7 +91,9 @@ class Outflow(ForceMetric):
         """Return the volume, m^3. Raises Undefined if there is no fluid."""
         outflows = _fluid(rest).outflows
         if self.of not in outflows:
-            raise Undefined(f"no fluid goes through `{self.of}`: ask it of `drained(...)` or `pore_pressure(...)`")
+            raise Undefined(
+                f"no fluid flows through `{self.of}`: use a support made by `drained(...)` or `pore_pressure(...)`"
+            )
         return np.array(outflows[self.of])
 
     def acting(self, rest: EquilibriumForces) -> float:

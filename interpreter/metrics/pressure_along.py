@@ -49,7 +49,7 @@ class PressureAlong(ContactMetric):
             return self._build_measurement(own, own, float(own.max(initial=0.0)), seen)
         right = self._reference_pressure(None if seen.known is None else seen.known.at_rest, seen.X)
         if (size := self.size(right)) == 0.0:
-            raise Undefined(f"that of `{self.measured_from}` is zero there, so nothing is relative to it")
+            raise Undefined(f"the pressure of `{self.measured_from}` is zero there, so there is no relative error")
         return self._build_measurement(own, own - right, self.size(own - right) / size, seen, right)
 
     def _build_measurement(
@@ -74,19 +74,22 @@ class PressureAlong(ContactMetric):
         """
         touch = self.touch(rest)
         if touch.field is None:
-            raise Undefined(f"the pressure of `{self.of}` is known here where it is largest alone")
+            raise Undefined(f"only the largest pressure of `{self.of}` is known here")
         found = touch.field.pressures(X)
         if (off := np.isnan(found)).any():
             where = ", ".join(f"{1e3 * c:.4g}" for c in X[int(off.argmax())])
-            raise Undefined(f"{np.count_nonzero(off)} of {len(X)} points are not on the part of the surface that "
-                            f"`{self.of}` is about, before deformation: one is ({where}) mm")  # fmt: skip
+            raise Undefined(f"{np.count_nonzero(off)} of {len(X)} points of the undeformed probe are not on "
+                            f"the surface of the contact `{self.of}`: one is ({where}) mm")  # fmt: skip
         return found
 
     def _reference_pressure(self, rest: EquilibriumForces | None, X: Floats) -> Floats:
         """Return the pressure of the solution it compares with. Raises Undefined if it has none or is singular."""
         right = self.amount_at(self._require_results(rest), X)
         if not np.all(np.isfinite(right)):
-            raise Undefined(f"that of `{self.measured_from}` has no limit at a point of `{self.probe}`: end it beside")
+            raise Undefined(
+                f"the pressure of `{self.measured_from}` is infinite at a point of `{self.probe}`: end the "
+                "probe before it"
+            )
         return right
 
     def at_points(self, X: Floats) -> ContactMetric:

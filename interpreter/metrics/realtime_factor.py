@@ -61,7 +61,9 @@ class RealTimeFactor(Metric):
         """Measure a dynamic analysis, whose frames are time steps."""
         unsolved, steps = history.solved.count(False), len(history.step_s)
         if unsolved:
-            raise Undefined(f"{unsolved} of {steps} steps were not solved to the tolerance: their times count nothing")
+            raise Undefined(
+                f"{unsolved} of {steps} time steps were not solved to the tolerance, so their times do not count"
+            )
         slow = history.step > SLACK / self.rate
         late = f"the time step of {history.step:g} s is longer than a frame at {self.rate:g} Hz" if slow else ""
         more = {"step_s": history.step, "basis": f"wall clock of each of {steps} time steps"}
@@ -71,13 +73,15 @@ class RealTimeFactor(Metric):
         """Measure a static analysis, whose frames are solutions from rest."""
         wall, cpu = seen.clock.get("solve_s"), seen.clock.get("solve_cpu_s")
         if wall is None:
-            raise Undefined("it was not solved, so there is no time")
+            raise Undefined("nothing was solved, so there is no time")
         if wall.basis:
-            raise Undefined(f"another program solved it, and its time is {wall.basis}: no frame is known of it")
+            raise Undefined(
+                f"an external program solved it, and its time is {wall.basis}: the time per frame is not known"
+            )
         runs = len(wall.seconds)
         basis = f"wall clock of {runs} solutions from rest"
         if runs == 1:
-            basis = "wall clock of one solution from rest; repeat the run for a spread"
+            basis = "wall clock of one solution from rest; repeat the run to see the spread"
         return self._compare_with_limit(wall.seconds, cpu.seconds if cpu else (), 1.0 / self.rate, "", {"basis": basis})
 
     def _compare_with_limit(
@@ -85,11 +89,11 @@ class RealTimeFactor(Metric):
     ) -> Measurement:
         """Compare frame times with `limit` (s); `late` gives a reason against real time that holds at any value."""
         if not wall:
-            raise Undefined("no step was computed, so there is no time")
+            raise Undefined("no time step was computed, so there is no time")
         t = np.array(wall)  # (frames,)
         median, p95, p99 = float(np.median(t)), _percentile_time(t, 95.0), _percentile_time(t, 99.0)
         fits = p99 <= limit * SLACK
-        reason = late or f"99 % of the frames take at most {p99:.3g} s of {limit:.3g} s"
+        reason = late or f"99 % of the frames take at most {p99:.3g} s, and {limit:.3g} s are available"
         details = {
             "verdict": fits and not late,
             "verdict_reason": reason,

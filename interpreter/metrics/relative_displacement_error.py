@@ -33,5 +33,5 @@ class RelativeDisplacementError(DisplacementMetric):
         """Return eta for displacements u and reference (n, 3), m."""
         size = float((reference**2).sum())
         if size == 0.0:
-            raise Undefined("the reference does not move, so nothing is relative to it")
+            raise Undefined("the reference does not move, so there is no relative error")
         return math.sqrt(float(((u - reference) ** 2).sum() / size))

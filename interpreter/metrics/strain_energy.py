@@ -20,7 +20,7 @@ else:
 def require_energy(energy: float) -> Floats:
     """Return an energy in J as an array (). Raises Undefined if it is not known."""
     if energy != energy:
-        raise Undefined("its law has no energy there, only stress (W368)")
+        raise Undefined("its law defines stress but no energy there (W368)")
     return np.array(energy)
 
 

@@ -77,7 +77,7 @@ class SurfaceDistance(DistanceStatistic):
         signed, foot, more = found(seen, x, target)
         met = np.isfinite(signed)
         if not met.any():
-            raise Undefined("no normal of the deformed surface meets the measured one within reach")
+            raise Undefined("no normal of the deformed surface meets the measured surface within the search distance")
         d = np.abs(signed[met])  # (points,)
         details = {
             **summarize_distances(d),
@@ -102,7 +102,7 @@ class SurfaceDistance(DistanceStatistic):
         intersection.
         """
         if seen.triangles is None or not len(seen.triangles):
-            raise Undefined("normals need a probe of a surface")
+            raise Undefined("distances along normals need a surface probe")
         reach = self.reach or float(np.linalg.norm(np.ptp(target.points, axis=0)))
         normals = vertex_normals(x, seen.triangles)
         t = normal_distances(x, normals, target.points, target.triangles)

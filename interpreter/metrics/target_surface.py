@@ -29,7 +29,7 @@ def find_target_surface(seen: MetricInput) -> SurfaceSearch:
     if known is not None and known.surface is not None:
         return SurfaceSearch(known.surface.points, known.surface.triangles)
     if known is None or known.u is None:
-        raise Undefined("the reference is neither a measured surface nor a field of displacements there")
+        raise Undefined("the reference has neither a measured surface nor displacements at this probe")
     if seen.triangles is None or not len(seen.triangles):
         raise Undefined("the surface of this reference is that of the probe, which has no triangles")
     return SurfaceSearch(seen.X + known.u, seen.triangles)

@@ -73,7 +73,7 @@ class TensorMetric(Metric):
         if self.measured_from is None:
             return 1.0
         if (size := self._size(right, samples)) == 0.0:
-            raise Undefined(f"that of `{self.measured_from}` is zero, so nothing is relative to it")
+            raise Undefined(f"the value of `{self.measured_from}` is zero, so there is no relative error")
         return size
 
     def extent(self, own: Stresses, right: Stresses, samples: ProbeSamples) -> float:
@@ -147,7 +147,7 @@ class TensorMetric(Metric):
             sides, known = pair_sides(field, right, samples)
             values, theirs = self._finite(sides.tensors), self._finite(known)
         except Undefined as undefined:
-            raise Undefined(f"`{self.measured_from}` has nothing to compare with: {undefined}") from undefined
+            raise Undefined(f"`{self.measured_from}` has no values to compare with: {undefined}") from undefined
         far, size = np.abs(values - theirs), self.scale(right, samples)
         row, value = self.reduced(far, sides.per_row(samples.shares))
         details = {f"difference_{self._suffix}": value, f"size_{self._suffix}": size}
@@ -161,7 +161,7 @@ class TensorMetric(Metric):
     def _finite(self, tensors: Tensors) -> Floats:
         values = self.values(tensors)
         if not np.all(np.isfinite(values)):
-            raise Undefined("the state is so deformed that it has no number in every point")
+            raise Undefined("the deformation is so large that a value is not finite")
         return values
 
     def reduced(self, values: Floats, shares: Floats) -> tuple[int, float]:
@@ -174,7 +174,7 @@ def stress_field_of(told: StressSource) -> Stresses:
     """Return the stress field of a model or reference. Raises Undefined if it has none."""
     if told is None:
         raise Undefined(
-            "only finite elements and beams have a stress at every point, and this is known by its displacements alone"
+            "only finite elements and beams have a stress at every point, and this model has displacements only"
         )
     from softmark.solvers.stress_recovery.sampling_point_stress import StressUnavailable
 

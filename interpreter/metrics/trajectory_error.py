@@ -41,16 +41,16 @@ class TrajectoryError(Metric):
         """Return the norm. Raises Undefined if one of the two has no history."""
         known = seen.known
         if seen.times is None or seen.course is None:
-            raise Undefined("it has no history: the analysis is static, or the probe is one of a surface")
+            raise Undefined("it has no time history: the analysis is static, or the probe is a surface")
         if known is None or known.times is None or known.course is None:
-            raise Undefined(f"`{self.against}` has no history")
+            raise Undefined(f"`{self.against}` has no time history")
         common = known.times <= seen.times[-1] * (1 + 1e-9)
         t, right = known.times[common], known.course[common]
         distance = np.linalg.norm(_interpolate_history(t, seen.times, seen.course) - right, axis=2)  # (t, n)
         stands = _time_intervals(t)[:, None]
         size = float((stands[:, :, None] * right**2).sum())
         if size == 0.0:
-            raise Undefined(f"`{self.against}` does not move, so nothing is relative to it")
+            raise Undefined(f"`{self.against}` does not move, so there is no relative error")
         worst = np.unravel_index(int(distance.argmax()), distance.shape)
         details = {"worst_m": float(distance[worst]), "when_s": float(t[worst[0]])}
         return Measurement(math.sqrt(float((stands * distance**2).sum()) / size), details, distance.max(axis=1))

@@ -52,14 +52,14 @@ class ErrorOfValue(DerivedMetric):
         else:
             size = min(given.sides) if found is None else given.beside(found)
         if size == 0.0:
-            raise Undefined(f"the {self.relative_to} of `{self.against}` is zero, so nothing is relative to it")
+            raise Undefined(f"the {self.relative_to} of `{self.against}` is zero, so there is no relative error")
         return size
 
     def measure(self, seen: MetricInput) -> Measurement:
         """Return the relative difference. Raises Undefined."""
         given = None if seen.known is None else seen.known.value
         if given is None or seen.number is None:
-            raise Undefined(f"`{self.against}` is no value, or there is none to hold against it")
+            raise Undefined(f"`{self.against}` is not a value, or there is no value to compare with it")
         found, own, size = seen.number.value, seen.number.unit, self.size(given, seen.number.value)
         apart, off = found - given.value, given.beside(found)
         details = {

@@ -34,9 +34,11 @@ class VolumeChange(Metric):
     def measure(self, seen: MetricInput) -> Measurement:
         """Return v / V - 1. Raises Undefined unless the triangles form a closed surface."""
         if seen.triangles is None or not len(seen.triangles):
-            raise Undefined("a volume needs a probe of the surface of the body")
+            raise Undefined("a volume change needs a probe of the body's whole surface")
         if gaps := count_open_edges(seen.triangles):
-            raise Undefined(f"the surface of the probe is not closed ({gaps} edges), so it encloses no volume")
+            raise Undefined(
+                f"the surface of the probe is not closed ({gaps} unmatched edges), so it encloses no volume"
+            )
         rest, now = (signed_volume(x, seen.triangles) for x in (seen.X, seen.X + seen.u))
         if rest == 0.0:
             raise Undefined("the undeformed surface encloses no volume")

@@ -40,7 +40,7 @@ class LoadWork(ForceMetric):
     def amount(self, rest: EquilibriumForces) -> Floats:
         """Return f . u, J. Raises Undefined for a load that follows the surface."""
         if (found := rest.work[self.of]) is None:
-            raise Undefined(f"the work of `{self.of}` depends on the way: it has no energy")
+            raise Undefined(f"the work of `{self.of}` depends on the path: the load has no potential energy")
         return np.array(found)
 
     def acting(self, rest: EquilibriumForces) -> float:

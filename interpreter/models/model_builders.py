@@ -87,7 +87,7 @@ def build(declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     if missing:
         from softmark.interpreter.models.shared.unavailable_model import UnavailableModel
 
-        return UnavailableModel(f"what builds it gives a {type(prepared).__name__} without `{missing[0]}`", "failed")
+        return UnavailableModel(f"its builder returns a {type(prepared).__name__} without `{missing[0]}`", "failed")
     return prepared
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 WORDS = {  # names and units of contact fields
     "pressure": ("pressure of {}", "Pa"),
     "slip": ("slip of {}", "m"),
-    "sticks": ("grip of {}, 100 % where it sticks and −100 % where it slides", "1"),
+    "sticks": ("sticking state of {}, 100 % where it sticks and −100 % where it slides", "1"),
 }
 
 
@@ -45,7 +45,7 @@ def contact_fields(scene: Scene, view: View, X: Floats) -> Iterator[SurfaceField
         known = SurfaceField(words.format(contact), unit, tuple(m.name for m in metrics), partly=True)
         field: Any = touches[contact].field if contact in touches else None  # values at nodes of the model
         if field is None or number not in field.at_nodes:
-            yield replace(known, reason=f"nothing is known of `{contact}` from place to place")
+            yield replace(known, reason=f"the contact `{contact}` has no surface field in this model")
             continue
         values = np.nan_to_num(field.values(number, X))
         yield replace(known, values=values, size=float(np.abs(values).max(initial=0.0)))

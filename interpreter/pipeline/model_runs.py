@@ -170,7 +170,11 @@ def _solve_from_previous_state(
         return _solve_timed(work, name, prepared)
     before = work.before.models[name]
     if before.status not in ANSWERED:
-        return Solution("skipped", f"the state before it, {format_state(work.before.state)}, has no answer", {}), [], []
+        return (
+            Solution("skipped", f"the previous state, {format_state(work.before.state)}, has no solution", {}),
+            [],
+            [],
+        )
     if before.mesh is None:
         return _solve_timed(work, name, prepared)
     begun = prepared.after(before.mesh)

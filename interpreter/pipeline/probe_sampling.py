@@ -41,9 +41,9 @@ def require_inside(work: StateRun, body: str, prepared: Prepared) -> None:
             raise fault(
                 "E504",
                 probe.at(field),
-                f"`{probe.name}` looks at a point {units.format_value(distance, units.LENGTH)} outside `{body}`",
-                "not in the body",
-                "give coordinates of the undeformed body",
+                f"`{probe.name}` has a point {units.format_value(distance, units.LENGTH)} outside `{body}`",
+                "outside the body",
+                "write coordinates of the undeformed body",
             )
 
 

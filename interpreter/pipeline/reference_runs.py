@@ -176,7 +176,7 @@ def _keep_reference(
     cls, case = type(declared.thing), work.case(declared)
     seen = {} if displacement is None else probe_sampling.sample_probes(work, case.body.name, displacement)
     if not (np.isfinite(error) and all(map(is_finite_probe, seen.values()))):
-        _failed(work, declared, "its displacements are not finite numbers")
+        _failed(work, declared, "the displacements of the reference are not finite numbers")
         return
     weights = probe_sampling.probe_weights(work, case.body.name)
     more = more or TheoryResults()
@@ -253,7 +253,7 @@ def _keep_measured(work: StateRun, declared: Declared, data: Any) -> None:
                 X = work.place(probe).X
                 seen[probe.name] = ProbeResult(X, data.displacement(X))
     if not (np.isfinite(resolution) and all(map(is_finite_probe, seen.values()))):
-        _failed(work, declared, "what was measured is not finite numbers")
+        _failed(work, declared, "the measured values are not finite numbers")
         return
     work.views[declared.name] = View(
         declared.name, case.body.name, case, None, None, seen, surface=surface, uncertainty=resolution
@@ -275,7 +275,7 @@ def _virtual_scan(work: StateRun, declared: Declared) -> None:
     """Compute a virtual scan of a shape from a model: the effect of an imaging chain on known truth."""
     thing, model = declared.thing, work.views.get(declared.thing.of)
     if model is None or model.displacement is None:
-        _failed(work, declared, f"the model `{thing.of}` has no shape to scan")
+        _failed(work, declared, f"the model `{thing.of}` has no displacements to scan")
         return
     place = scan_surface(model.case)
     try:

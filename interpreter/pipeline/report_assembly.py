@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
 
 MOST = 6  # maximum number of fields of one body; the page stores each for every point of every model
-FULL = f"a page has room for {MOST} numbers"
+FULL = f"the report page shows at most {MOST} surface fields"
 
 
 def unfinished_report(works: Sequence[StateRun]) -> Report:

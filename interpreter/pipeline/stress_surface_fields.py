@@ -42,7 +42,7 @@ def stress_fields(work: StateRun, view: View, X: Floats) -> tuple[SurfaceField, 
             apart = float(np.mean(field.disagreement(X, metrics[0].thing.made_of) > APART))
             found.append(replace(_number(metrics, values, None), size=size, apart=apart, limitless=edge))
         else:
-            found.append(_number(metrics, None, "the state is so deformed that it has no number in every point"))
+            found.append(_number(metrics, None, "the deformation is so large that a value is not finite"))
     return tuple(found)
 
 

@@ -143,7 +143,7 @@ def _check_active_strain(declared: Declared, case: Case) -> Diagnostic | None:
         return diagnostic(
             "E368",
             declared.at(),
-            f"`{declared.name}` is dynamic, but fibres that shorten with an `amplitude` need an analysis without inertia",
+            f"`{declared.name}` is dynamic, but fibres that shorten with an `amplitude` need a quasistatic one",
             "not in a dynamic analysis",
             "use `quasistatic(...)`, a shortening without an `amplitude`, or a tension: `active(..., amplitude = ...)`",
         )

@@ -63,8 +63,8 @@ def check_amplitude_resolution(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic("W378", declared.at("amplitude"), f"the pulse of `{declared.name}` is shorter than the "
                                                             "time step",
                              f"it lasts {_time(_width(amplitude))}, the step is {_time(analysis.step)}",
-                             f"use a step of {_time(_round(_width(amplitude) / SHOWN))} or less to resolve the response "
-                             "to the pulse; its impulse and the slow response are right")  # fmt: skip
+                             f"use a step of {_time(_round(_width(amplitude) / SHOWN))} or less to resolve the "
+                             "response to the pulse; its impulse and the slow response are right")  # fmt: skip
 
 
 def _check_quasistatic(scene: Scene, analysis: Quasistatic) -> Iterator[Diagnostic]:

@@ -116,8 +116,8 @@ def _check_bodies(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
                 f"declare an instrument, a plate or a floor as rigid, `body {first.name} = rigid(...)`, without "
                 "a material; make two deformable bodies one, `solid(disjoint(...), ...)`, with `self_contact(...)`"
             )
-        yield diagnostic("E652", contact.at("rigid"), f"`rigid_contact(...)` needs a rigid body first, but `{first.name}` "
-                                                      "is deformable", label, help)  # fmt: skip
+        yield diagnostic("E652", contact.at("rigid"), "`rigid_contact(...)` needs a rigid body first, "
+                         f"but `{first.name}` is deformable", label, help)  # fmt: skip
     elif is_rigid(second):
         problem = "`rigid_contact(...)` needs a deformable body second"
         what = "a rigid body and itself" if first is second else "two rigid bodies"
@@ -142,8 +142,8 @@ def _check_geometry(scene: Scene, contact: Declared, first: Declared, second: De
         yield diagnostic("E653", first.at("shape"), f"contact with the shape of the rigid body `{first.name}` is not "
                                                     "supported",
                          "unsupported shape of a rigid body", "use a `half_space`, a whole `sphere`, `box`, "
-                                                        "`rounded_box`, `cylinder`, `tube`, `cone`, `punch`, `rounded_cone`, "
-                                                        "`extruded` or `tetrahedralized(...)`")  # fmt: skip
+                                                        "`rounded_box`, `cylinder`, `tube`, `cone`, `punch`, "
+                                                        "`rounded_cone`, `extruded` or `tetrahedralized(...)`")  # fmt: skip
         return
     if shape.prebuilt or shape.enclosed or shape.bounds is None:
         return  # its file is only read when needed

@@ -114,8 +114,8 @@ def _muscles(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
             if least < 0.0:
                 yield diagnostic("W398", muscle.at("amplitude"), f"the activation of `{muscle.name}` is negative in "
                                                               "part of its `amplitude`",
-                                 f"down to {100.0 * least:.3g} % of its tension", "use an `amplitude` that does not change "
-                                                                                  "its sign: a muscle pulls or does "
+                                 f"down to {100.0 * least:.3g} % of its tension", "use an `amplitude` that keeps its "
+                                                                                  "sign: a muscle pulls or does "
                                                                                   "nothing")  # fmt: skip
         elif isinstance(s := muscle.thing.shortening, float) and max(abs(least * s), abs(most * s)) > SHORTEST:
             yield diagnostic(

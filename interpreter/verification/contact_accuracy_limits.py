@@ -47,7 +47,7 @@ def singular_pressure(metric: Metric | None, case: Case, rest: EquilibriumForces
     there = build_point_search(places, len(x)).distance(x) < reach
     if len(X):  # by undeformed positions
         there &= build_point_search(X * flat, len(x)).distance(field.X[field.may] * flat) < reach
-    return f"a sharp edge or tip of `{touch.rigid.name}`" if (there & pressed).any() else None
+    return f"a sharp edge or corner of `{touch.rigid.name}`" if (there & pressed).any() else None
 
 
 def _sharp_points(case: Case, touch: Touch, X: Floats) -> Floats:

@@ -109,7 +109,7 @@ def _gap_error(case: Case, widest: Mapping[str, float], seen: ProbeResultUnderTe
     rest = seen.at_rest
     told = rest is not None and (rest.reason is None or bool(rest.touches))
     if rest is None or not (told or (widest and seen.unit == "m")):
-        raise NoErrorEstimate("what the contacts leave open is not known")
+        raise NoErrorEstimate("the gaps that the contacts leave open are not known")
     left = max((dict(widest) | {name: touch.left for name, touch in rest.touches.items()}).values(), default=0.0)
     if seen.unit == "m":
         return left
@@ -139,11 +139,11 @@ def _tie_error(whole: SolutionUnderTest, tied: Sequence[Any], seen: ProbeResultU
 
     rest, mesh = seen.at_rest, whole.mesh
     if rest is None or rest.reason is not None or mesh is None:
-        raise NoErrorEstimate("what joints give way by is not known")
+        raise NoErrorEstimate("the energy in the tie constraints is not known")
     stored = [joint.value(mesh.displacement.ravel()) for joint in tied]
     share = sum(stored) / rest.energy if rest.energy > 0.0 else 0.0
     if share > HOPELESS:
-        raise NoErrorEstimate("joints give way by more than the body does")
+        raise NoErrorEstimate("the tie constraints deform more than the body")
     open_by = max(math.sqrt(2.0 * W / (joint.stiffness * joint.area)) for W, joint in zip(stored, tied, strict=True))
     found = share * seen.size
     return max(found, open_by) if seen.unit == "m" else found
@@ -176,6 +176,7 @@ def least_error(seen: ProbeResultUnderTest) -> float | None:
         return None
     if PEAK * times - 1.0 > HOPELESS:
         raise NoErrorEstimate(
-            f"the mesh is too coarse: the force is {times:.2g} times the area and the greatest pressure"
+            f"the mesh is too coarse: the contact force is {times:.2g} times the contact area times the "
+            "largest pressure"
         )
     return (PEAK * times - 1.0) * seen.size

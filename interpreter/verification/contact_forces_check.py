@@ -85,18 +85,19 @@ def check_contacts(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str,
             continue
         found[touch.name] = own
         if not own["least_gap"] > 0.0:
-            reason = f"a node is {-own['least_gap']:.1e} m behind the surface of `{touch.rigid.name}`"
+            reason = f"a node penetrates `{touch.rigid.name}` by {-own['least_gap']:.1e} m"
         if _passes_between_nodes(case, touch, mesh, u, own):
             reason = (
-                f"facets of `{case.body.name}` cut {1e3 * own['overlap']:.2g} mm into `{touch.rigid.name}` between "
-                "their nodes, half of its thickness, and it does not push them back: use cells smaller than it"
+                f"facets of `{case.body.name}` penetrate `{touch.rigid.name}` by "
+                f"{1e3 * own['overlap']:.2g} mm between their nodes, which is half its thickness, and "
+                f"the contact force does not push them back: use cells smaller than `{touch.rigid.name}`"
             )
         if swallowed:
-            reason = f"`{touch.rigid.name}` is inside `{case.body.name}`: it went in between the points that are kept "
-            reason += "clear of it: take cells that are smaller than it"
+            reason = f"`{touch.rigid.name}` is inside `{case.body.name}`: it passed between the contact points; "
+            reason += "use cells smaller than the rigid body"
         if deep > MISSED * mesh.mesh.extent:
             reason = (
-                f"`{touch.rigid.name}` is {1e3 * deep:.2g} mm inside where `{touch.name}` keeps nothing clear of it"
+                f"`{touch.rigid.name}` penetrates by {1e3 * deep:.2g} mm where the contact `{touch.name}` does not act"
             )
             reason += ": choose another `where`"
     return {"contact": found}, reason
@@ -320,7 +321,7 @@ def _distance(shape: Shape) -> rigid_contact_forces.Distance:
     """Return the distance function of a shape at its declared position. Raises NoIndependentFormula."""
     make = DISTANCES.get(type(shape))
     if make is None:
-        raise NoIndependentFormula(f"there is no other formula for the distance to a {type(shape).__name__}")
+        raise NoIndependentFormula(f"no independent distance formula is available for the shape {type(shape).__name__}")
     found: rigid_contact_forces.Distance = make(shape)
     return found
 

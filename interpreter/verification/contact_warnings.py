@@ -95,9 +95,9 @@ def penetration_warnings(
             yield diagnostic(
                 "W659",
                 declared.at("size"),
-                f"facets of `{declared.name}` cut {units.format_value(round_significant(deep, 2), units.LENGTH)} into"
-                f" `{touch.rigid.name}` between their nodes",
-                "too coarse for what presses",
+                f"facets of `{declared.name}` penetrate `{touch.rigid.name}` by "
+                f"{units.format_value(round_significant(deep, 2), units.LENGTH)} between their nodes",
+                "too coarse for the rigid body",
                 _cell_size_remedy(case, touch, mesh, sharpest, deep / most),
             )
 
@@ -108,16 +108,23 @@ def _cell_size_remedy(case: Case, touch: Touch, mesh: Mesh, sharpest: float, tim
     A chord of length h penetrates a round body by h^2 / (8 r), and a sharp edge by a fraction of h.
     """
     if 0.0 < sharpest < _longest_side(case, touch, mesh):
-        return "it may have gone through between them: use cells as fine as the least radius of what presses"
+        return (
+            "use cells no larger than the smallest radius of the rigid body: with the present ones it may "
+            "have passed between the nodes"
+        )
     if not sharpest:
         ratio = f"{round_significant(times, 2):g}"
-        return f"use some {ratio} times finer cells: beside an edge what cuts in goes with their size"
+        return (
+            f"use cells about {ratio} times smaller: next to a sharp edge the penetration is proportional "
+            "to the cell size"
+        )
     finer = (
-        f"{round_significant(times**0.5, 2):g} times finer ones, for what cuts in goes with the square of their size"
+        f"{round_significant(times**0.5, 2):g} times smaller: the penetration is proportional to the "
+        "square of the cell size"
     )
     radius = units.format_value(round_significant(sharpest, 2), units.LENGTH)
-    least = f"cells are as fine as the least radius, {radius}, already: "
-    return f"{least if np.isfinite(sharpest) else ''}use some {finer}"
+    least = f"the cells are already no larger than the smallest radius, {radius}; "
+    return f"{least if np.isfinite(sharpest) else ''}use cells about {finer}"
 
 
 def _longest_side(case: Case, touch: Touch, mesh: Mesh) -> float:
@@ -139,10 +146,11 @@ def contradiction_warnings(
             yield diagnostic(
                 "W660",
                 declared.at("size"),
-                f"`{name}` presses with {round_significant(times, 2):g} times what its area of {area} and its greatest"
-                f" pressure of {most} come to, in `{declared.name}`",
-                "too coarse for an area or a pressure",
-                "use smaller cells, so that a few of them touch: the force is off as well, if by less",
+                f"the contact force of `{name}` is {round_significant(times, 2):g} times its area of "
+                f"{area} times its largest pressure of {most}, in `{declared.name}`",
+                "too coarse for area and pressure",
+                "use smaller cells, so that several of them are in contact: the force is inaccurate "
+                "too, though less so",
             )
 
 
@@ -159,9 +167,9 @@ def gap_warnings(declared: Declared, case: Case, rest: EquilibriumForces) -> Ite
             yield diagnostic(
                 "W661",
                 contact.at("distance" if "distance" in contact.fields else ""),
-                f"the barrier of `{contact.name}` keeps what it touches {left} away, and `{declared.name}` moves by"
-                f" {moved}",
-                "a wide barrier",
-                "what presses seems larger by that: "
-                + ("take a smaller distance, or leave it out" if "distance" in contact.fields else "give a `distance`"),
+                f"the barrier of `{contact.name}` leaves a gap of {left}, while `{declared.name}` moves "
+                f"by only {moved}",
+                "wide contact gap",
+                "the rigid body or other surface acts as if it were larger by this gap: "
+                + ("write a smaller `distance`, or remove it" if "distance" in contact.fields else "add a `distance`"),
             )

@@ -42,7 +42,7 @@ class CurveUnderTest(ProbeResultUnderTest):
     def apart(self, other: ProbeResultUnderTest) -> float:
         """Return how much another solution may change the metric. Raises NoErrorEstimate."""
         if not np.all(np.isfinite(other.u)):
-            raise NoErrorEstimate("another solution is not finite")
+            raise NoErrorEstimate("another solution has values that are not finite")
         return self._of_curves(self._course(other))
 
     def _course(self, of: ProbeResultUnderTest) -> Floats:

@@ -88,7 +88,7 @@ class ErrorEstimate(SolutionUnderTest):
                 with self.budget:
                     parts[name] = float(part(seen))
                 if not math.isfinite(parts[name] or 0.0):
-                    raise NoErrorEstimate("a part of the error is not finite")
+                    raise NoErrorEstimate("part of the error is not finite")
             except NoErrorEstimate as unknown:
                 parts[name] = None
                 reasons.setdefault(str(unknown), []).append(name)
@@ -164,7 +164,9 @@ class ErrorEstimate(SolutionUnderTest):
             from softmark.interpreter.verification.contact_accuracy_limits import singular_pressure
 
             if place := singular_pressure(seen.metric, self.case, seen.at_rest, seen.X):
-                raise NoErrorEstimate(f"it looks at {place}, where every refinement finds a larger pressure")
+                raise NoErrorEstimate(
+                    f"it is evaluated at {place}, where the pressure grows with every mesh refinement"
+                )
         if not any(isinstance(load.thing.action, PointLoad | LineForce) for load in self.case.loads):
             return
         from softmark.interpreter.verification.stress_singularities import (
@@ -177,9 +179,13 @@ class ErrorEstimate(SolutionUnderTest):
             return
         mesh, last = self.prepared.mesh, slice(-1 if seen.metric.last else 0, None)
         if seen.metric.measured_from is None and (load := unbounded_work(seen.metric, self.case, mesh, seen.size)):
-            raise NoErrorEstimate(f"it is or holds the work of `{load.name}`, which grows with every refinement")
+            raise NoErrorEstimate(
+                f"it is or contains the work of `{load.name}`, which grows with every mesh refinement"
+            )
         if load := unbounded_displacement(self.case, mesh, seen.X[last], seen.u[..., last, :]):
-            raise NoErrorEstimate(f"it looks at {place_of(load)}, where displacements grow with every refinement")
+            raise NoErrorEstimate(
+                f"it is evaluated at {place_of(load)}, where displacements grow with every mesh refinement"
+            )
 
     def _model(self, seen: ProbeResultUnderTest) -> float:
         return verifier_of(self.declared.thing).model(self, seen)
@@ -207,7 +213,9 @@ class ErrorEstimate(SolutionUnderTest):
             left = LEFT * seen.apart(seen.moved(self._moving(step)))
         if left > COARSE * seen.beside(left):
             change = 100 * left / LEFT / seen.beside(left)
-            raise NoErrorEstimate(f"it is no equilibrium: the next step would change it by {change:.2g} %")
+            raise NoErrorEstimate(
+                f"the state is not in equilibrium: the next Newton step would change it by {change:.2g} %"
+            )
         return left + LEFT * relative * beyond  # the second term is of second order, like the error after one step
 
     def _reduction(self, seen: ProbeResultUnderTest) -> tuple[float, float]:
@@ -220,14 +228,14 @@ class ErrorEstimate(SolutionUnderTest):
         known = self.result.solve.get("reduced") or {}
         relative, largest = known.get("estimated_error"), known.get("estimated_error_m")
         if relative is None or largest is None:
-            raise NoErrorEstimate("the error of its fields in the equations of the full model is not known")
+            raise NoErrorEstimate("the residual of the reduced model in the equations of the full model is not known")
         return (largest if seen.unit == "m" and not seen.in_forces else relative * seen.size), relative
 
     def _moving(self, step: Floats) -> NodalDisplacementField:
         from softmark.interpreter.models.shared.deformed_mesh import displacement_of
 
         if self.mesh is None:
-            raise NoErrorEstimate("the displacements of its nodes are not known")
+            raise NoErrorEstimate("the nodal displacements are not known")
         return displacement_of(self.mesh.mesh, step)
 
     def _time(self, seen: ProbeResultUnderTest) -> float:
@@ -242,7 +250,7 @@ class ErrorEstimate(SolutionUnderTest):
         ratio = 4.0 if smooth else 2.0  # ratio of errors when the step is doubled
         # a doubled step that does not resolve an amplitude may miss it as this one does
         finer = analysis.explicit or not is_resolved_by_step(self.case, 2.0 * analysis.step)
-        apart = self._stepped(seen, 0.5 if finer else 2.0, "another one")
+        apart = self._stepped(seen, 0.5 if finer else 2.0, "another step")
         return max(STEP * apart * (ratio if finer else 1.0) / (ratio - 1.0), self._of_modes(seen))
 
     def _of_modes(self, seen: ProbeResultUnderTest) -> float:
@@ -261,9 +269,9 @@ class ErrorEstimate(SolutionUnderTest):
         If half the step costs too much, a step twice as long is used, as if the order were one.
         """
         try:
-            return STEP * HALVED * self._stepped(seen, 0.5, "half of it")
+            return STEP * HALVED * self._stepped(seen, 0.5, "half the step")
         except BudgetExceeded:
-            return STEP * self._stepped(seen, 2.0, "another one")
+            return STEP * self._stepped(seen, 2.0, "another step")
 
     def _stepped(self, seen: ProbeResultUnderTest, times: float, another: str) -> float:
         """Return the distance to the solution with a step `times` as long. Raises NoErrorEstimate."""
@@ -272,7 +280,10 @@ class ErrorEstimate(SolutionUnderTest):
         solution, _ = self.solved(f"step {times:g}", self.declared, case, 1.0 / times)
         apart = seen.apart(seen.of(solution))
         if apart > COARSE * seen.size:
-            raise NoErrorEstimate(f"the step is too long to say: {another} is {100 * apart / seen.size:.2g} % away")
+            raise NoErrorEstimate(
+                f"the step is too long for an error estimate: the result with {another} differs by "
+                f"{100 * apart / seen.size:.2g} %"
+            )
         return apart
 
 
@@ -350,7 +361,7 @@ def _estimate_safely(whole: ErrorEstimate, seen: ProbeResultUnderTest) -> Stated
     except Exception as error:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
-        reason = f"stating it stopped with an error ({type(error).__name__}: {error})"
+        reason = f"the error estimate stopped with an error ({type(error).__name__}: {error})"
         return StatedError(reason=reason)
 
 

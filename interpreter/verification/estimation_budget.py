@@ -14,7 +14,7 @@ from softmark.interpreter.verification.probe_errors import NoErrorEstimate
 SOLUTIONS = 2.0  # total budget relative to the cost of the solution
 LEAST = 5.0  # s, least budget
 SLIGHT = 0.25  # s, largest cost of a solution that nobody requested
-NOT_ASKED = "nobody asked for it: `--stated` does"
+NOT_ASKED = "not computed by default; `--stated` does this"
 
 
 class BudgetExceeded(NoErrorEstimate):
@@ -63,7 +63,7 @@ class Budget:
     @property
     def words(self) -> str:
         """Largest allowed cost, as text."""
-        return f"{LEAST:g} s" if SOLUTIONS * self.solution <= LEAST else f"{SOLUTIONS:g} times the solution"
+        return f"{LEAST:g} s" if SOLUTIONS * self.solution <= LEAST else f"{SOLUTIONS:g} times the time of the solution"
 
     @contextmanager
     def reserving(self, solutions: float) -> Iterator[None]:
@@ -92,12 +92,12 @@ class Budget:
         if not self.asked and not (slight and solutions * self.solution <= SLIGHT):
             raise BudgetExceeded(NOT_ASKED)
         if solutions * self.solution > self.left:
-            raise BudgetExceeded(f"it would cost more than {self.words}")
+            raise BudgetExceeded(f"computing it would take more than {self.words}")
 
     def check(self, *_: object) -> None:
         """Raise BudgetExceeded if the budget is spent."""
         if self.left < 0.0:
-            raise BudgetExceeded(f"it costs more than {self.words}")
+            raise BudgetExceeded(f"computing it takes more than {self.words}")
 
 
 def _listener() -> Any:

@@ -80,7 +80,7 @@ def _combine_states(each: Sequence[ExpectationResult], states: Sequence[float]) 
     where = ", ".join(format_state(states[i]) for i in wrong or open_)
     several = "states" if len(wrong or open_) > 1 else "state"
     reason = f"in the {several} {where}: {own.reason}" if open_ and not wrong else None
-    first = ", the number is of the first" if len(wrong) > 1 else ""
+    first = "; the number is that of the first" if len(wrong) > 1 else ""
     reason = f"not met in the {several} {where}{first}" if wrong else reason
     return replace(own, reason=reason, states=verdicts)
 
@@ -115,7 +115,7 @@ class _KnownValues:
         known = self.results[owner].metrics.get(metric)
         if known is None or known.curve is None:
             raise _NoValue(
-                f"{name.text} is not known over time" + (f": {known.reason}" if known and known.reason else "")
+                f"{name.text} has no values over time" + (f": {known.reason}" if known and known.reason else "")
             )
         value = float(np.interp(time, known.curve.x, known.curve.y))
         return Quantity(value, units.parse_unit(known.unit).dimension)
@@ -126,7 +126,7 @@ class _KnownValues:
         result = self.results[owner] if number is None else self.results[owner].each[number]
         known = result.metrics.get(metric)
         if getattr(result, "inverted", 0):
-            raise _NoValue(f"cells of {owner} are inside out (W351), so that {name.text} is a number of no solid")
+            raise _NoValue(f"cells of {owner} are inverted (W351), so {name.text} has no physical meaning")
         if known is None or known.value is None:
             raise _NoValue(f"{name.text} has no value" + (f": {known.reason}" if known and known.reason else ""))
         return Quantity(known.value, units.parse_unit(known.unit).dimension)

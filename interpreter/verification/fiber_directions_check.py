@@ -35,7 +35,9 @@ def fiber_vectors(direction: Any, X: Floats) -> tuple[Floats, Floats | None]:
             return np.stack([constant_values(part, X) for part in parts], axis=1), None
         case tuple():
             return np.broadcast_to(np.array(direction, dtype=float), X.shape), None
-    raise NoIndependentFormula(f"there is no other formula for fibres by {type(direction).__name__}")
+    raise NoIndependentFormula(
+        f"no independent formula is available for fibre directions of the type {type(direction).__name__}"
+    )
 
 
 def helix_vectors(rule: Helix, X: Floats) -> tuple[Floats, Floats]:
@@ -140,7 +142,9 @@ def _active_strain_mixed(
     law = muscle.law
     plain = None if _is_directed(law) else split_law(law, "finite", law.young, law.poisson)
     if plain is None and not _is_directed(law):
-        raise NoIndependentFormula(f"a {type(law).__name__} does not come apart into shape and volume")
+        raise NoIndependentFormula(
+            f"the material {type(law).__name__} cannot be split into isochoric and volumetric parts"
+        )
 
     def apart(X: Floats) -> SplitLaw:
         split = fiber_axes_by_differences.split_off_pressure(law, axes_of(law)(X)) if plain is None else plain

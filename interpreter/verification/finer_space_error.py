@@ -90,9 +90,9 @@ class FinerState:
             self.budget.grow(left - self.budget.left)
             values = lowest_frequencies(*self.solver, M, modes)[:count]
         except (ModesNotFound, StateLost, Singular, Undefined) as error:
-            raise NoErrorEstimate(str(error) or "the finer space has no modes") from error
+            raise NoErrorEstimate(str(error) or "the finer space has no vibration modes") from error
         if not values[0] > 0.0:
-            raise NoErrorEstimate("the finer space has no slowest mode: its state is unstable")
+            raise NoErrorEstimate("the state is unstable on the finer space, so there is no lowest frequency")
         found: Floats = np.sqrt(values) / (2.0 * np.pi)
         return found
 
@@ -131,11 +131,13 @@ def solve_finer_space(
         else:
             state = solve_on_finer_space(problem.assembly, x, coarse, budget.check)
     except NotConverged as error:
-        raise NoErrorEstimate(f"the finer space has no equilibrium near ({error.reason})") from error
+        raise NoErrorEstimate(
+            f"no equilibrium was found on the finer space near this state ({error.reason})"
+        ) from error
     except (UnmatchedFaces, StateLost, Singular) as error:
-        raise NoErrorEstimate(str(error) or "the cells of its mesh do not match across their faces") from error
+        raise NoErrorEstimate(str(error) or "the cells of the mesh do not match across their faces") from error
     if not problem.sound(state):
-        raise NoErrorEstimate("cells of the finer space are inside out")
+        raise NoErrorEstimate("cells of the finer space are inverted")
     return FinerState(thing, case, above, static, state, coarse, budget)
 
 
@@ -149,9 +151,7 @@ def _must_be_worth(assembly: Assembly, solved: DeformedMesh, budget: Budget) -> 
 
 def _must_be_elastic(case: Case) -> None:
     if case.remembered:
-        raise NoErrorEstimate(
-            "with friction a state depends on those before it, which a finer space has not gone through"
-        )
+        raise NoErrorEstimate("friction depends on the earlier states, which were not computed on the finer space")
 
 
 def _must_fit(needed: float) -> None:
@@ -159,7 +159,7 @@ def _must_fit(needed: float) -> None:
     free = resource_limits.available_memory()
     if needed > SHARE * free:
         gigabytes = f"about {needed / 1e9:.2g} GB of memory, and {max(free, 0.0) / 1e9:.2g} GB are free"
-        raise NoErrorEstimate(f"a finer space would take {gigabytes}")
+        raise NoErrorEstimate(f"a finer space would need {gigabytes}")
 
 
 def displacement_field(model: Fem, case: Case, mesh: DeformedMesh) -> CachedField:
@@ -234,5 +234,7 @@ def solve_on_same_mesh(
     try:
         result = equilibrium(replace(static.problem, start=static.unknowns.begun(u), watch=budget.check))
     except NotConverged as error:
-        raise NoErrorEstimate(f"the same with its best strain has no solution ({error.reason})") from error
+        raise NoErrorEstimate(
+            f"the same model with its most accurate strain measure has no solution ({error.reason})"
+        ) from error
     return solution_of_state(static, case, result.x)

@@ -71,7 +71,10 @@ def _verify(scene: Scene, declared: Declared, case: Case, prepared: Prepared, so
     except Exception as error:  # a failing check does not invalidate the solution
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
-        found, reason = {"residual": None, "reason": f"the check stopped: {type(error).__name__}: {error}"}, None
+        found, reason = (
+            {"residual": None, "reason": f"the verification stopped with an error: {type(error).__name__}: {error}"},
+            None,
+        )
     facts = facts | {"checks": to_plain_json(found)}
     if reason is not None:
         return _failed(replace(solution, facts=facts), reason)
@@ -94,7 +97,7 @@ def _not_finite(solution: Solution) -> str | None:
     if mesh is not None and not solid_forces.is_finite([np.asarray(mesh.displacement)]):
         return "the displacements are not finite numbers"
     if mesh is not None and mesh.frames is not None and not solid_forces.is_finite([mesh.frames]):
-        return "the displacements on the way are not finite numbers"
+        return "the displacements at intermediate times are not finite numbers"
     if mesh is not None and mesh.pressures is not None and not solid_forces.is_finite([mesh.pressures]):
         return "the pressures are not finite numbers"
     if history is None:
@@ -120,9 +123,11 @@ def tolerance_warnings(scene: Scene, models: Mapping[str, ModelResult]) -> list[
             continue
         gaps = (b - a for a, b in pairwise(values) if b - a > SEEN * abs(b))
         if (least := min(gaps, default=math.inf)) <= tolerance:
-            return [_tolerance_warning(analysis, f"tell models apart that differ by {100 * least:.2g} % in `{name}`")]
+            return [
+                _tolerance_warning(analysis, f"resolve a difference of {100 * least:.2g} % between models in `{name}`")
+            ]
         if values and values[0] <= tolerance:
-            return [_tolerance_warning(analysis, f"vouch for an error of {100 * values[0]:.2g} % in `{name}`")]
+            return [_tolerance_warning(analysis, f"resolve an error of {100 * values[0]:.2g} % in `{name}`")]
     return []
 
 
@@ -131,8 +136,8 @@ def _tolerance_warning(analysis: Declared, what: str) -> Diagnostic:
         "W352",
         analysis.at("tolerance"),
         f"a tolerance of {analysis.thing.tolerance:.0e} cannot {what}",
-        "solved less well than it is read",
-        "use a tolerance well below the differences that matter; the usual one is 1e-8",
+        "coarser than the compared differences",
+        "write a tolerance well below the differences of interest; the usual value is 1e-8",
     )
 
 
@@ -162,7 +167,9 @@ def _check_forces(
         off, support = support_deviation(case, solution.mesh)
         found |= {"misplaced": off}
         if support is not None:
-            return found, f"`{support}` does not hold the body where it should: {off:.1e} of its size is lacking"
+            return found, (
+                f"`{support}` does not hold the body where it should: the deviation is {off:.1e} of the body size"
+            )
     if not case.uniform and solution.mesh is not None and solution.mesh.kind in CELLS and declared.thing.graded:
         from softmark.interpreter.verification.heterogeneous_constants_check import check_integrals
 
@@ -177,7 +184,7 @@ def _check_forces(
         return _check_balance(verifier, looked, {"residual": None, "reason": str(reason), **found})
     found = {"residual": result.residual, "rounding": result.rounding, "nodes": result.nodes, **found}
     if not math.isfinite(result.residual):
-        return found, "the forces of its solution are not finite numbers"
+        return found, "the computed forces are not finite numbers"
     # meeting the tolerance is sufficient, even if the solver claimed more
     whole = (
         solution.status == "converged" and declared.thing.reduces is None
@@ -188,8 +195,8 @@ def _check_forces(
     if claimed is None or result.residual <= allowed:
         return _check_balance(verifier, looked, found)
     problem = (
-        f"its forces do not balance: found again by other formulas, {result.residual:.1e} of the loads is left, where "
-        f"the solver says {claimed:.1e}"
+        f"its forces do not balance: independent formulas leave a residual of {result.residual:.1e} of "
+        f"the loads, while the solver reports {claimed:.1e}"
     )
     return found, problem
 
@@ -226,22 +233,24 @@ def _inverted_cell_warnings(declared: Declared, solution: Solution, found: Mappi
     yield diagnostic(
         "W351",
         declared.at(),
-        f"`{declared.name}` has {found['inverted']} of {found['of_cells']} cells inside out",
-        "folded",
-        "matter cannot do that; near those cells the displacements are those of no solid",
+        f"{found['inverted']} of {found['of_cells']} cells of `{declared.name}` are inverted",
+        "inverted cells",
+        "inverted cells are physically impossible; do not trust the displacements near them",
     )
 
 
 def _unverified_warnings(declared: Declared, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
     """Yield a warning for each force or contact that could not be verified, for whatever reason."""
     if found.get("residual", 0.0) is None:
-        yield _unverified_warning(declared, f"the forces of `{declared.name}` were not found again: {found['reason']}")
+        yield _unverified_warning(
+            declared, f"the forces of `{declared.name}` could not be verified independently: {found['reason']}"
+        )
     elif "reason" in (pressed := found.get("pressed", {})):
-        what = f"what loads press rigid bodies with in `{declared.name}` was not found again"
+        what = f"the force of loads on rigid bodies in `{declared.name}` could not be verified independently"
         yield _unverified_warning(declared, f"{what}: {pressed['reason']}")
     for name, contact in found.get("contact", {}).items():
         if "reason" in contact and found.get("residual", 0.0) is not None:
-            what = f"whether `{declared.name}` lies within the rigid body of `{name}` was not looked at"
+            what = f"the penetration between `{declared.name}` and the rigid body of `{name}` could not be checked"
             yield _unverified_warning(declared, f"{what}: {contact['reason']}")
 
 
@@ -250,6 +259,6 @@ def _unverified_warning(declared: Declared, what: str) -> Diagnostic:
         "W353",
         declared.at(),
         what,
-        "not checked by other formulas",
-        "its answer stands on the word of its solver alone; compare it with another model",
+        "not verified independently",
+        "compare the result with that of another model",
     )

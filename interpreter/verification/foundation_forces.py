@@ -33,7 +33,9 @@ def foundation_forces(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[s
     for bed in case.beds:
         found[bed.name], left = _forces_of_foundation(bed, case, mesh, u)
         if left > MOST_UNSURE * float(np.abs(found[bed.name]).sum()):
-            raise NoIndependentFormula("the border of what lies on a bed is too involved to be followed again")
+            raise NoIndependentFormula(
+                "the border of the surface on the foundation is too complex to be integrated independently"
+            )
         unsure += left
     return found, unsure
 

@@ -48,7 +48,7 @@ class FrequencyUnderTest(ProbeResultUnderTest):
         except Undefined as undefined:
             raise NoErrorEstimate(f"{NO_ERROR}: {undefined}") from undefined
         if len(found) < self.metric.mode:
-            raise NoErrorEstimate(f"a coarser one has {len(found)} modes")
+            raise NoErrorEstimate(f"a coarser model has only {len(found)} modes")
         return float(found[-1])
 
     def lost(self, materials: tuple[Any, ...], far: float, cell: float) -> float:
@@ -64,7 +64,9 @@ class FrequencyUnderTest(ProbeResultUnderTest):
         ratio = fastest / (2.0 * math.pi * self.tone) if self.tone > 0.0 else math.inf
         found = 10.0 * EPS * (far / cell + ratio**2)
         if not found <= COARSE:
-            raise NoErrorEstimate("it is so slow beside what cells do that rounding may take all of it")
+            raise NoErrorEstimate(
+                "the frequency is so low compared with those of single cells that it may be rounding error only"
+            )
         return found * self.tone
 
     def of(self, solution: Solution) -> ProbeResultUnderTest:

@@ -32,10 +32,10 @@ def friction_tractions(
     """
     own = mesh.rubbed.get(touch.name)
     if own is None or own.points is None:
-        raise NoIndependentFormula(f"what the friction of `{touch.name}` remembers is not known")
+        raise NoIndependentFormula(f"the friction history of `{touch.name}` is not known")
     which = rigid_friction_forces.match_points(*points, own.points.of, own.points.shares)
     if np.any((which < 0) & (p > 0.0)):
-        raise NoIndependentFormula(f"`{touch.name}` presses where its friction remembers nothing")
+        raise NoIndependentFormula(f"`{touch.name}` is in contact at points that have no friction history")
     held = rigid_friction_forces.move_points(own.anchors[which], *rigid_motion(touch))
     if flat:
         held = held * (1.0, 1.0, 0.0)

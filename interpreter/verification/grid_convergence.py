@@ -42,4 +42,7 @@ def _error_ratio(ratio: float, order: float) -> float:
 def must_be_close(apart: Sequence[float], size: float, limit: float = COARSE) -> None:
     """Raise NoErrorEstimate if two grids differ by more than a fraction of the `size` of the result."""
     if max(apart) > limit * size:
-        raise NoErrorEstimate(f"the mesh is too coarse to say: another one is {100 * max(apart) / size:.2g} % away")
+        raise NoErrorEstimate(
+            "the mesh is too coarse for an error estimate: the result on another mesh differs by "
+            f"{100 * max(apart) / size:.2g} %"
+        )

@@ -46,7 +46,9 @@ def constant_values(constant: Any, X: Floats) -> Floats:
         some = np.linspace(0, len(X) - 1, min(LOOKED, len(X))).astype(int)
         plain = np.array([constant.value(tuple(map(float, X[i]))) for i in some])
         if not np.allclose(found[some], plain, rtol=AGREE, atol=0.0):
-            raise ValueError(f"`{constant.name}` comes to other numbers one by one than all at once")
+            raise ValueError(
+                f"`{constant.name}` has different values when evaluated point by point and for all points at once"
+            )
     return found
 
 
@@ -85,13 +87,13 @@ def check_integrals(case: Case, mesh: DeformedMesh, pressures: bool) -> tuple[di
             off = _volumes_off(seen, part)
             worst = max(worst, off)
             if off > OFF and reason is None:
-                reason = f"the points by which `{name}` is integrated miss the volume of a cell by {100 * off:.2g} %"
+                reason = f"the quadrature points of `{name}` miss the volume of a cell by {100 * off:.2g} %"
             for cell in _sample_cells(seen, len(part.cells)):
                 off, allowed = _compare_cell(rows, seen, part, cell)
                 worst = max(worst, off)
                 if off > allowed and reason is None:
-                    reason = (f"the integral of `{name}` over a cell is {100 * off:.2g} % away from what another "
-                              f"quadrature finds")  # fmt: skip
+                    reason = (f"the integral of `{name}` over a cell differs by {100 * off:.2g} % from that "
+                              "of an independent quadrature")  # fmt: skip
     return {"integrals_off": worst}, reason
 
 

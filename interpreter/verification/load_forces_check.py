@@ -54,7 +54,7 @@ def load_forces(case: Case, mesh: DeformedMesh, u: Floats, small: bool, mass: st
     for load in case.loads:
         found, left = _load(load.thing.action, case, mesh, u, small, mass)
         if left > MOST_UNSURE * float(np.abs(found).sum()):
-            raise NoIndependentFormula("the border of what is loaded is too involved to be followed again")
+            raise NoIndependentFormula("the border of the loaded area is too complex to be integrated independently")
         total += found
         unsure += left
     return total, unsure
@@ -86,7 +86,7 @@ def _load(action: Any, case: Case, mesh: DeformedMesh, u: Floats, small: bool, m
             from softmark.interpreter.verification import point_and_line_loads_check  # only imported for these loads
 
             return point_and_line_loads_check.point_or_line_forces(action, case, mesh)
-    raise NoIndependentFormula(f"there is no other formula for a load that acts as {type(action).__name__}")
+    raise NoIndependentFormula(f"no independent formula is available for loads of the type {type(action).__name__}")
 
 
 def _density(case: Case) -> Any:
@@ -185,7 +185,7 @@ def _sweep_sides(where: Condition, case: Case, mesh: Mesh) -> Iterator[Swept]:
     corners = mesh.points[facets]
     told = mesh.selections.get(where)
     if told is not None and told.remainder > MOST_UNSURE * told.area:  # the open share is reported already
-        raise NoIndependentFormula("the border of what is loaded runs along the surface")
+        raise NoIndependentFormula("the border of the loaded area runs along the surface")
     extent = float(np.sqrt((np.ptp(mesh.points, axis=0) ** 2).sum()))
     empty = True
     for condition, which, out in _conditions_by_facets(case, mesh, where):
@@ -195,7 +195,7 @@ def _sweep_sides(where: Condition, case: Case, mesh: Mesh) -> Iterator[Swept]:
         yield facets[which[whole]], (facets[which[f]], xi, w), (facets[which[g]], left)
         empty = empty and not (len(whole) or len(f))
     if empty:
-        raise NoIndependentFormula("the part of the surface that is loaded is smaller than what is looked for")
+        raise NoIndependentFormula("the loaded area is too small to be found independently")
 
 
 def sample_facets(facets: Ints) -> Iterator[Points]:

@@ -181,23 +181,23 @@ def stability_warnings(declared: Declared, found: Mapping[str, Any]) -> Iterator
     """Yield a warning if a law loses ellipticity, or else stability."""
     if (known := found.get("gives_way")) is not None:
         less = found.get("drucker")
-        more = f"; of {_share(less)} it is not stable after Drucker in Hencky's strain" if less is not None else ""
+        more = f"; Drucker's stability (Hencky strain) is violated in {_share(less)}" if less is not None else ""
         yield diagnostic(
             "W366",
             declared.at(),
-            f"the law of `{declared.name}` gives way in {_share(known)}, most at {_where(known)}",
-            f"not strongly elliptic there{more}",
-            "strain gathers in bands as thin as its cells, and what is found depends on them: use a law that holds "
-            "there",
+            f"the law of `{declared.name}` loses ellipticity in {_share(known)}, most at {_where(known)}",
+            f"not strongly elliptic{more}",
+            "strain localizes in bands one cell wide, so the result depends on the mesh: use a law that "
+            "is elliptic at these strains",
         )
     elif (known := found.get("drucker")) is not None:
         yield diagnostic(
             "W385",
             declared.at(),
-            f"the law of `{declared.name}` is not stable after Drucker in {_share(known)}, most at {_where(known)}",
-            "its stress falls there while strain grows",
-            "Kirchhoff's stress against Hencky's strain: a body of that law may have several answers; use constants "
-            "that are fitted to such strains, or another law",
+            f"the law of `{declared.name}` violates Drucker's stability in {_share(known)}, most at {_where(known)}",
+            "stress decreases as strain increases",
+            "this compares Kirchhoff stress with Hencky strain; the body may have several equilibria: "
+            "use constants fitted at such strains, or another law",
         )
 
 

@@ -116,10 +116,10 @@ def step_warnings(
         diagnostic(
             "W420",
             declared.at(),
-            f"the time step of `{declared.name}` leaves an error of {' and '.join(map(_in_words, wrong[:3]))}",
+            f"the time step of `{declared.name}` causes an error of {' and '.join(map(_in_words, wrong[:3]))}",
             f"a step of {units.format_value(analysis.step, units.TIME)}",
-            f"vibrations with a period of {period} carry it, {worst.period / analysis.step:.2g} steps long: try a step"
-            f" of {better} or less",
+            f"vibrations with a period of {period} dominate, resolved by "
+            f"{worst.period / analysis.step:.2g} steps per period: use a step of {better} or less",
         ),
     )
 

@@ -73,7 +73,7 @@ def _within_cells(mesh: Mesh, X: Floats) -> tuple[Ints, Floats]:
     N[inside] = own[inside]
     away = np.linalg.norm(np.einsum("na,nai->ni", N, corners) - X, axis=1)
     if np.any(away > CLOSE * mesh.extent) or np.any(np.abs(N.sum(axis=1) - 1.0) > SAME):
-        raise NoIndependentFormula("a point that a force acts at lies outside the mesh")
+        raise NoIndependentFormula("a point force acts outside the mesh")
     return place.nodes, N
 
 

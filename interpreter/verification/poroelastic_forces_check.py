@@ -30,7 +30,7 @@ def fluid_forces(case: Case, mesh: DeformedMesh, u: Floats, small: bool) -> tupl
     """
     past: Any = getattr(mesh, "past", None)
     if past is None or mesh.pressures is None:
-        raise NoIndependentFormula("how it came there is not known")
+        raise NoIndependentFormula("the deformation history is not known")
     k0, n, M, s = (getattr(case.material, f) for f in ("permeability", "exponent", "stiffening", "solid"))
 
     def permeable(J: Floats) -> Floats:

@@ -30,7 +30,7 @@ Floats = NDArray[np.float64]
 Field = Callable[[Floats], Floats]
 
 TRIFLE = 1e-6  # relative to forces in the body: smaller values are solver and rounding errors
-NO_ERROR = "no error of this metric can be stated"
+NO_ERROR = "no error estimate is available for this metric"
 
 
 class NoErrorEstimate(Exception):
@@ -204,7 +204,7 @@ class ProbeResultUnderTest:
         Raises NoErrorEstimate.
         """
         if not np.all(np.isfinite(other.u)):
-            raise NoErrorEstimate("another solution is not finite")
+            raise NoErrorEstimate("another solution has values that are not finite")
         if self.metric is None or self.times is not None:
             return self._norm(other)
         if isinstance(self.metric, ForceMetric):
@@ -216,7 +216,7 @@ class ProbeResultUnderTest:
         if self.metric.measured_from is None:
             return abs(self._measured(other, None) - self.value)
         if self.metric.summed_by.endswith("sd"):
-            raise NoErrorEstimate(f"{NO_ERROR}: a spread is no distance of two solutions")
+            raise NoErrorEstimate(f"{NO_ERROR}: a standard deviation does not measure the distance of two solutions")
         return self._measured(other, ReferenceData(self.view.name if self.view else "", self.u, self.field))
 
     def change(self, other: ProbeResultUnderTest) -> float:
@@ -264,7 +264,7 @@ class ProbeResultUnderTest:
     def _norm(self, other: ProbeResultUnderTest) -> float:
         size = float(np.linalg.norm(self.u))
         if size == 0.0:
-            raise NoErrorEstimate("the probe does not move, so nothing is relative to it")
+            raise NoErrorEstimate("the probe does not move, so there is no relative error")
         return float(np.linalg.norm(other.u - self.u)) / size
 
     def _distance(self, other: ProbeResultUnderTest) -> float:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 EXACT = 1e-8  # relative to the largest load: allowed imbalance
 AGREES = 2.0  # allowed ratio to the solver's residual
 ROUNDING = 100.0  # multiple of eps times nodal forces
-UNTURNED = "internal forces of cells that turn as a whole (`rotation = element`) have a moment: it is left over"
+UNTURNED = "with `rotation = element` the internal forces have a net moment, so moments are not balanced exactly"
 
 
 def check_balance(verifier: Verifier, found: VerifiedSolution) -> tuple[dict[str, Any], str | None]:
@@ -48,7 +48,7 @@ def check_balance(verifier: Verifier, found: VerifiedSolution) -> tuple[dict[str
     if unknown is None and scale != 0.0:  # rigidly rotated cells have forces below rounding
         allowed += verifier.rounding(found)
     if scale <= noise:  # only rounding if the body moves rigidly
-        why = "what acts is less than rounding leaves" if scale > 0.0 else "nothing acts"
+        why = "the loads are below rounding error" if scale > 0.0 else "no load acts"
         nothing = {"force": 0.0, "moment": 0.0, "allowed": 0.0, "apart": None, "reason": why}
         return {"reactions": nothing}, None
     within = {pair.name for pair in found.case.pairs}  # of whose forces those on one side are told
@@ -60,8 +60,8 @@ def check_balance(verifier: Verifier, found: VerifiedSolution) -> tuple[dict[str
         facts["note"] = UNTURNED
     if not max(force, moment if carried.turns_freely else 0.0) * scale <= allowed:
         reason = (
-            f"its supports and loads do not balance: {force:.1e} of the largest load is left of forces, and "
-            f"{moment:.1e} of it times the extent of the body of moments"
+            f"supports and loads do not balance: the net force is {force:.1e} of the largest load, and "
+            f"the net moment is {moment:.1e} of it times the extent of the body"
         )
         if force * scale <= allowed:
             reason += _pair_moment_note(found)
@@ -71,7 +71,9 @@ def check_balance(verifier: Verifier, found: VerifiedSolution) -> tuple[dict[str
         _reaction_distance(carried, own, again, scale) for own in (known, _rounded_reactions(found, carried) or known)
     )
     if reason is None and not apart * scale <= max(allowed, _unverified_share(found.case) * scale) + noise:
-        reason = f"the reaction of a support is {apart:.1e} of the largest load away from what other formulas find"
+        reason = (
+            f"the reaction of a support differs by {apart:.1e} of the largest load from that of independent formulas"
+        )
     return {"reactions": facts | {"apart": apart}}, reason
 
 
@@ -95,9 +97,12 @@ def _pair_moment_note(found: VerifiedSolution) -> str:
     """
     for pair in found.case.pairs:
         if isinstance(pair.thing, Tied):
-            return f"; what `{pair.name}` ties across a gap has a moment: let the surfaces meet before deformation"
+            return (
+                f"; the tie constraint `{pair.name}` across a gap causes a net moment: let the surfaces "
+                "meet before deformation"
+            )
         if getattr(found.declared.thing, "strain", None) == "small":
-            return f"; in small strain what slides along `{pair.name}` leaves one: take `strain = finite`"
+            return f"; with small strain, sliding along `{pair.name}` causes a net moment: write `strain = finite`"
     return ""
 
 

@@ -52,9 +52,9 @@ class Limit:
 
     def words(self) -> str:
         """Return the limit as text: `quads: order 1.93, within 0.01 mm`."""
-        order = "no order" if self.order is None else f"order {self.order:.2f}"
+        order = "order unknown" if self.order is None else f"order {self.order:.2f}"
         doubt = f" ({self.doubt})" if self.doubt else ""
-        return f"{self.name}: {order}{doubt}, within {units.format_value(self.estimate, units.LENGTH)}"
+        return f"{self.name}: {order}{doubt}, error at most {units.format_value(self.estimate, units.LENGTH)}"
 
 
 @dataclass(frozen=True)
@@ -121,11 +121,11 @@ def extrapolate_limit(family: Family, where: SamplePoints) -> Limit:
 def _not_asymptotic(order: float, family: Family, where: SamplePoints, changes: list[Floats]) -> str | None:
     """Return why a family is not in the asymptotic range, or None."""
     if not LOWEST <= order <= family.formal + ABOVE:
-        return f"far from the {family.formal:g} of theory"
+        return f"far from the theoretical order {family.formal:g}"
     coarse, fine = changes[-2:]
     norms = where.mean_square(coarse) * where.mean_square(fine)
     if norms > 0 and where.inner(coarse, fine) < ALIGNED * norms:
-        return "successive changes do not point to one limit"
+        return "successive changes do not point towards one limit"
     return None
 
 
@@ -185,16 +185,16 @@ def combine_limits(limits: Sequence[Limit], where: SamplePoints) -> tuple[Limit,
     for (a, u), (b, v) in combinations(zip(limits, fields, strict=True), 2):
         apart = largest_norm(u - v)
         if apart > APART * (a.estimate + b.estimate):
-            raise NoLimit(f"its methods contradict each other: they are {units.format_value(apart, units.LENGTH)} "
-                            f"apart; {a.words()}; {b.words()}")  # fmt: skip
+            raise NoLimit("the limits of its methods contradict each other: they differ by "
+                          f"{units.format_value(apart, units.LENGTH)}; {a.words()}; {b.words()}")  # fmt: skip
     best = min(range(len(limits)), key=lambda i: limits[i].estimate)
     error = max(limits[best].estimate, *(largest_norm(u - fields[best]) for u in fields))
     whole = largest_norm(fields[best])
     if error > LARGEST * whole:
         told = "; ".join(own.words() for own in limits)
         size, most = units.format_value(error, units.LENGTH), units.format_value(whole, units.LENGTH)
-        raise NoLimit(f"its error of {size} is more than {100 * LARGEST:g} % of the largest displacement, {most}; "
-                        f"{told}; refine further")  # fmt: skip
+        raise NoLimit(f"its error of {size} is more than {100 * LARGEST:g} % of the largest displacement, "
+                      f"{most}; {told}; add smaller sizes")  # fmt: skip
     return limits[best], error
 
 
@@ -263,7 +263,7 @@ def _support_mismatch(case: Case, members: Sequence[Member]) -> str | None:
         for name, own in select_supports(case, member.mesh).items():
             if own.held < 1.0 or own.beyond > 0.0:
                 size = units.format_value(member.size, units.LENGTH)
-                return f"cells of {size} hold {100 * own.held:.3g} % of what `{name}` selects"
+                return f"cells of {size} hold only {100 * own.held:.3g} % of the part that `{name}` selects"
     return None
 
 
@@ -277,7 +277,7 @@ def _member(method: Method, size: float, workshop: BuildContext) -> Member:
     solution: Solution = prepared.solve(lambda iteration: None)
     spent = {"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}
     if solution.displacement is None or solution.mesh is None:
-        where = f"`{declared.name}` at a size of {units.format_value(size, units.LENGTH)}"
+        where = f"`{declared.name}` with size {units.format_value(size, units.LENGTH)}"
         raise NoLimit(f"{where} has no solution: {solution.message}")
     mesh = solution.mesh.mesh
     actual = float(mesh.volumes.sum() / len(mesh.cells)) ** (1 / 3)
@@ -309,5 +309,5 @@ def _facts(
             "doubt": own.doubt,
             "members": [{"size": m.size, "cell": m.actual, **m.facts} for m in family],
         }
-    notes = ["shares the solver with what it judges: checks the discretisation, not the code"]
+    notes = ["computed by the same solver as the models: it checks the discretisation, not the code"]
     return {"methods": found, "taken": best.name, "notes": notes}

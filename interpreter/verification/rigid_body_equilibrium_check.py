@@ -44,7 +44,9 @@ def check_rigid_bodies(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[
     if left <= EXACT * size + case.analysis.tolerance * size + unsure:
         return facts, None
     name = first.rigid.name
-    return facts, f"what `{name}` meets does not bear it: {left / size:.1e} of the forces on it is left over"
+    return facts, (
+        f"the contact forces on `{name}` do not balance its loads: {left / size:.1e} of the forces on it is left"
+    )
 
 
 def _loads(touch: Touch) -> Floats:
@@ -62,7 +64,9 @@ def _loads(touch: Touch) -> Floats:
         mass = thing.mass
         if mass is None and thing.density is not None:
             if (volume := thing.shape.volume) is None:
-                raise NoIndependentFormula(f"there is no other formula for the volume of `{touch.rigid.name}`")
+                raise NoIndependentFormula(
+                    f"no independent formula is available for the volume of `{touch.rigid.name}`"
+                )
             mass = thing.density * volume
         found.append((mass or 0.0) * action.acceleration[touch.along])
     return np.array(found)

@@ -25,7 +25,9 @@ def rounding_error(
     """Return the rounding error in the metric's unit. Raises NoErrorEstimate."""
     facts, (far, cell) = result.solve, _coordinate_range(case, mesh, cells, seen)
     if EPS * far > LOST * cell:
-        raise NoErrorEstimate(f"it lies so far from the origin that rounding takes {EPS * far / cell:.1g} of a cell")
+        raise NoErrorEstimate(
+            f"it is so far from the origin that rounding errors reach {EPS * far / cell:.1g} of a cell"
+        )
     if isinstance(seen, FrequencyUnderTest):
         return seen.lost(representative_materials(case, None if mesh is None else mesh.mesh), far, cell)
     if facts.get("rounding") is not None:
@@ -40,7 +42,9 @@ def rounding_error(
     lost = EPS * far / (cell * strain) if strain > 0.0 else math.inf
     found = 10.0 * (max(USUAL, float(checks.get("rounding") or 0.0)) + lost)
     if not found <= COARSE:
-        raise NoErrorEstimate("its strain is so small beside its coordinates that rounding may take all of it")
+        raise NoErrorEstimate(
+            "its displacements are so small compared with its coordinates that strains may be rounding error only"
+        )
     return found * seen.acting
 
 

@@ -49,8 +49,10 @@ def pair_forces(case: Case, mesh: DeformedMesh, u: Floats) -> dict[str, Floats]:
             )
         apart = float(np.linalg.norm(g + again.ravel()))
         if apart > AGREE * float(np.linalg.norm(g)) + little:
-            raise NoIndependentFormula(f"the forces of `{name}` are {apart / float(np.linalg.norm(g)):.1e} of them "
-                            "away from those of other formulas, which vouch for no less")  # fmt: skip
+            off = apart / float(np.linalg.norm(g))
+            raise NoIndependentFormula(
+                f"the forces of `{name}` differ by {off:.1e} (relative) from those of independent formulas"
+            )
         if pair.rubs:
             g -= _friction_forces(name, pair, mesh, u.ravel())
         found[name] = -g.reshape(-1, 3)
@@ -137,7 +139,7 @@ def _friction_forces(name: str, pair: Any, mesh: DeformedMesh, u: Floats) -> Flo
 
     own, skin, pressing = mesh.rubbed.get(name), pair.skin, pair.pressing
     if own is None or own.anchors.s.shape[0] != skin.points:
-        raise NoIndependentFormula(f"what the friction of `{name}` remembers is not known")
+        raise NoIndependentFormula(f"the friction history of `{name}` is not known")
     which = np.flatnonzero(own.anchors.n.any(axis=1))
     V = skin.places(u)
     p, x = V[skin.corners + which], V[: skin.corners]

@@ -93,7 +93,7 @@ class SolutionUnderTest:
 
         solution, size = self.once(key, solve)
         if solution.displacement is None:
-            raise NoErrorEstimate(f"the same on another mesh has no solution ({solution.message})")
+            raise NoErrorEstimate(f"the same model on another mesh has no solution ({solution.message})")
         return solution, size
 
     @property
@@ -110,7 +110,7 @@ class SolutionUnderTest:
         """Return the deformed mesh for work that `costs` so many times the solution. Raises NoErrorEstimate."""
         self.budget.must_hold(costs)
         if self.mesh is None:
-            raise NoErrorEstimate("the displacements of its nodes are not known")
+            raise NoErrorEstimate("the nodal displacements are not known")
         return self.mesh
 
     def next_step(self) -> Floats | None:
@@ -136,7 +136,7 @@ class SolutionUnderTest:
     def state(self) -> Floats:
         """Displacements of all nodes (3 n,), m."""
         if self.mesh is None:
-            raise NoErrorEstimate("the displacements of its nodes are not known")
+            raise NoErrorEstimate("the nodal displacements are not known")
         return np.ascontiguousarray(self.mesh.displacement, dtype=np.float64).ravel()
 
     def tangent(self) -> tuple[Any, Any]:
@@ -146,7 +146,7 @@ class SolutionUnderTest:
         def find() -> tuple[Any, Any]:
             assembly = self._full
             if assembly is None:
-                raise NoErrorEstimate("its stiffness is not that of displacements alone")
+                raise NoErrorEstimate("its stiffness does not depend on displacements only")
             try:
                 return assembly, factor(assembly.tangent(self.state, 1.0), symmetric=assembly.conservative)
             except Singular as error:

@@ -65,11 +65,11 @@ def converged_mesh_error(answer: SolutionUnderTest, seen: ProbeResultUnderTest, 
     metric = seen.metric
     assert isinstance(metric, TensorMetric)
     if place := singular_stress(metric, answer.case, answer.prepared.mesh, seen.place.looked_at(metric.over)):
-        raise NoErrorEstimate(f"it looks at {place}, where every refinement finds a larger stress")
+        raise NoErrorEstimate(f"it is evaluated at {place}, where the stress grows with every mesh refinement")
     found = verifier.discretisation(answer, seen)
     if found > HOPELESS * seen.size or (found > UNSETTLED * seen.size and verifier.is_singular(answer, seen)):
         raise NoErrorEstimate(
-            f"it is not settled: refinement may change it by {100 * found / seen.size:.2g} % and more"
+            f"it has not converged: refinement may change it by {100 * found / seen.size:.2g} % or more"
         )
     return found
 
@@ -97,7 +97,7 @@ def _singular_points(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
         yield _describe_edge(case, mesh, punched, whole=False), mesh.points[punched]
     ends = _interface_ends(case, mesh, facets, held) if sideways and case.parts else rim[:0]
     if len(ends):
-        yield "the edge where parts of different materials end on the surface", mesh.points[ends]
+        yield "the edge where regions of different materials meet at the surface", mesh.points[ends]
     for load in case.loads:
         if isinstance(load.thing.action, PointLoad):
             yield place_of(load), np.array([load.thing.action.at])
@@ -190,7 +190,7 @@ def _describe_edge(case: Case, mesh: Mesh, rim: NDArray[np.int64], whole: bool) 
     there = [s for s in case.supports if select_support(s.thing.where, mesh).nodes[rim].any()]
     some = [s for s in there if (len(s.thing.components) == 3) == whole]
     names = ", ".join(f"`{s.name}`" for s in some or there)
-    return f"the edge of what {names} holds"
+    return f"the edge of the part held by {names}"
 
 
 def held_directions(case: Case, mesh: Mesh) -> NDArray[np.bool_]:

@@ -60,9 +60,10 @@ def _sharp_edge_warnings(scene: Scene, view: View) -> Iterator[Diagnostic]:
             yield diagnostic(
                 "W388",
                 metric.at("probe" if seen is not None else ""),
-                f"`{metric.name}` looks at {place}, where pressure has no limit: what is found is what the mesh allows",
-                "no limit there",
-                "every refinement finds more; look a cell or more away, or use a shape that is rounded",
+                f"`{metric.name}` is evaluated at {place}, where the pressure is singular: its value "
+                "depends on the mesh",
+                "singular pressure",
+                "the value grows with every mesh refinement: evaluate it a cell or more away, or use a rounded shape",
             )
 
 
@@ -79,15 +80,15 @@ def _point_force_warnings(scene: Scene, view: View, prepared: Prepared) -> Itera
             continue
         if load := unbounded_displacement(view.case, prepared.mesh, seen.points[last], seen.displacement[last]):
             line = isinstance(load.thing.action, LineForce) or view.case.planar
-            grows = "by the logarithm of the size of cells" if line else "as one over the size of cells"
+            grows = "with the logarithm of the cell size" if line else "with the inverse of the cell size"
             yield diagnostic(
                 "W384",
                 metric.at("probe"),
-                f"`{metric.name}` looks at {place_of(load)}, where displacements of a solid have no limit: what is"
-                " found is what the mesh allows",
-                "no limit there",
-                f"every refinement finds more, {grows}; look a cell or more away, or use a traction on a "
-                f"{'strip' if line else 'patch'}",
+                f"`{metric.name}` is evaluated at {place_of(load)}, where the displacement of a solid "
+                "is singular: its value depends on the mesh",
+                "singular displacement",
+                f"the value grows with every mesh refinement, {grows}: evaluate it a cell or more away, "
+                f"or use a traction on a {'strip' if line else 'patch'}",
             )
 
 
@@ -98,9 +99,11 @@ def _beam_end_warnings(metric: Declared, view: View, thing: Any) -> Iterator[Dia
     if place := nearby_disturbance(view.case, thing, view.probes[metric.thing.probe].points):
         yield diagnostic(
             "W356", metric.at("probe"),
-            f"`{metric.name}` looks at `{view.name}` within a width of {place}, where the theory of sections is crude",
-            "not as free as in theory",
-            "the number is that of a section far from supports, forces and joints; `fem(...)` knows what is there",
+            f"`{metric.name}` is evaluated in `{view.name}` within one section width of {place}, where beam "
+            "theory is inaccurate",
+            "warping and contraction are restrained",
+            "the value is that of a section far from supports, forces and joints: use `fem(...)` for local "
+            "effects",
         )  # fmt: skip
 
 
@@ -120,11 +123,11 @@ def _region_border_warnings(metric: Declared, view: View, mesh: Mesh) -> Iterato
         yield diagnostic(
             "W357",
             metric.at("probe"),
-            f"{many} of {len(there)} points that `{metric.name}` looks at in `{view.name}` lie in or beside cells of"
-            " two materials",
-            "stress jumps somewhere within",
-            "cells are of one material each, and theirs is crude there: use a mesh with nodes along the border, or look"
-            " two cells or more away",
+            f"{many} of {len(there)} points of `{metric.name}` in `{view.name}` lie in or next to cells "
+            "crossed by a material border",
+            "stress jumps inside cells",
+            "each cell has one material, so stress is inaccurate there: use a mesh with nodes along the "
+            "border, or evaluate the stress two cells or more away",
         )
 
 
@@ -137,13 +140,13 @@ def place_of_metric(metric: TensorMetric, view: View) -> ProbePlace:
 def _describe_sides(metric: TensorMetric, details: Mapping[str, Any]) -> str:
     """Return how a metric combines the two values at points on an interface, as text."""
     if metric.over == "mean":
-        return "there the mean counts half of each side; move the probe to one side of the interface"
+        return "the mean takes half of each side there: move the probe to one side of the interface"
     values = next((value for name, value in details.items() if name.startswith("sides_")), None)
     if values is None:
-        return "there the largest value is taken from both sides; this one lies elsewhere"
+        return "both sides are evaluated there, but the largest value lies elsewhere"
     dimension = units.PRESSURE if metric.natural == "Pa" else units.NONE
     shown = " and ".join(units.format_value(value, dimension) for value in values)
-    return f"its sides have {shown}, and the number is the largest of them; look at points to one side of the interface"
+    return f"the two sides have {shown}, and the value is the largest: move the probe to one side of the interface"
 
 
 def _traction_warnings(metric: Declared, view: View, value: float) -> Iterator[Diagnostic]:
@@ -164,10 +167,10 @@ def _traction_warnings(metric: Declared, view: View, value: float) -> Iterator[D
     yield diagnostic(
         "W405",
         metric.at("probe"),
-        f"`{metric.name}` looks at {at}, where the {way} traction of the stress in `{view.name}` is {own}, and {acts}"
-        f" {applied}",
-        "not in equilibrium with what acts there",
-        "the cells do not follow what acts on the surface: use cells of a third of what is loaded, or less",
+        f"`{metric.name}` is evaluated at {at}, where the {way} traction of the stress in `{view.name}` "
+        f"is {own}, but {acts} {applied}",
+        "surface traction not satisfied",
+        "the cells are too coarse for the loaded area: use cells of at most a third of its size",
     )
 
 
@@ -197,9 +200,10 @@ def _metric_warnings(metric: Declared, view: View, prepared: Prepared, thing: An
         yield diagnostic(
             "W388",
             metric.at("probe"),
-            f"`{metric.name}` looks at {place}, where stress has no limit: what is found is what the mesh allows",
-            "no limit there",
-            "every refinement finds more; look at a part that ends a cell or more away, or at the mean",
+            f"`{metric.name}` is evaluated at {place}, where the stress is singular: its value depends on the mesh",
+            "singular stress",
+            "the value grows with every mesh refinement: evaluate a part that ends a cell or more away, "
+            "or use the mean",
         )
         return
     try:
@@ -222,8 +226,9 @@ def _metric_warnings(metric: Declared, view: View, prepared: Prepared, thing: An
         yield diagnostic(
             "W345",
             metric.at("probe"),
-            f"{many} of {details['points']} points that `{metric.name}` looks at in `{view.name}` lie between parts",
-            "stress jumps there",
+            f"{many} of {details['points']} points of `{metric.name}` in `{view.name}` lie on the "
+            "interface between regions",
+            "stress jumps across the interface",
             _describe_sides(metric.thing, details),
         )
     if metric.thing.over == "mean":
@@ -235,8 +240,8 @@ def _metric_warnings(metric: Declared, view: View, prepared: Prepared, thing: An
     yield diagnostic(
         "W387",
         metric.at(),
-        f"the cells of `{view.name}` differ by {100 * apart:.0f} % in the {metric.thing.made_of} at {place}, "
-        f"where `{metric.name}` is",
-        "not resolved there",
-        "refine there; in a corner that turns inward stress has no limit, and `--stated` says whether it settles",
+        f"the {metric.thing.made_of} of neighbouring cells of `{view.name}` differs by "
+        f"{100 * apart:.0f} % at {place}, where `{metric.name}` is evaluated",
+        "not resolved by the mesh",
+        "refine the mesh there; at a re-entrant corner stress is singular, and `--stated` tells whether it converges",
     )

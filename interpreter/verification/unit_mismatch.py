@@ -36,10 +36,15 @@ def other_units(
         if told is not None:
             probe, other, words = told
             declared = scene.declared[name]
-            found.append(diagnostic(
-                "W704", declared.at("unit"), f"`{name}` moves `{probe}` {words} as `{other}` does", "another unit?",
-                ANOTHER,
-            ))  # fmt: skip
+            found.append(
+                diagnostic(
+                    "W704",
+                    declared.at("unit"),
+                    f"`{name}` moves `{probe}` {words} as `{other}` does",
+                    "wrong unit?",
+                    ANOTHER,
+                )
+            )
     return found
 
 

@@ -32,9 +32,9 @@ def deformation_history(case: Case, strain: str, mesh: DeformedMesh, points: int
     material = case.material
     past = getattr(mesh, "past", None)
     if past is None:
-        raise NoIndependentFormula("how it came there is not known")
+        raise NoIndependentFormula("the deformation history is not known")
     if len(past.times) * points * 9.0 > MOST:
-        raise NoIndependentFormula(f"its past of {len(past.times)} steps is too long to look through")
+        raise NoIndependentFormula(f"the history of {len(past.times)} steps is too long to be verified")
     g, tau = (np.array(column) for column in zip(*material.branches, strict=True))
     return DisplacementHistory(
         past.times, past.states, _part(material, strain), g, tau, _measure(material, strain), case.depth
@@ -60,7 +60,7 @@ def _part(material: Any, strain: str) -> solid_forces.Stress:
         return hooke(mu, lam if material.of == "whole" else -2.0 / 3.0 * mu)
     part = material.finite_law() if material.of == "whole" else material.law.isochoric()
     if part is None:
-        raise NoIndependentFormula(f"no part of a {type(material.law).__name__} relaxes in finite strain")
+        raise NoIndependentFormula(f"no part of the material {type(material.law).__name__} relaxes in finite strain")
     return EnergyStress(part.psi)
 
 
@@ -81,10 +81,10 @@ def relaxed_strain(material: Any, displacement: Any, strains: Callable[[Any], Fl
     """
     times, past = getattr(displacement, "times", None), getattr(displacement, "past", None)
     if times is None or past is None:
-        raise NoIndependentFormula("how it came there is not known")
+        raise NoIndependentFormula("the deformation history is not known")
     steps = [strains(moved) for moved in past]
     if len(steps) * steps[0].size > MOST:
-        raise NoIndependentFormula(f"its past of {len(times)} steps is too long to look through")
+        raise NoIndependentFormula(f"the history of {len(times)} steps is too long to be verified")
     shares, late = (np.array(column) for column in zip(*material.branches, strict=True))
     stretched = sheared = (shares, late)
     if material.of == "shape" and material.poisson < 0.5:

@@ -108,7 +108,7 @@ def march(
     StepTooLong, and ValueError.
     """
     if integrator not in INTEGRATORS:
-        raise ValueError(f"no integrator is called {integrator!r}: there are {', '.join(INTEGRATORS)}")
+        raise ValueError(f"unknown integrator {integrator!r}; available: {', '.join(INTEGRATORS)}")
     fixed, target = merge_clamps(solid, clamps, free=True)
     size, way = solid.points.size, INTEGRATORS[integrator]()
     problem = Dynamics(

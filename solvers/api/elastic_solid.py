@@ -33,7 +33,7 @@ def material(name: str, **constants: Any) -> Isotropic:
     for an unknown name or constant, a missing constant, and a value out of its range.
     """
     if name not in MATERIALS:
-        raise ValueError(f"no material is called {name!r}: there are {', '.join(MATERIALS)}")
+        raise ValueError(f"unknown material {name!r}; available: {', '.join(MATERIALS)}")
     cls = MATERIALS[name]
     known = {f.name for f in fields(cls) if f.init}
     needed = {f.name for f in fields(cls) if f.init and f.default is MISSING}
@@ -42,7 +42,7 @@ def material(name: str, **constants: Any) -> Isotropic:
         if len(constants.keys() & set(both)) != 1:
             wrong |= set(both)
     if wrong:
-        raise ValueError(f"{name} is made of {', '.join(sorted(known))}; look at {', '.join(sorted(wrong))}")
+        raise ValueError(f"{name} has the constants {', '.join(sorted(known))}; check {', '.join(sorted(wrong))}")
     hints = get_type_hints(cls, include_extras=True)
     for constant, value in constants.items():
         _require_in_range(constant, value, hints[constant])
@@ -54,13 +54,13 @@ def _require_in_range(constant: str, value: Any, hint: Any) -> None:
     kind, *said = get_args(hint)
     if get_origin(kind) is Literal:
         if value not in get_args(kind):
-            raise ValueError(f"{constant} = {value!r} is none of {', '.join(get_args(kind))}")
+            raise ValueError(f"{constant} = {value!r} is not one of {', '.join(get_args(kind))}")
         return
     unit, meaning = said
     range = Range.read(unit)
     for one in value if isinstance(value, tuple) else (value,):
         if not (math.isfinite(one) if range is None else one in range):
-            raise ValueError(f"{constant} = {one} is outside its range, {unit} ({meaning})")
+            raise ValueError(f"{constant} = {one} is outside the range {unit} ({meaning})")
 
 
 @dataclass(frozen=True)
@@ -81,14 +81,16 @@ class Solid:
 
     def __post_init__(self) -> None:
         if self.strain not in STRAINS:
-            raise ValueError(f"no strain is called {self.strain!r}: there are {', '.join(STRAINS)}")
+            raise ValueError(f"unknown strain {self.strain!r}; available: {', '.join(STRAINS)}")
         if self.integration not in ("full", "selective"):
-            raise ValueError(f"cells are integrated in full or selectively, not {self.integration!r}")
+            raise ValueError(f"integration must be full or selective, not {self.integration!r}")
         fit = [name for name, element in ELEMENTS.items() if self.integration in element.integrations]
         if self.mesh.element.name not in fit:
-            raise ValueError(f"{', '.join(fit)} alone is integrated selectively, not {self.mesh.kind}")
+            raise ValueError(f"selective integration is available only for {', '.join(fit)}, not for {self.mesh.kind}")
         if self.material.incompressible:
-            raise ValueError("a Poisson's ratio of 0.5 has no finite bulk modulus: cells of displacements take less")
+            raise ValueError(
+                "a Poisson's ratio of 0.5 has an infinite bulk modulus, but displacement elements need a smaller one"
+            )
         _require_valid_mesh(self.mesh)
         law_for(self.material, self.strain)
 
@@ -101,7 +103,7 @@ class Solid:
         """Return the numbers of the selected nodes (k,). Raises ValueError if none is selected."""
         found = np.flatnonzero(_selected(where, self.points))
         if not len(found):
-            raise ValueError(f"no node is selected: {self._spans}")
+            raise ValueError(f"no node is selected; {self._spans}")
         return found
 
     def facets(self, where: Where) -> Ints:
@@ -112,7 +114,7 @@ class Solid:
         facets = self.mesh.facets
         found: Ints = facets[_selected(where, self.points)[facets].all(axis=1)]
         if not len(found):
-            raise ValueError(f"no facet of the boundary is selected: {self._spans}")
+            raise ValueError(f"no facet of the boundary is selected; {self._spans}")
         return found
 
     def at(self, X: Any, values: Floats, beyond: float = 0.0) -> Floats:
@@ -123,7 +125,7 @@ class Solid:
         """
         place = locate_points(self.mesh, np.array(X, dtype=np.float64).reshape(-1, 3))
         if (farthest := float(place.outside.max(initial=0.0))) > beyond:
-            raise ValueError(f"a point lies {farthest:.3g} m outside the mesh: {self._spans}")
+            raise ValueError(f"a point lies {farthest:.3g} m outside the mesh; {self._spans}")
         return place.interpolate(values)
 
     @property
@@ -161,7 +163,7 @@ def _selected(where: Where, points: Floats) -> NDArray[np.bool_]:
     found = np.asarray(where(points))
     if found.shape != (len(points),) or found.dtype != np.bool_:
         raise ValueError(
-            f"a selection gives True or False for each of {len(points)} points, not {found.dtype} {found.shape}"
+            f"a selection must return True or False for each of {len(points)} points, not {found.dtype} {found.shape}"
         )
     return found
 
@@ -170,10 +172,10 @@ def _require_valid_mesh(mesh: Mesh) -> None:
     """Raise ValueError if arrays are not a mesh, or a cell is inverted."""
     points, cells, nodes = mesh.points, mesh.cells, mesh.element.nodes
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
-        raise ValueError(f"points are finite numbers (n, 3) in m, not {points.shape}")
+        raise ValueError(f"points must be finite numbers (n, 3) in m, not {points.shape}")
     if cells.ndim != 2 or cells.shape[1] != nodes or not len(cells):
-        raise ValueError(f"cells of {mesh.kind} are numbers of nodes (m, {nodes}), not {cells.shape}")
+        raise ValueError(f"cells of {mesh.kind} must be node numbers (m, {nodes}), not {cells.shape}")
     if not np.array_equal(np.unique(cells), np.arange(len(points))):
-        raise ValueError(f"cells name each of the {len(points)} points from 0, and no others")
+        raise ValueError(f"cells must refer to each of the {len(points)} points, counted from 0, and to no others")
     if not np.all(least := jacobians(mesh, mesh.element.quadrature()[0]).min(axis=1) > 0.0):
-        raise ValueError(f"{np.count_nonzero(~least)} of {len(cells)} cells are flat or inside out")
+        raise ValueError(f"{np.count_nonzero(~least)} of {len(cells)} cells are flat or inverted")

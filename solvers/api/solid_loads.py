@@ -30,7 +30,7 @@ def pressure(solid: Solid, size: float, facets: Ints) -> DeadForces | FollowerPr
     It stays normal to the surface as that moves; with small strain it acts on the undeformed surface.
     """
     if not np.isfinite(size):
-        raise ValueError(f"a pressure is finite, not {size}")
+        raise ValueError(f"a pressure must be finite, not {size}")
     areas = _areas(solid, facets)
     if solid.strain == "small":
         return _spread(solid, facets, -size * areas)
@@ -40,7 +40,7 @@ def pressure(solid: Solid, size: float, facets: Ints) -> DeadForces | FollowerPr
 def _vector(given: Vector, what: str) -> Floats:
     found = np.array(given, dtype=np.float64)
     if found.shape != (3,) or not np.isfinite(found).all():
-        raise ValueError(f"{what} is three finite numbers, not {given}")
+        raise ValueError(f"{what} must be three finite numbers, not {given}")
     return found
 
 
@@ -49,7 +49,7 @@ def _areas(solid: Solid, facets: Ints) -> Floats:
     facet, facets = solid.mesh.element.facet, np.asarray(facets)
     width = facet.nodes
     if facets.ndim != 2 or facets.shape[1] != width or not len(facets):
-        raise ValueError(f"facets of {solid.mesh.kind} are numbers of nodes (f, {width}), not {facets.shape}")
+        raise ValueError(f"facets of {solid.mesh.kind} must be node numbers (f, {width}), not {facets.shape}")
     xi, w = facet.quadrature()
     first, second = np.einsum("qkj,fki->jfqi", facet.gradient(xi), solid.points[facets])
     found: Floats = w[:, None] * np.cross(first, second)

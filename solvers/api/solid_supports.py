@@ -26,11 +26,11 @@ def clamp(solid: Solid, nodes: Ints, by: tuple[float, float, float] = (0.0, 0.0,
     """
     nodes, axes = np.asarray(nodes), sorted("xyz".find(a) for a in along)
     if not axes or axes[0] < 0 or len(set(axes)) < len(axes):
-        raise ValueError(f"a clamp holds along some of x, y and z, not {along!r}")
+        raise ValueError(f"a clamp must hold some of x, y and z, not {along!r}")
     if nodes.dtype.kind not in "iu" or not np.isin(nodes, np.arange(len(solid.points))).all():
-        raise ValueError(f"nodes are numbers from 0 to {len(solid.points) - 1}")
+        raise ValueError(f"node numbers must be between 0 and {len(solid.points) - 1}")
     if not np.isfinite(by).all():
-        raise ValueError(f"a clamp moves by finite lengths, not {by}")
+        raise ValueError(f"the displacement of a clamp must be finite, not {by}")
     dofs = (3 * np.unique(nodes)[:, None] + axes).ravel()
     return Clamp(dofs, np.tile(np.array(by, dtype=np.float64)[axes], len(dofs) // len(axes)))
 
@@ -45,10 +45,10 @@ def merge_clamps(solid: Solid, clamps: Sequence[Clamp], free: bool = False) -> t
     values = np.concatenate([np.zeros(0), *(c.values for c in clamps)])
     dofs, first, back = np.unique(every, return_index=True, return_inverse=True)
     if not np.array_equal(values[first][back], values):
-        raise ValueError("two clamps hold one node to different places")
+        raise ValueError("two clamps prescribe different displacements at one node")
     if len(dofs) == solid.points.size:
-        raise ValueError("clamps hold all nodes: nothing is left to deform")
+        raise ValueError("the clamps hold all nodes, so nothing can deform")
     rank = np.linalg.matrix_rank(rigid_motions(solid.points, dofs)) if len(dofs) else 0
     if rank < 6 and not free:
-        raise ValueError(f"clamps leave {6 - rank} of 6 rigid motions free: nothing resists them")
+        raise ValueError(f"the clamps leave {6 - rank} of 6 rigid body motions free")
     return dofs, values[first]

@@ -49,7 +49,7 @@ class Pattern:
         held = (rows < 0)[:, :, None] | (rows < 0)[:, None, :]
         found[held] = -1
         if not np.array_equal(self._numbers[found[~held]], wanted[~held]):
-            raise ValueError("what a stencil couples is not coupled in the pattern")
+            raise ValueError("the sparsity pattern lacks couplings of a stencil")
         return found
 
     @cached_property

@@ -25,7 +25,7 @@ class CentralDifferences:
     Liu, Moran and Elkhodary (2014), sections 6.2 and 6.3.
     """
 
-    safety: Annotated[float, "1 in (0, 1]", "part of the critical step that is used"] = 0.96
+    safety: Annotated[float, "1 in (0, 1]", "fraction of the critical step that is used"] = 0.96
 
     explicit: ClassVar[bool] = True
 

@@ -144,7 +144,7 @@ class DynamicContacts:
         """
         here = self.at(time)
         if here.passed(end.x, self.at(start.time).places(start.x)):
-            raise StepFailed("a point of the surface goes through a rigid body")
+            raise StepFailed("a point of the surface passes through a rigid body")
         for i, contact in enumerate(here.posed):
             if contact.gaps(end.x).min(initial=1.0) <= 0.0:
                 self._stiffen(i)
@@ -170,7 +170,7 @@ class DynamicContacts:
             self._take(i, known.joining(extra, start.x))
         self._rounds += 1
         if found:
-            raise FacetPenetration("facets of the surface end behind a rigid one")
+            raise FacetPenetration("facets of the surface end inside a rigid body")
 
     def _take(self, i: int, contact: Any) -> None:
         """Replace a contact by one with other points."""
@@ -184,10 +184,10 @@ class DynamicContacts:
         """
         barrier = self.contacts[i].barrier
         if barrier.stiffness * STIFFER > STIFFEST * self._first[i]:
-            raise StepFailed("a point of the surface ends behind a rigid one")
+            raise StepFailed("a point of the surface ends inside a rigid body")
         self.contacts[i] = self.contacts[i].stiffer(STIFFER)
         self.stiffened += 1
-        raise BarrierTooSoft("a point of the surface ends behind a rigid one")
+        raise BarrierTooSoft("a point of the surface ends inside a rigid body")
 
 
 @dataclass(frozen=True)

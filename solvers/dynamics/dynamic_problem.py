@@ -139,7 +139,7 @@ class Dynamics:
     def __post_init__(self) -> None:
         """Check consistency. Raises ValueError if the parts do not fit together."""
         if self.cap is not None and self.cap < 1:
-            raise ValueError("a cap of less than one iteration")
+            raise ValueError("the iteration limit must be at least one")
         loads = len(self.assembly.loads)
         if self.amplitudes and len(self.amplitudes) != loads:
             raise ValueError(f"{len(self.amplitudes)} amplitudes for {loads} loads")

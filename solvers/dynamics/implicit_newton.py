@@ -90,7 +90,7 @@ class StageNewton:
             if balance.met(own, scale, own.size):
                 return own, StepOutcome(count, residual, True)
             known = touches.lagged(x)
-        raise StepFailed(f"friction does not settle, residual {residual:.1e}")
+        raise StepFailed(f"the friction iteration does not converge, residual {residual:.1e}")
 
     def _descend(self, balance: StageEquations, x: Floats | None = None) -> tuple[StageTrial, StepOutcome]:
         most, cap = self.system.problem.max_iterations, self.system.problem.cap
@@ -100,7 +100,7 @@ class StageNewton:
             residual = trial.size / scale if scale else trial.size
             self.history.append(StepIteration(balance.end, balance.stage.step, number, residual, length))
             if not math.isfinite(residual):
-                raise StepFailed("forces are not finite")
+                raise StepFailed("the forces are not finite")
             solved = balance.met(trial, scale, before)
             if solved or number == cap:
                 return trial, StepOutcome(number, residual, solved)
@@ -305,7 +305,7 @@ class StageEquations:
         inside = [t for t in every if t.possible]
         if not inside:
             through = any(t is not None and not math.isfinite(t.stored) for t in every)
-            where = "goes through a rigid body" if through else "is outside the domain of the law"
+            where = "passes through a rigid body" if through else "is outside the domain of the law"
             raise StepFailed(f"the state {where}")
         if self.forces.conservative:
             best = min(inside, key=lambda t: self.rise(inside[0], t))
@@ -331,10 +331,10 @@ class StageEquations:
         coupling = self.weight * (there.force.total - here.force.total) / eps
         d[self.forces.free] = self._direction(here, here.r + coupling[self.forces.free], 1e-6, True)
         if self.reach(now.x, d) < 1.0:
-            raise StepFailed("the motion of the supports takes surfaces through each other")
+            raise StepFailed("the motion of the supports makes surfaces intersect")
         towed = self.trial(now.x + d)
         if not np.isfinite(towed.potential) or not towed.possible:
-            raise StepFailed("the motion of the supports turns cells inside out")
+            raise StepFailed("the motion of the supports inverts cells")
         return towed
 
     # ------------------------------------------------------------------ iteration
@@ -342,7 +342,7 @@ class StageEquations:
     def better(self, trial: StageTrial, scale: float) -> tuple[StageTrial, float]:
         """Return the next trial and the accepted fraction of the Newton step. Raises StepFailed."""
         goal = 0.1 * self.tolerance * scale / trial.size  # of the linear system: no more than needed
-        reason = "no Newton step lowers the energy"
+        reason = "no Newton step decreases the energy"
         for projected in (False, True):
             try:
                 d = self._direction(trial, trial.r, float(np.clip(goal, 1e-12, 1e-3)), projected)

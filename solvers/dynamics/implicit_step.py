@@ -211,7 +211,7 @@ class DynamicSystem:
             if off <= max(enough * self.newton.scale, noise):
                 return motion
         if off > max(enough, UNSETTLED) * self.newton.scale:
-            raise StepFailed("the damping and the state that it belongs to do not settle")
+            raise StepFailed("the iteration for the damping and its state does not converge")
         return motion
 
     def _solved(self, stage: Stage) -> Motion:

@@ -68,7 +68,7 @@ class _TimeIntegration:
             start = self.system.start()
             entry = open_entry(self.system, start)
         except StepFailed as failure:
-            raise self._stopped(f"no start: {failure.reason}") from failure
+            raise self._stopped(f"the initial acceleration could not be computed: {failure.reason}") from failure
         if not (is_finite(entry) and self.problem.sound(start.x)):
             raise self._stopped("the initial state is outside the domain of the law or has inverted cells")
         self.problem.integrator.begin(self.system, start, self.step)
@@ -140,7 +140,7 @@ class _TimeIntegration:
         if known is not None:
             known.tried(self.system.forces, motion.x, h)
         if not self.system.outcome.lagged and not self.problem.sound(motion.x):  # else it has been asked
-            raise StepFailed("cells are inside out")
+            raise StepFailed("cells are inverted")
         if (impact := self.system.forces.impact) is not None:
             impact.accept(past.now, motion, end)
         return replace(motion, time=end)
@@ -154,7 +154,9 @@ class _TimeIntegration:
         """Halve the step and record this event. Raises NotConverged at the shortest step."""
         if ticks == 1:
             shortest = length / self.ticks
-            raise self._stopped(f"no step from {now:.6g} s, down to {shortest:.3g} s: {failure.reason}") from failure
+            raise self._stopped(
+                f"no convergence at {now:.6g} s even with steps of {shortest:.3g} s: {failure.reason}"
+            ) from failure
         size = length * (ticks // 2) / self.ticks
         self.events.append(Event(now, f"step halved to {size:.4g} s: {failure.reason}"))
         return ticks // 2
@@ -175,8 +177,8 @@ class _TimeIntegration:
     def _diverged(self, now: float) -> Diverged:
         gain = self.account.balance.gain
         return Diverged(
-            f"at {now:.6g} s the motion has gained {_ratio_in_words(gain)} the energy "
-            "that start, loads and supports brought",
+            f"at {now:.6g} s the energy has grown by {_ratio_in_words(gain)} the energy supplied by the "
+            "initial state, loads and supports",
             self._trajectory(complete=False),
             tuple(self.system.newton.history),
         )

@@ -35,14 +35,16 @@ def lowest_modes(
         if count >= n // 2 or mode_residual(K, M, *found) <= CLOSE:  # else the stiffest of K is all that is seen of it
             return found[0], found[1]
     if count >= n // 2:
-        raise ModesNotFound(f"there are too few unknowns for {count} modes")
+        raise ModesNotFound(f"the model has too few unknowns for {count} modes")
     solve = factorised().solve
     inverse = LinearOperator((n, n), matvec=solve, dtype=np.float64)
     start = solve(M @ np.random.default_rng(0).standard_normal(n))
     try:
         values, modes = eigsh(K, count, M, sigma=0.0, OPinv=inverse, v0=start)
     except ArpackError as error:
-        raise ModesNotFound(f"{count} modes were not found: pressures may leave fewer, ask for a lower one") from error
+        raise ModesNotFound(
+            f"{count} modes were not found, since pressures may leave fewer: use a smaller mode number"
+        ) from error
     order = np.argsort(values)
     return values[order], modes[:, order]
 

@@ -155,7 +155,7 @@ def split_at_points(material: Any, strain: str, constants: Constants) -> Callabl
         E, nu = constants(X)
         split = split_law(assign_constants(material, E, nu), strain, E, nu)
         if split is None:
-            raise ValueError("this law does not come apart")
+            raise ValueError("this law cannot be split into isochoric and volumetric parts")
         return split
 
     return apart

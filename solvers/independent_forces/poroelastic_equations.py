@@ -121,7 +121,7 @@ class PoroelasticBody:
             return self.volumes(now) - self.volumes(earlier[-2])
         h = when[-1] - when[-3]
         if abs((when[-2] - when[-3]) / h - FIRST) > SURE:
-            raise ValueError("its last step is not one of two stages")
+            raise ValueError("its last time step is not a two-stage step")
         begin, middle = (self.volumes(u) for u in (earlier[-3], earlier[-2]))
         due = begin + (1.0 - FIRST) / FIRST * (middle - begin)
         return self.volumes(now) - due - FIRST * h * self.flow(now)

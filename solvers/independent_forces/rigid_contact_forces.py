@@ -143,7 +143,7 @@ def enclosed(points: Floats, triangles: Ints) -> Distance:
 
     def look(x: Floats) -> tuple[Floats, Floats]:
         if len(x) * len(X) > MOST:
-            raise ValueError("its surface has too many triangles to go through all of them again")
+            raise ValueError("the surface of the rigid body has too many triangles for an independent check")
         g, n = np.empty(len(x)), np.empty_like(x)
         step = max(1, PAIRS // len(X))
         for at in range(0, len(x), step):

@@ -63,7 +63,7 @@ class EnergyStress:
             better = poor & ~(less + more >= left + rounding)
             found[:, better], left[better], rounding[better] = again[:, better], less[better], more[better]
         if not np.all(np.isfinite(found)):
-            raise ValueError("its state lies too near the end of its law's domain for differences of the energy")
+            raise ValueError("the state is too close to the limit of the law for finite differences of the energy")
         return found, left + rounding
 
     def _with_steps(self, f: Floats, h: Floats, entries: tuple[tuple[int, int], ...]) -> tuple[Floats, Floats, Floats]:
@@ -131,7 +131,7 @@ class PlaneStressLaw:
                 break
             low, high = np.where(pulled, low / step, low), np.where(pushed, high * step, high)
         else:
-            raise ValueError("a plate has no thickness that frees it of stress")
+            raise ValueError("no thickness change makes the plate free of normal stress")
         for _ in range(60):
             middle = 0.5 * (low + high)
             up = self._across(F, middle) < 0.0

@@ -44,7 +44,7 @@ class ChainSolver:
         band = np.zeros(K.shape[0] * rows)
         band[layout.places] = K.data
         if not np.isfinite(K.data.sum() + b.sum()):
-            raise Singular("the matrix holds a number that is not finite")
+            raise Singular("the matrix contains a number that is not finite")
         _, _, x, info = self._solve(layout.below, layout.above, band.reshape(-1, rows).T, b, overwrite_ab=1)
         if info:
             raise Singular("a pivot is zero")

@@ -75,7 +75,8 @@ class TooLarge(Singular):
 
     def __init__(self, needed: float, there: float, why: str) -> None:
         super().__init__(
-            f"a factor of the stiffness matrix needs {needed / 1e9:.1f} GB, and {there / 1e9:.1f} GB are left; {why}"
+            f"factorizing the stiffness matrix needs {needed / 1e9:.1f} GB, but only {there / 1e9:.1f} "
+            f"GB are free; {why}"
         )
 
 
@@ -278,13 +279,13 @@ def factor(
         return _multigrid_solver(K, _computed_modes(modes))
     if method == "cholesky" and symmetric:
         return _required_cholesky(K, precision, modes)
-    raise Singular("the matrix is not symmetric, as Cholesky's method wants it")
+    raise Singular("the matrix is not symmetric, which Cholesky factorization needs")
 
 
 def must_be_finite(K: sparse.csr_matrix) -> None:
     """Raise Singular if a matrix has a number that is not finite."""
     if not np.all(np.isfinite(K.data)):
-        raise Singular("the stiffness matrix holds numbers that are not finite")
+        raise Singular("the stiffness matrix contains numbers that are not finite")
 
 
 def _computed_modes(modes: Modes) -> Floats | None:
@@ -362,9 +363,9 @@ def _require_memory(needed: float, modes: Modes) -> None:
     from softmark.solvers.sparse import multigrid
 
     if not multigrid.installed():
-        why = "with pyamg it could be solved by iterations: install softmark[fast]"
+        why = "install softmark[fast] to use the iterative solver of pyamg"
     else:
-        why = "use a coarser mesh" if _computed_modes(modes) is None else "choose multigrid, or a coarser mesh"
+        why = "use a coarser mesh" if _computed_modes(modes) is None else "use `linear = multigrid`, or a coarser mesh"
     raise TooLarge(needed, memory.available_memory(), why)
 
 

@@ -84,7 +84,7 @@ class NoFiniteLaw(Exception):
     """The material has no law at finite strain."""
 
     def __init__(self, material: Isotropic) -> None:
-        super().__init__(f"{type(material).__name__} has no law at finite strain; use small or corotational")
+        super().__init__(f"{type(material).__name__} has no finite-strain law; use small or corotational strain")
         self.material = material
 
 

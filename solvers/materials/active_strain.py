@@ -35,10 +35,10 @@ class ActiveStrain(ActiveMaterial):
     J. Elasticity 107:199; Nardinocchi, Teresi (2007), J. Elasticity 88:27.
     """
 
-    law: Annotated[Any, "material", "the material that it is when it is not shortened"]
-    shortening: Annotated[float, "1 in [-0.5, 0.5]", "s, by which part of their length fibres that are free shorten"]
-    own: Annotated[Any, "fibres", FIBRES + "; those of the law without"] = None
-    amplitude: Annotated[Any | None, "amplitude", "how it shortens and lengthens; whole without"] = None
+    law: Annotated[Any, "material", "the passive material"]
+    shortening: Annotated[float, "1 in [-0.5, 0.5]", "s, relative shortening of free fibres"]
+    own: Annotated[Any, "fibres", FIBRES + "; default: those of the passive law"] = None
+    amplitude: Annotated[Any | None, "amplitude", "amplitude of the shortening; default: constant"] = None
     varying = ("density", "shortening")
     does = "shortening"
 

@@ -93,10 +93,10 @@ class Active(ActiveMaterial):
     Source: Land et al. (2015), Proc. R. Soc. A 471:20150641, problem 3; Nash, Hunter (2000), J. Elasticity 61:113.
     """
 
-    law: Annotated[Any, "material", "the material that it is when it does not pull"]
-    tension: Annotated[float, "Pa in [0, inf)", "T, of the second Piola-Kirchhoff stress along the fibres"]
-    own: Annotated[Any, "fibres", FIBRES + "; those of the law without"] = None
-    amplitude: Annotated[Any | None, "amplitude", "how the tension grows and falls; whole without"] = None
+    law: Annotated[Any, "material", "the passive material"]
+    tension: Annotated[float, "Pa in [0, inf)", "T, second Piola-Kirchhoff stress along the fibres"]
+    own: Annotated[Any, "fibres", FIBRES + "; default: those of the passive law"] = None
+    amplitude: Annotated[Any | None, "amplitude", "amplitude of the tension; default: constant"] = None
     varying = ("density", "tension")
     does = "tension"
     pulls = True  # the active stress is applied together with the loads

@@ -46,12 +46,12 @@ class ActiveMaterial(Anisotropic):
         return self._with(**{self.does: self.much * share})
 
     def _shape_psi(self, f: Array, axes: Array) -> Array:
-        raise TypeError("a law around another is no shape and volume of its own")
+        raise TypeError("a wrapped law has no isochoric-volumetric split of its own")
 
     _shape_P = _set_shape = _shape_psi  # type: ignore[assignment]
 
     def _with_bulk(self, bulk: float) -> Any:
-        raise TypeError("a law around another is taken apart by that")
+        raise TypeError("a wrapped law is split by the law inside it")
 
     def finite_mixed(self) -> Any:
         """Return the mixed split of the wrapped law, with the activation in the shape part."""

@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-FIBRES = "the direction of the fibres: `+x`, `(1, 1, 0)`, expressions as in `(-y, x, 0 mm)`, or a rule as `helix(...)`"
-BULK = "K in K/2 (J - 1)^2, beside what the law itself resists; without one the volume cannot change"
+FIBRES = "fibre direction: `+x`, `(1, 1, 0)`, expressions such as `(-y, x, 0 mm)`, or a rule such as `helix(...)`"
+BULK = "K in K/2 (J - 1)^2, added to the law's own resistance; default: incompressible"
 Density = Annotated[float, "kg/m^3 in (0, inf)", "mass per volume of the undeformed solid"]
 Fibres = Annotated[Any, "fibres", FIBRES]
-Sheets = Annotated[Any, "fibres", "the direction of the sheets, of which what lies along the fibres does not count"]
+Sheets = Annotated[Any, "fibres", "sheet direction; its component along the fibres is ignored"]
 Bulk = Annotated[float | None, "Pa in (0, inf)", BULK]
 
 

@@ -25,7 +25,7 @@ class ArrudaBoyce(IsochoricInvariantMaterial):
     """
 
     m: Annotated[float, "Pa in (0, inf)", "modulus of the chains, n k T"]
-    limit: Annotated[float, "1 in (1, inf)", "stretch of a chain that is straight, lambda_m; 2 to 10 of rubber"]
+    limit: Annotated[float, "1 in (1, inf)", "locking stretch of a chain, lambda_m; 2 to 10 for rubber"]
     second = False
 
     @property

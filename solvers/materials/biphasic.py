@@ -36,11 +36,13 @@ class Biphasic:
     23:1145; Coussy (2004), "Poromechanics", chapters 3 and 4.
     """
 
-    law: Annotated[Any, "material", "the drained skeleton"]
-    permeability: Annotated[float, "m^4/(N*s) in (0, inf)", "at rest, over the viscosity: `1e-15 m^4/(N*s)`"]
-    exponent: Annotated[float, "1 in [0, 100]", "by which it falls as pores close"] = 0.0
-    stiffening: Annotated[float, "1 in [0, 100]", "M of Holmes and Mow, of the exponential"] = 0.0
-    solid: Annotated[float, "1 in [0, 1)", "share of the volume at rest that is solid"] = 0.0
+    law: Annotated[Any, "material", "drained solid skeleton"]
+    permeability: Annotated[
+        float, "m^4/(N*s) in (0, inf)", "initial permeability over viscosity, such as `1e-15 m^4/(N*s)`"
+    ]
+    exponent: Annotated[float, "1 in [0, 100]", "exponent of the decrease with pore volume"] = 0.0
+    stiffening: Annotated[float, "1 in [0, 100]", "M of Holmes and Mow, in the exponential"] = 0.0
+    solid: Annotated[float, "1 in [0, 1)", "initial solid volume fraction"] = 0.0
 
     def __getattr__(self, name: str) -> Any:
         """Return any other material attribute from the drained skeleton."""

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-Onset = Annotated[float, "1 in (0, 0.1]", "strain E over which fibres are taken up; their law holds beyond it"]
+Onset = Annotated[float, "1 in (0, 0.1]", "strain range E over which fibres are recruited; beyond it their law holds"]
 ONSET = 1e-4
 TAUT = 4.0 / 15.0  # fraction of k1 that fibres add to the direction-averaged shear modulus
 

@@ -22,7 +22,7 @@ class Fung(IsochoricInvariantMaterial):
     """
 
     mu: Annotated[float, "Pa in (0, inf)", "shear modulus of the undeformed solid"]
-    b: Annotated[float, "1 in (0, inf)", "how fast it turns stiff; 0.5 to 20 of soft tissue"]
+    b: Annotated[float, "1 in (0, inf)", "rate of stiffening; 0.5 to 20 for soft tissue"]
     second = False
 
     @property

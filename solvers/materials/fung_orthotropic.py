@@ -163,13 +163,13 @@ class FungOrthotropic(ExponentialStrainLaw):
 
     sheeted = True
 
-    stiffness: Annotated[float, "Pa in (0, inf)", "C, which every stress is in proportion to"]
-    bff: Annotated[float, "1 in (0, inf)", "of the strain along the fibres"]
-    bss: Annotated[float, "1 in (0, inf)", "of the strain along the sheets"]
-    bnn: Annotated[float, "1 in (0, inf)", "of the strain across both"]
-    bfs: Annotated[float, "1 in (0, inf)", "of the shear between fibres and sheets"]
-    bfn: Annotated[float, "1 in (0, inf)", "of the shear between fibres and what is across both"]
-    bsn: Annotated[float, "1 in (0, inf)", "of the shear between sheets and what is across them"]
+    stiffness: Annotated[float, "Pa in (0, inf)", "C, a factor of all stresses"]
+    bff: Annotated[float, "1 in (0, inf)", "exponent coefficient of the strain along the fibres"]
+    bss: Annotated[float, "1 in (0, inf)", "exponent coefficient of the strain along the sheets"]
+    bnn: Annotated[float, "1 in (0, inf)", "exponent coefficient of the strain across both"]
+    bfs: Annotated[float, "1 in (0, inf)", "exponent coefficient of the shear between fibres and sheets"]
+    bfn: Annotated[float, "1 in (0, inf)", "exponent coefficient of the shear between fibres and the normal direction"]
+    bsn: Annotated[float, "1 in (0, inf)", "exponent coefficient of the shear between sheets and the normal direction"]
     density: Density
     fibres: Fibres
     sheets: Sheets = None

@@ -24,7 +24,7 @@ class Gent(IsochoricInvariantMaterial):
     """
 
     mu: Annotated[float, "Pa in (0, inf)", "shear modulus of the undeformed solid"]
-    limit: Annotated[float, "1 in (0, inf)", "what J^(-2/3) tr F^T F - 3 stays below, J_m; 30 to 100 of rubber"]
+    limit: Annotated[float, "1 in (0, inf)", "limit J_m of J^(-2/3) tr F^T F - 3; 30 to 100 for rubber"]
     second = False
 
     @property
@@ -38,8 +38,8 @@ class Gent(IsochoricInvariantMaterial):
         third = 1.0 + self.limit / 3.0
         t = 2.0 * third**0.5 * math.cos(math.acos(-(third**-1.5)) / 3.0)
         return (
-            f"its law has no state from J^(-2/3) tr F^T F - 3 = {self.limit:g} on, in a pull that keeps its volume "
-            f"from a stretch of {t:.4g} on, and near that is stiffer than numbers tell"
+            f"its law has no state at or above J^(-2/3) tr F^T F - 3 = {self.limit:g}, in isochoric "
+            f"tension a stretch of {t:.4g}, and close to it is too stiff to compute"
         )
 
     def energy(self, i: Array, k: Array) -> Array:

@@ -21,10 +21,10 @@ class Guccione(ExponentialStrainLaw):
     Land et al. (2015), Proc. R. Soc. A 471:20150641, of which C = 2 kPa, 8, 2 and 4 are.
     """
 
-    stiffness: Annotated[float, "Pa in (0, inf)", "C, which every stress is in proportion to"]
-    bf: Annotated[float, "1 in (0, inf)", "of the strain along the fibres"]
-    bt: Annotated[float, "1 in (0, inf)", "of strains across them"]
-    bfs: Annotated[float, "1 in (0, inf)", "of shear along them"]
+    stiffness: Annotated[float, "Pa in (0, inf)", "C, a factor of all stresses"]
+    bf: Annotated[float, "1 in (0, inf)", "exponent coefficient of the strain along the fibres"]
+    bt: Annotated[float, "1 in (0, inf)", "exponent coefficient of the strains across the fibres"]
+    bfs: Annotated[float, "1 in (0, inf)", "exponent coefficient of the shear along the fibres"]
     density: Density
     fibres: Fibres
     bulk: Bulk = None

@@ -31,9 +31,13 @@ class HolzapfelGasserOgden(FiberReinforced):
     sheeted = True
 
     c: Annotated[float, "Pa in (0, inf)", "shear modulus of the matrix"]
-    k1: Annotated[float, "Pa in (0, inf)", "of the fibres: a quarter of the modulus that a family adds when just taut"]
-    k2: Annotated[float, "1 in [0, inf)", "how soon fibres grow stiffer"]
-    angle: Annotated[float, "rad in [0, 1.5707963267948966]", "of both families from `fibres`, one to each side"]
+    k1: Annotated[
+        float, "Pa in (0, inf)", "fibre stiffness: a quarter of the modulus added by a fibre family when just taut"
+    ]
+    k2: Annotated[float, "1 in [0, inf)", "rate of stiffening of the fibres"]
+    angle: Annotated[
+        float, "rad in [0, 1.5707963267948966]", "angle of both fibre families from `fibres`, one to each side"
+    ]
     density: Density
     fibres: Fibres
     sheets: Sheets

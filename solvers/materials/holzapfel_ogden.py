@@ -30,14 +30,14 @@ class HolzapfelOgden(FiberReinforced):
 
     sheeted = True
 
-    a: Annotated[float, "Pa in (0, inf)", "shear modulus of the matrix at rest"]
-    b: Annotated[float, "1 in (0, inf)", "how soon the matrix grows stiffer"]
-    a_f: Annotated[float, "Pa in [0, inf)", "of the fibres"]
-    b_f: Annotated[float, "1 in [0, inf)", "how soon fibres grow stiffer"]
-    a_s: Annotated[float, "Pa in [0, inf)", "of the sheets"]
-    b_s: Annotated[float, "1 in [0, inf)", "how soon sheets grow stiffer"]
-    a_fs: Annotated[float, "Pa in [0, inf)", "of the shear between fibres and sheets"]
-    b_fs: Annotated[float, "1 in [0, inf)", "how soon that shear grows stiffer"]
+    a: Annotated[float, "Pa in (0, inf)", "initial shear modulus of the matrix"]
+    b: Annotated[float, "1 in (0, inf)", "rate of stiffening of the matrix"]
+    a_f: Annotated[float, "Pa in [0, inf)", "stiffness of the fibres"]
+    b_f: Annotated[float, "1 in [0, inf)", "rate of stiffening of the fibres"]
+    a_s: Annotated[float, "Pa in [0, inf)", "stiffness of the sheets"]
+    b_s: Annotated[float, "1 in [0, inf)", "rate of stiffening of the sheets"]
+    a_fs: Annotated[float, "Pa in [0, inf)", "stiffness of the shear between fibres and sheets"]
+    b_fs: Annotated[float, "1 in [0, inf)", "rate of stiffening of that shear"]
     density: Density
     fibres: Fibres
     sheets: Sheets = None

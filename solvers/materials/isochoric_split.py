@@ -51,21 +51,26 @@ class IsochoricMaterial(Isotropic):
     """
 
     young: float = field(init=False, repr=False, compare=False)
-    poisson: Annotated[float, "1 in (-1, 0.5]", "Poisson's ratio at rest, or `bulk` in its place"] = field(
+    poisson: Annotated[float, "1 in (-1, 0.5]", "initial Poisson's ratio; alternative to `bulk`"] = field(
         default=LATER, kw_only=True
     )
     density: Annotated[float, "kg/m^3 in (0, inf)", "mass per volume of the undeformed solid"] = field(kw_only=True)
-    bulk: Annotated[float | None, "Pa in (0, inf)", "bulk modulus at rest, in place of `poisson`"] = field(
+    bulk: Annotated[float | None, "Pa in (0, inf)", "initial bulk modulus; alternative to `poisson`"] = field(
         default=None, kw_only=True
     )
     volumetric: Annotated[
         Literal["squared", "logarithmic", "reciprocal"],
-        "energy of a change of volume: K/2 g^2 with g = J - 1, ln J or (J - 1/J)/2",
+        "energy of a volume change: K/2 g^2 with g = J - 1, ln J or (J - 1/J)/2",
     ] = field(default="squared", kw_only=True)
     varying = ("density",)  # type: ignore[assignment]
     either = (("poisson", "bulk"),)  # a scene must give exactly one of these fields
 
-    powerless = ("", "the solid has no shear modulus at rest", "nothing resists", "constants must resist a small shear")
+    powerless = (
+        "",
+        "the initial shear modulus is zero or negative",
+        "no shear stiffness",
+        "use constants with a positive initial shear modulus",
+    )
 
     @property
     @abstractmethod

@@ -86,14 +86,14 @@ class MaterialFrame:
 def _unit(v: Any) -> Any:
     size = math.hypot(*v)
     if not (math.isfinite(size) and size > 0.0):
-        raise InvalidDirection(f"{tuple(v)} is no direction")
+        raise InvalidDirection(f"{tuple(v)} is not a valid direction")
     return tuple(c / size for c in v)
 
 
 def _units(v: Array) -> Array:
     size = np.linalg.norm(v, axis=1, keepdims=True)
     if not (np.all(np.isfinite(size)) and np.all(size > 0.0)):
-        raise InvalidDirection("a direction of no length")
+        raise InvalidDirection("a direction with zero length")
     found: Array = v / size
     return found
 

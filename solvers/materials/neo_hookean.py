@@ -32,7 +32,7 @@ class NeoHookean(TwoInvariantLaw, Isotropic):
         """Reason for nu < 0: lam/2 (ln J)^2 has no lower bound, so energy falls without limit as the volume changes."""
         if is_array(self.poisson) or not isinstance(self.poisson, float | int) or self.poisson >= 0.0:
             return None
-        return "poisson", "a Poisson's ratio below 0 leaves its energy no lower bound as its volume goes to nothing"
+        return "poisson", "with a negative Poisson's ratio its energy has no lower bound as the volume vanishes"
 
     @property
     def convex_above(self) -> float:  # type: ignore[override]

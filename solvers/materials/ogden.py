@@ -30,10 +30,10 @@ class Ogden(PrincipalStretchMaterial):
     """
 
     mu: Annotated[tuple[float, ...], "each of Pa", "constants of the terms, mu_n"]
-    alpha: Annotated[tuple[float, ...], "each of 1", "powers of the terms, alpha_n, as many"]
+    alpha: Annotated[tuple[float, ...], "each of 1", "exponents of the terms, alpha_n, one for each mu_n"]
     powerless = (
-        "mu", "the sum of mu_n alpha_n is not positive", "no shear modulus at rest",
-        "mu_n and alpha_n of a term have one sign, or others outweigh it",
+        "mu", "the sum of mu_n alpha_n is not positive", "no initial shear modulus",
+        "give mu_n and alpha_n of each term the same sign, or make other terms larger",
     )  # fmt: skip
 
     @property
@@ -41,10 +41,12 @@ class Ogden(PrincipalStretchMaterial):
         """Shear modulus of the undeformed solid, Pa."""
         if len(self.mu) != len(self.alpha):
             raise InvalidCombination("alpha",
-                        f"there are {len(self.mu)} constants `mu` and {len(self.alpha)} powers `alpha`",
-                        "not as many", "each term has one of both")  # fmt: skip
+                        f"there are {len(self.mu)} constants `mu` but {len(self.alpha)} exponents `alpha`",
+                        "numbers differ", "write one `mu` and one `alpha` for each term")  # fmt: skip
         if 0.0 in self.alpha:
-            raise InvalidCombination("alpha", "a power of 0 is no term", "this is 0", "leave the term out")
+            raise InvalidCombination(
+                "alpha", "a term with the exponent 0 has no effect", "exponent 0", "remove the term"
+            )
         return 0.5 * sum(m * a for m, a in self._terms)
 
     @property
@@ -77,9 +79,9 @@ class Ogden(PrincipalStretchMaterial):
         powers = [a for a in sums if sums[a] != 0.0]
         for a, far in ((max(powers), "stretched"), (min(powers), "squeezed")):
             if sums[a] < 0.0:
-                return "mu", f"{far} far enough, its term of alpha = {a:g} prevails, whose mu_n alpha_n is negative"
+                return "mu", f"{far} far enough, its term alpha = {a:g} dominates, whose mu_n alpha_n is negative"
         if max(map(abs, powers)) < 1.0:
-            return "alpha", "a shear stress that has a peak, for all powers lie between -1 and 1"
+            return "alpha", "its shear stress has a maximum, since all exponents lie between -1 and 1"
         return None
 
     def energy(self, e: Array) -> Array:

@@ -26,11 +26,11 @@ class TransverselyIsotropic(FiberReinforced):
     """
 
     shear: Annotated[float, "Pa in (0, inf)", "mu, the shear modulus of the matrix"]
-    k1: Annotated[float, "Pa in (0, inf)", "of the fibres: a quarter of the modulus that they add when just taut"]
-    k2: Annotated[float, "1 in [0, inf)", "how soon fibres grow stiffer"]
+    k1: Annotated[float, "Pa in (0, inf)", "fibre stiffness: a quarter of the modulus that fibres add when just taut"]
+    k2: Annotated[float, "1 in [0, inf)", "rate of stiffening of the fibres"]
     density: Density
     fibres: Fibres
-    resists: Annotated[Literal["tension", "both"], "whether fibres resist compression as well"] = "tension"
+    resists: Annotated[Literal["tension", "both"], "whether fibres also resist compression"] = "tension"
     bulk: Bulk = None
     onset: Onset = ONSET
 

@@ -25,7 +25,7 @@ class VerondaWestmann(IsochoricInvariantMaterial):
     """
 
     c: Annotated[float, "Pa in (0, inf)", "constant of the exponential; the shear modulus is c a"]
-    a: Annotated[float, "1 in (0, inf)", "how fast it turns stiff"]
+    a: Annotated[float, "1 in (0, inf)", "rate of stiffening"]
 
     @property
     def initial_shear_modulus(self) -> float:
@@ -37,7 +37,7 @@ class VerondaWestmann(IsochoricInvariantMaterial):
         """Reason for loss of shear stiffness: at stretch t it is 2 (W_i + t^2 W_k), zero if exp(a i) = t^2/2."""
         if self.a > LEAST:
             return None
-        return "a", f"pulled, it loses its resistance to shear across, for a is not above {LEAST}"
+        return "a", f"in tension it loses its transverse shear stiffness, since a is not greater than {LEAST}"
 
     def energy(self, i: Array, k: Array) -> Array:
         """Return W (m,), J/m^3; see `IsochoricInvariantMaterial`."""

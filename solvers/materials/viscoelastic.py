@@ -33,10 +33,10 @@ class Viscous:
     Mech. Eng. 60:153; Puso and Weiss (1998), J. Biomech. Eng. 120:62; Fung (1993), "Biomechanics", section 7.6.
     """
 
-    law: Annotated[Any, "material", "the elastic solid that it is before anything relaxes"]
-    g: Annotated[Any, "values of 1 in [0, 1]", "the shares of the stress that relax, at most 1 in all"]
-    tau: Annotated[Any, "values of s in (0, inf)", "the times in which they do, one for each share"]
-    of: Annotated[Literal["shape", "whole"], "what relaxes: the stress of shape alone, or all of it"] = "shape"
+    law: Annotated[Any, "material", "elastic law of the instantaneous response"]
+    g: Annotated[Any, "values of 1 in [0, 1]", "relative moduli of the Maxwell branches; their sum is at most 1"]
+    tau: Annotated[Any, "values of s in (0, inf)", "relaxation times, one for each relative modulus"]
+    of: Annotated[Literal["shape", "whole"], "what relaxes: only the deviatoric stress, or all stress"] = "shape"
 
     def __getattr__(self, name: str) -> Any:
         """Return any other material attribute from the elastic solid."""

@@ -151,7 +151,7 @@ def relaxing_part(material: Viscous, strain: str) -> Law | None:
 def prony_series(material: Viscous, strain: str) -> PronySeries:
     """Return the Prony series of a material. Raises ValueError if its law has no part that relaxes."""
     if (part := relaxing_part(material, strain)) is None:
-        raise ValueError(f"no part of it relaxes in {strain} strain")
+        raise ValueError(f"no part of its stress relaxes in {strain} strain")
     g, tau = (np.array(column) for column in zip(*material.branches, strict=True))
     whole = material.of == "whole"
     bulk = material.bulk_modulus if whole else np.inf

@@ -40,9 +40,9 @@ class Yeoh(IsochoricInvariantMaterial):
     def polyconvexity_violation(self) -> tuple[str, str] | None:
         """Reason for loss of stiffness: stress in simple shear g = sqrt(i) peaks at c1 + 6 c2 i + 15 c3 i^2 = 0."""
         if self.c3 < 0.0:
-            return "c3", "a shear stress that has a peak, for c3 is negative"
+            return "c3", "its shear stress has a maximum, since c3 is negative"
         if self.c2 < 0.0 and 3.0 * self.c2**2 >= 5.0 * self.c1 * self.c3:
-            return "c2", "a shear stress that has a peak, for c2 is negative and 3 c2^2 is not below 5 c1 c3"
+            return "c2", "its shear stress has a maximum, since c2 is negative and 3 c2^2 is not below 5 c1 c3"
         return None
 
     def energy(self, i: Array, k: Array) -> Array:

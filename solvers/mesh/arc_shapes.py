@@ -37,11 +37,11 @@ class Arc(Swept):
     angle: Annotated[float, "rad in (0, 6.283185]", "how far the axis turns from end to end"]
     side: Annotated[float | None, "m in (0, inf)", "extent of a rectangular section in the plane of the circle"] = None
     height: Annotated[
-        float | None, "m in (0, inf)", "extent of a rectangular section across that plane; `side` where left out"
+        float | None, "m in (0, inf)", "extent of a rectangular section across that plane; default: `side`"
     ] = None
     section_radius: Annotated[float | None, "m in (0, inf)", "radius of a round section"] = None
     axis: Annotated[Vector3, "direction", "direction of the axis at `origin`"] = (1.0, 0.0, 0.0)
-    towards: Annotated[Vector3, "direction", "direction in which it bends, of which the part across `axis` counts"] = (
+    towards: Annotated[Vector3, "direction", "direction in which it bends; its component along `axis` is ignored"] = (
         0.0,
         1.0,
         0.0,
@@ -54,13 +54,13 @@ class Arc(Swept):
         plane.
         """
         if (self.side is None) == (self.section_radius is None):
-            return "it needs a `side`, of a rectangular section, or a `section_radius`, of a round one"
+            return "it needs a `side` (rectangular section) or a `section_radius` (round section)"
         if self.height is not None and self.side is None:
-            return "`height` is of a rectangular section, and a round one has a `section_radius` alone"
+            return "`height` belongs to a rectangular section; a round one has only a `section_radius`"
         if max(0.5 * (self.side or 0.0), self.section_radius or 0.0) >= self.radius:
-            return "its section reaches past the centre of the circle: `radius` must be more than half of it"
+            return "its section extends beyond the centre of the circle: `radius` must be more than half the section"
         if math.hypot(*cross(self.axis, self.towards)) < SIDEWAYS:
-            return "`towards` is along `axis`, and says no plane to bend in"
+            return "`towards` is parallel to `axis`, so the bending plane is undefined"
         return ""
 
     @property

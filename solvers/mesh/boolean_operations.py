@@ -28,7 +28,7 @@ def import_manifold3d() -> Any:
         return importlib.import_module("manifold3d")
     except ImportError:
         raise UnreadableMesh(
-            "shapes are combined by the package manifold3d, which is not installed",
+            "combining shapes needs the package manifold3d, which is not installed",
             MISSING, 'run `pip install "softmark[solids,meshing]"`',
         ) from None  # fmt: skip
 
@@ -43,14 +43,14 @@ def combine_surfaces(operation: str, one: tuple[Floats, Ints], other: tuple[Floa
     first, second = (_solid(manifold, np.round((X - middle) / extent, SAME), t) for X, t in (one, other))
     found = getattr(manifold.Manifold, MEANING[operation])(first, second)
     if found.is_empty() or found.volume() <= NOTHING:
-        raise UnreadableMesh(_emptied(operation), EMPTY, "look at their places and sizes: `origin`, `axis`, units")
+        raise UnreadableMesh(_emptied(operation), EMPTY, "check their positions and sizes: `origin`, `axis`, units")
     mesh = found.to_mesh64()
     points = np.array(mesh.vert_properties[:, :3], dtype=np.float64) * extent + middle
     # Touching sides leave slivers with close points, which are no flaw of a file and are not reported.
     surface = close_surface(*merge_points(points, np.array(mesh.tri_verts, dtype=np.int64), []))
     if operation == "difference" and surface.volume >= signed_volume(*one) * (1.0 - NOTHING):
-        raise UnreadableMesh("what is taken away does not meet the rest: nothing is taken", EMPTY,
-                             "look at its place and size: `origin`, `axis`, units")  # fmt: skip
+        raise UnreadableMesh("the subtracted shape does not overlap the body, so nothing is removed", EMPTY,
+                             "check its position and size: `origin`, `axis`, units")  # fmt: skip
     return surface
 
 
@@ -72,16 +72,16 @@ def refine_surface(points: Floats, triangles: Ints, sides: Sequence[CurvedSide])
 def too_many_triangles_error(count: float, facets: float) -> UnreadableMesh:
     """Return the error for a surface that needs about so many triangles of a size, m."""
     return UnreadableMesh(
-        f"its curved sides would be about {count:.1e} triangles of {1e3 * facets:.3g} mm", ENDLESS,
-        "use a larger size of the model, of which facets are half, or larger `facets`",
+        f"its curved surfaces would need about {count:.1e} triangles of {1e3 * facets:.3g} mm", ENDLESS,
+        "use a larger `size` of the model (facets have half of it), or larger `facets`",
     )  # fmt: skip
 
 
 def _emptied(operation: str) -> str:
     return {
-        "difference": "nothing is left of it: what is taken away holds all of it",
-        "intersection": "nothing is left of it: its parts do not meet",
-    }.get(operation, "it encloses nothing")
+        "difference": "nothing is left: the subtracted shape contains the whole body",
+        "intersection": "nothing is left: its parts do not overlap",
+    }.get(operation, "it has no volume")
 
 
 def _solid(manifold: Any, points: Floats, triangles: Ints) -> Any:
@@ -90,7 +90,7 @@ def _solid(manifold: Any, points: Floats, triangles: Ints) -> Any:
     found = manifold.Manifold(mesh)
     if found.status() != manifold.Error.NoError:
         raise UnreadableMesh(
-            f"the surface of one of its parts is no closed manifold ({found.status().name})",
-            UNFIT, "mend it in the program that made it, or fill it alone, with `tetrahedralized`",
+            f"the surface of one of its parts is not a closed manifold ({found.status().name})",
+            UNFIT, "repair it in the program that made it, or fill it without combining, with `tetrahedralized`",
         )  # fmt: skip
     return found

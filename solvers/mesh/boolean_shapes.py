@@ -33,13 +33,15 @@ class Combined(SurfaceBody):
     """A body made of two bodies, `one` and `other`, by a Boolean operation."""
 
     operation: ClassVar[Operation]
-    gap = "no convex body"
+    gap = "not a convex body"
 
     one: Annotated[Any, "shape", "a body"]
-    other: Annotated[Any, "shape", "another that meets it"]
+    other: Annotated[Any, "shape", "another body that overlaps it"]
     facets: Annotated[float | None, "m in (0, inf)", "size of the facets of curved sides"] = None
     tolerance: Annotated[
-        float | None, "m in (0, inf)", "how far the mesh may be from the facets; by default 2 % of the smallest cells"
+        float | None,
+        "m in (0, inf)",
+        "largest distance of the mesh from the facets; default: 2 % of the smallest cells",
     ] = None
 
     @property
@@ -47,11 +49,11 @@ class Combined(SurfaceBody):
         """Return an error of one of the two bodies, or that they do not meet."""
         for shape in self.pair:
             if shape.flat:
-                return "a plane region is combined with nothing: it has no volume"
+                return "a plane region cannot be combined: it has no volume"
             if shape.fault:
                 return shape.fault
             if not shape.meshed:
-                return "one of its parts is a shape of rigid bodies alone, of which there is no surface to combine"
+                return "one of its parts is a shape for rigid bodies only and cannot be combined"
         return self.apart
 
     @property
@@ -135,9 +137,9 @@ class Combined(SurfaceBody):
 
 
 _APART = {
-    "union": "its parts do not meet: a body is one piece, declare a body for each",
-    "difference": "what is taken away does not meet the rest: nothing would be taken",
-    "intersection": "its parts do not meet: nothing is left of them",
+    "union": "its parts do not overlap: a body must be one piece, so declare a body for each",
+    "difference": "the subtracted shape does not overlap the body, so nothing would be removed",
+    "intersection": "nothing is left: its parts do not overlap",
 }
 
 
@@ -169,7 +171,7 @@ class Difference(Combined):
     operation = "difference"
 
     one: Annotated[Any, "shape", "the body"]
-    other: Annotated[Any, "shape", "what is taken away from it"]
+    other: Annotated[Any, "shape", "the shape that is subtracted"]
 
 
 @dataclass(frozen=True)

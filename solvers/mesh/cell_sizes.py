@@ -48,7 +48,7 @@ def _distance_to_condition(cut: Cut, surface: ClosedSurface, X: Floats) -> Float
     held = np.broadcast_to(cut.where.holds(*every.T, surface.extent), len(every))
     if not held.any():
         raise UnreadableMesh(
-            "it is to be finer where nothing of it lies", NOWHERE, "look at the condition of `refine_at`"
+            "no part of it lies where it should be refined", NOWHERE, "check the condition of `refine_at`"
         )
     away: Floats = cKDTree(every[held]).query(X)[0]
     return away

@@ -29,11 +29,11 @@ class Apart(Shape):
     Both are solids, or both plane regions.
     """
 
-    gap = "in pieces"
+    gap = "separate pieces"
 
     one: Annotated[Any, "shape", "a shape"]
     other: Annotated[Any, "shape", "another"]
-    coarser: Annotated[float, "1 in (0, inf)", "how many times as large the cells of the other are"] = 1.0
+    coarser: Annotated[float, "1 in (0, inf)", "ratio of the cell sizes of the second and first shape"] = 1.0
 
     @property
     def pair(self) -> tuple[Any, Any]:
@@ -51,7 +51,7 @@ class Apart(Shape):
         found = next((shape.fault for shape in self.pair if shape.fault), "")
         if found or len({shape.flat for shape in self.pair if not shape.prebuilt}) < 2:
             return str(found)
-        return "one of its shapes is a plane region and the other is a solid"
+        return "one of its shapes is a plane region, but the other is a solid"
 
     @property
     def file(self) -> str:
@@ -121,7 +121,7 @@ class Apart(Shape):
         made = Mesh(points, cells, a.kind, skin)
         if (found := find_overlap(made)) is not None:
             raise UnreadableMesh(
-                f"the shapes that `disjoint(...)` is to hold apart overlap: {format_position(found[0])} lies in both",
+                f"the shapes of `disjoint(...)` overlap: {format_position(found[0])} lies in both",
                 "E569", "move one of them: matter there would count twice",
             )  # fmt: skip
         return made

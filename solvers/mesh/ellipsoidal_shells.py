@@ -36,16 +36,16 @@ class EllipsoidalWall:
     outer: Annotated[float, "m in (0, inf)", "semi-axis of the outer ellipsoid across the axis"]
     outer_along: Annotated[float, "m in (0, inf)", "its semi-axis along the axis"]
     rim: Annotated[float, "m in (-inf, inf)", "how far along the axis from the centre of both it is cut off"]
-    layers: Annotated[int | None, "1 in [1, 1000]", "cells through the wall; by the size without"] = None
-    tip: Annotated[float, "1 in [0.05, 1]", "how long cells are at the tip, as a part of what they are without"] = 1.0
+    layers: Annotated[int | None, "1 in [1, 1000]", "cells through the wall; default: from the size"] = None
+    tip: Annotated[float, "1 in [0.05, 1]", "cell length at the tip, relative to the default"] = 1.0
 
     @property
     def fault(self) -> str:
         """Return an error if the wall is empty."""
         if not (self.inner < self.outer and self.inner_along < self.outer_along):
-            return "its inner ellipsoid must be smaller than its outer one, across the axis and along it"
+            return "its inner ellipsoid must be smaller than the outer one, both across and along the axis"
         if not -self.inner_along < self.rim < self.inner_along:
-            return "its `rim` must cut both ellipsoids: it lies between minus and plus `inner_along`"
+            return "its `rim` must cut both ellipsoids: it must lie between -`inner_along` and `inner_along`"
         return ""
 
     def _at(self, s: Any, t: Any) -> tuple[Any, Any]:
@@ -133,7 +133,7 @@ class Bowl(EllipsoidalWall, Shape):
     tip, where fibres that wind around the axis converge, and correspondingly longer near the rim.
     """
 
-    axis: Annotated[Vector3, "direction", "of the axis, from the tip to the rim"] = (0.0, 0.0, 1.0)
+    axis: Annotated[Vector3, "direction", "direction of the axis, from the tip to the rim"] = (0.0, 0.0, 1.0)
     origin: Annotated[Vector3, "m", "the centre of both ellipsoids"] = (0.0, 0.0, 0.0)
 
     @property

@@ -35,12 +35,12 @@ class Extruded(Shape):
     z, and centred on one line, is a tapered body along an axis, which beam models accept.
     """
 
-    gap = "no convex body"
+    gap = "not a convex body"
 
     corners: Annotated[tuple[tuple[float, float], ...], "points of m", "corners of its section, in order around it"]
-    height: Annotated[float, "m in (0, inf)", "how far the section goes"]
-    along: Annotated[Along, "the direction in which it goes"] = "z"
-    base: Annotated[float, "m", "the coordinate along that direction at which it starts"] = 0.0
+    height: Annotated[float, "m in (0, inf)", "length of the extrusion"]
+    along: Annotated[Along, "direction of the extrusion"] = "z"
+    base: Annotated[float, "m", "coordinate along that direction where it starts"] = 0.0
 
     @property
     def fault(self) -> str:

@@ -159,7 +159,7 @@ class Network(Shape):
     end_height: tuple[float, ...] | None = None
 
     wired = True
-    gap = "empty between its members"
+    gap = "hollow members"
 
     @cached_property
     def fault(self) -> str:
@@ -168,19 +168,20 @@ class Network(Shape):
 
     def _section_fault(self) -> str:
         if (self.radius is None) == (self.side is None):
-            return "it needs a `radius`, of round sections, or a `side`, of rectangular ones"
+            return "it needs a `radius` (round sections) or a `side` (rectangular sections)"
         if self.inner is not None and self.radius is None:
-            return "`inner` is of round sections, and rectangular ones have a `side` and a `height`"
+            return "`inner` belongs to round sections; rectangular ones have a `side` and a `height`"
         if self.height is not None and self.side is None:
-            return "`height` is of rectangular sections, and round ones have a `radius` alone"
+            return "`height` belongs to rectangular sections; round ones have only a `radius`"
         for name in MEASURES:
             if getattr(self, f"end_{name}") is not None and getattr(self, name) is None:
-                return f"`end_{name}` is what `{name}` comes to at the second point, and there is no `{name}`"
+                return f"`end_{name}` is the value of `{name}` at the second point, but `{name}` is missing"
         for name in (*MEASURES, *(f"end_{name}" for name in MEASURES)):
             given = getattr(self, name)
             if given is not None and len(given) not in (1, len(self.pairs)):
                 return (
-                    f"`{name}` has {len(given)} values, and there are {len(self.pairs)} members: give one, or one each"
+                    f"`{name}` has {len(given)} values, but there are {len(self.pairs)} members: write "
+                    "one value, or one for each"
                 )
         pairs = [
             pair
@@ -188,7 +189,7 @@ class Network(Shape):
             for pair in zip(self._of(i, "radius"), self._of(i, "inner"), strict=True)
         ]
         if any(radius is not None and inner is not None and inner >= radius for radius, inner in pairs):
-            return "`inner`, the radius of the hollow, must be less than `radius`"
+            return "`inner`, the radius of the cavity, must be less than `radius`"
         return ""
 
     def _member_fault(self) -> str:
@@ -196,7 +197,7 @@ class Network(Shape):
         for number, pair in enumerate(self.pairs, start=1):
             beyond = next((n for n in pair if not 1 <= n <= len(self.points)), None)
             if beyond is not None:
-                return f"member {number} ends at point {beyond}, and there are points 1 to {len(self.points)}"
+                return f"member {number} refers to point {beyond}, but there are only points 1 to {len(self.points)}"
             if pair[0] == pair[1]:
                 return f"member {number} begins and ends at point {pair[0]}"
             if (other := known.setdefault(frozenset(pair), number)) != number:
@@ -211,13 +212,16 @@ class Network(Shape):
                 if self.points[j][0] - self.points[i][0] > NEAR * size:
                     break
                 if math.dist(self.points[i], self.points[j]) <= NEAR * size:
-                    return f"points {min(i, j) + 1} and {max(i, j) + 1} are one: members join where they share a point"
+                    return (
+                        f"points {min(i, j) + 1} and {max(i, j) + 1} are at the same position: use one "
+                        "point where members are joined"
+                    )
         joined = self._connected_points()
         loose = next((i for i in range(len(self.points)) if i not in joined), None)
         if loose is None:
             return ""
         used = any(loose + 1 in pair for pair in self.pairs)
-        return f"point {loose + 1} {'is not joined to point 1 by members' if used else 'is of no member'}"
+        return f"point {loose + 1} {'is not connected to point 1 by members' if used else 'belongs to no member'}"
 
     def _connected_points(self) -> set[int]:
         """Return the points (from 0) that members connect with the first."""

@@ -223,7 +223,7 @@ class Quadrilateral(PlaneRegion):
         if any(c[2] for c in (self.first, self.second, self.third, self.fourth)):
             return "its corners must lie in the plane z = 0"
         if min(self._turns) <= NEAR * max(map(abs, self._turns)):
-            return "its corners must go counter-clockwise, and turn left at each of the four"
+            return "its corners must be in counter-clockwise order, with a left turn at each"
         return ""
 
     def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
@@ -274,8 +274,10 @@ class QuarterRing(PlaneRegion):
 
     inner: Annotated[float, "m in (0, inf)", "semi-axis of the hole along x"]
     outer: Annotated[float, "m in (0, inf)", "semi-axis of the outer border along x"]
-    inner_y: Annotated[float | None, "m in (0, inf)", "semi-axis of the hole along y; as along x without"] = None
-    outer_y: Annotated[float | None, "m in (0, inf)", "that of the outer border; as along x without"] = None
+    inner_y: Annotated[float | None, "m in (0, inf)", "semi-axis of the hole along y; default: as along x"] = None
+    outer_y: Annotated[float | None, "m in (0, inf)", "semi-axis of the outer border along y; default: as along x"] = (
+        None
+    )
 
     @property
     def _hole(self) -> Place:
@@ -289,7 +291,7 @@ class QuarterRing(PlaneRegion):
     def fault(self) -> str:
         """Return an error if the wall is empty."""
         (a, b), (c, d) = self._hole, self._border
-        return "" if a < c and b < d else "its hole must be smaller than its outer border, along x and along y"
+        return "" if a < c and b < d else "its hole must be smaller than the outer border, along both x and y"
 
     def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
         """Return the point at s outward from the hole and t around from the x axis."""

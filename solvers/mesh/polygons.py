@@ -20,20 +20,22 @@ MOST = 500  # corners: each pair of sides is looked at
 def fault(corners: Corners) -> str:
     """Return why corners, m, make no simple polygon; "" if they do."""
     if len(corners) < 3:
-        return f"a polygon has three corners at least, and {len(corners)} are given"
+        return f"a polygon needs at least three corners, and there are {len(corners)}"
     if len(corners) > MOST:
-        return f"it has {len(corners)} corners, and {MOST} are looked at: take fewer, or a `tetrahedralized` surface"
+        return (
+            f"it has {len(corners)} corners, more than the limit of {MOST}: use fewer, or a `tetrahedralized` surface"
+        )
     size = extent(corners)
     for (i, a), (j, b) in combinations(enumerate(corners, 1), 2):
         if math.dist(a, b) <= SAME * size:
-            closing = "; the last corner is joined to the first by itself" if (i, j) == (1, len(corners)) else ""
-            return f"its corners {i} and {j} are at one place{closing}"
+            closing = "; do not repeat the first corner at the end" if (i, j) == (1, len(corners)) else ""
+            return f"its corners {i} and {j} are at the same position{closing}"
     if max(map(abs, turn_sines(corners))) <= THIN:
         return "all its corners lie on one line"
     sides = list(enumerate(edges(corners), 1))
     for (i, one), (j, other) in combinations(sides, 2):
         if _touch(one, other, SAME * size):
-            return f"its sides from corner {i} and from corner {j} cross or touch"
+            return f"its sides from corner {i} and from corner {j} intersect or touch"
     return "it has no area" if abs(signed_area(corners)) <= THIN * size**2 else ""
 
 

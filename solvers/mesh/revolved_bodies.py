@@ -119,7 +119,7 @@ class Revolved(Revolution):
     volume, or more around a hollow (the report says how much).
     """
 
-    gap = "no convex body"
+    gap = "not a convex body"
 
     corners: Annotated[tuple[tuple[float, float], ...], "points of m", "corners of its section: r and z of each"]
     axis: Annotated[Vector3, "direction", "direction of the axis"] = (0.0, 0.0, 1.0)
@@ -129,7 +129,7 @@ class Revolved(Revolution):
     def fault(self) -> str:
         """Return an error of the polygon, or where it crosses its axis."""
         if any(r < 0.0 for r, _ in self.corners):
-            return "its section reaches past the axis: distances from it must not be negative"
+            return "its section extends beyond the axis: distances from the axis must not be negative"
         return polygons.fault(self.corners) or _find_pinch(polygons.orient_counterclockwise(self.corners))
 
     @property
@@ -190,7 +190,10 @@ def _find_pinch(outline: Corners) -> str:
     if not alone:
         return ""
     z = outline[min(alone)][1]
-    return f"its section touches the axis at one point alone, at z = {1e3 * z:.6g} mm: leave room, or give a side on it"
+    return (
+        f"its section touches the axis at only one point, z = {1e3 * z:.6g} mm: leave a gap, or draw a side "
+        "along the axis"
+    )
 
 
 @lru_cache(maxsize=64)

@@ -36,7 +36,7 @@ class HalfSpace(Shape):
     meshed = False
 
     origin: Annotated[Vector3, "m", "a point of the plane"] = (0.0, 0.0, 0.0)
-    normal: Annotated[Vector3, "direction", "direction out of it, across the plane"] = (0.0, 0.0, 1.0)
+    normal: Annotated[Vector3, "direction", "direction of the outward normal"] = (0.0, 0.0, 1.0)
 
     def contains(self, point: Vector3) -> bool:
         """Return whether a point is behind the plane, or on it."""
@@ -55,12 +55,12 @@ class RoundedBox(Shape):
 
     size: Annotated[Vector3, "m in (0, inf)", "extents along x, y and z"]
     rounding: Annotated[float, "m in (0, inf)", "radius of its edges"]
-    origin: Annotated[Vector3, "m", "corner with the lowest x, y and z that it had if it were sharp"] = (0.0, 0.0, 0.0)
+    origin: Annotated[Vector3, "m", "lowest x, y and z of the box, ignoring the rounding"] = (0.0, 0.0, 0.0)
 
     @property
     def fault(self) -> str:
         """Return an error if roundings of opposite edges overlap."""
-        return "" if 2.0 * self.rounding < min(self.size) else "its edges are rounded past the middle of its least side"
+        return "" if 2.0 * self.rounding < min(self.size) else "`rounding` is more than half of its smallest side"
 
     @property
     def bounds(self) -> Bounds:
@@ -100,7 +100,7 @@ class RoundedRevolution(Shape):
     @property
     def fault(self) -> str:
         """Return an error if the ends overlap."""
-        return "" if 2.0 * self.rounding < self.length else "its ends are rounded past the middle of its length"
+        return "" if 2.0 * self.rounding < self.length else "`rounding` is more than half of its length"
 
     @property
     def _turned(self) -> Revolved:

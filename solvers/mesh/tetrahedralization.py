@@ -71,7 +71,7 @@ def mesher() -> str:
         return f"{MESHER} {metadata.version(MESHER)}"
     except metadata.PackageNotFoundError:
         raise UnreadableMesh(
-            f"a surface is filled by the package {MESHER}, which is not installed",
+            f"filling a surface needs the package {MESHER}, which is not installed",
             MISSING, 'run `pip install "softmark[meshing]"`',
         ) from None  # fmt: skip
 
@@ -129,7 +129,7 @@ def _read(file: Path) -> Made:
         points, cells = found["points"].astype(np.float64), found["cells"].astype(np.int64)
         seconds = float(found["seconds"]) if "seconds" in found else 0.0
     if points.ndim != 2 or points.shape[1:] != (3,) or cells.ndim != 2 or cells.shape[1:] != (4,):
-        raise ValueError("no mesh of tetrahedra")
+        raise ValueError("no tetrahedral mesh")
     return points, cells, seconds
 
 
@@ -175,7 +175,7 @@ def _run_mesher(surface: ClosedSurface, size: float, tolerance: float, **field: 
             raise _mesher_error(done) from error
     if not len(cells):
         raise UnreadableMesh(
-            "the mesher found nothing within its surface", FAILED, "take a smaller `tolerance`, or repair the surface"
+            "the mesher found no volume inside its surface", FAILED, "use a smaller `tolerance`, or repair the surface"
         )
     return points * extent + origin, cells, seconds
 
@@ -188,11 +188,11 @@ def _cpu_seconds() -> float:
 
 def _mesher_error(done: subprocess.CompletedProcess[str]) -> UnreadableMesh:
     """Return the error that describes how the mesher failed."""
-    last = (done.stderr.strip().splitlines() or ["it said nothing"])[-1]
-    how = f"it was ended by signal {-done.returncode}" if done.returncode < 0 else last[:200]
+    last = (done.stderr.strip().splitlines() or ["no output"])[-1]
+    how = f"it was terminated by signal {-done.returncode}" if done.returncode < 0 else last[:200]
     return UnreadableMesh(
         f"{MESHER} could not fill its surface: {how}",
-        FAILED, "take a larger `size` or `tolerance`, or repair the surface in the program that made it",
+        FAILED, "use a larger `size` or `tolerance`, or repair the surface in the program that made it",
     )  # fmt: skip
 
 
@@ -219,7 +219,9 @@ def _drop_loose_parts(points: Floats, cells: Ints) -> tuple[Floats, Ints, tuple[
     repairs: tuple[str, ...] = ()
     if 0.0 < rest <= LOST and (part != main).any():
         dropped = int((part != main).sum())
-        repairs = (f"{dropped} cells of {100 * rest:.2g} % of the volume left out that hung on by an edge",)
+        repairs = (
+            f"{dropped} cells with {100 * rest:.2g} % of the volume removed, which were connected only by an edge",
+        )
         cells = cells[part == main]
     kept, renumbered = np.unique(cells, return_inverse=True)
     return points[kept], renumbered.reshape(cells.shape).astype(np.int64), repairs

@@ -20,7 +20,7 @@ else:
     from softmark.solvers.runtime.lazy_modules import np
 
 
-INSIDE_OUT = "`inner`, the radius of the hollow, must be less than `radius`"
+INSIDE_OUT = "`inner`, the radius of the cavity, must be less than `radius`"
 
 
 @dataclass(frozen=True)

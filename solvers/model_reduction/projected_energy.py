@@ -111,5 +111,5 @@ class DenseSolver:
         except (dense.LinAlgError, dense.LinAlgWarning) as error:
             raise Singular(str(error)) from error
         if not np.all(np.isfinite(x)):
-            raise Singular("the tangent holds numbers that are not finite")
+            raise Singular("the tangent contains numbers that are not finite")
         return x

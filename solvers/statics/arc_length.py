@@ -99,7 +99,7 @@ class PathFollower:
         try:
             return self._followed()
         except PathLost as lost:
-            raise self._stopped(f"where the path ends: {lost}") from lost
+            raise self._stopped(f"where it ends: {lost}") from lost
 
     def _followed(self) -> Floats:
         """Follow the path to full load. Raises NotConverged, and PathLost if a point that must exist is not found."""
@@ -116,7 +116,7 @@ class PathFollower:
             length, here = length + step, there
             longest = max(STRIDE, RELATIVE * length)
             step = min(longest, step * float(np.clip(np.sqrt(USUAL / max(1, there.iterations)), 0.5, 1.6)))
-        raise self._stopped(f"and {STEPS} points of it were followed")
+        raise self._stopped(f"up to the limit of {STEPS} points")
 
     # ------------------------------------------------------------------ points
 
@@ -137,10 +137,10 @@ class PathFollower:
                     return there, step
             except PathLost as lost:
                 if step <= FINEST:
-                    raise self._stopped(f"where the path ends: {lost}") from lost
+                    raise self._stopped(f"where it ends: {lost}") from lost
             step = max(0.5 * step, FINEST) if step > FINEST else 0.0
             if step == 0.0:
-                raise self._stopped("where the path has a corner")
+                raise self._stopped("where it has a kink")
 
     def at(self, here: PathPoint, step: float) -> PathPoint:
         """Return the point of the path at distance `step` along the tangent of another point. Raises PathLost."""
@@ -150,7 +150,7 @@ class PathFollower:
         for number in range(CORRECTIONS + 1):
             g = self.assembly.gradient(x, load)
             if not np.all(np.isfinite(g)) or not np.isfinite(self.newton.strain(x)):
-                raise PathLost("the law does not hold beyond it")
+                raise PathLost("the law has no states beyond it")
             if number and self._balanced(x, load, g):
                 return self._point(here, x, load, number)
             if number == CORRECTIONS or (number > 2 and np.hypot(*self._parts((d, up))) > 10 * step):
@@ -296,7 +296,7 @@ class PathFollower:
             if abs(near.load - 1.0) < 1e-3 and (found := self._settled(here, near)) is not None:
                 return found
             low, high = ((middle, near.load), high) if near.load < 1.0 else (low, (middle, near.load))
-        raise self._stopped("and its point at full load could not be settled")
+        raise self._stopped("but the point at full load was not found")
 
     def _settled(self, here: PathPoint, near: PathPoint) -> PathPoint | None:
         """Return the converged point at full load near another; None if Newton's method leads elsewhere."""
@@ -363,9 +363,12 @@ class PathFollower:
     def _given_up(self, there: PathPoint) -> None:
         """Stop a path that inverts cells, reverses the load, or leads too far: raises NotConverged."""
         checks: tuple[tuple[bool, Callable[[], str]], ...] = (
-            (not self.problem.sound(there.x), lambda: "where cells turn inside out"),
-            (there.load < BACK, lambda: "and it goes on to loads of the other sign"),
-            (there.size > FAR * self.problem.extent, lambda: f"and it leads farther than {FAR:.0f} bodies"),
+            (not self.problem.sound(there.x), lambda: "where cells become inverted"),
+            (there.load < BACK, lambda: "where the load changes sign"),
+            (
+                there.size > FAR * self.problem.extent,
+                lambda: f"where the body moved more than {FAR:.0f} times its size",
+            ),
         )
         for stop, why in checks:
             if stop:
@@ -379,6 +382,6 @@ class PathFollower:
         if tops:
             reason = f"the load has a maximum of {100 * max(tops):.4g} % (limit point)"
         else:
-            reason = f"the path reaches {100 * highest:.4g} % of the load"
+            reason = f"the equilibrium path reaches {100 * highest:.4g} % of the load"
         text = f"{reason}; the path was followed to {100 * last:.4g} %, {why}"
         return NotConverged(text, tuple(self.newton.history), self.newton.systems.facts | self.path.facts)

@@ -80,7 +80,7 @@ def _stiffen_until_gaps_positive(
             return found, problem
         history, factor = found.history, STIFFER * factor
         problem = replace(_with_stiffer_barriers(problem, STIFFER, stay=True), start=found.x)
-    raise NotConverged("no barrier keeps its surface in front of the rigid body", history)
+    raise NotConverged("no barrier keeps the surface outside the rigid body", history)
 
 
 def _check_tunnelling(problem: Statics, found: Equilibrium) -> None:
@@ -91,7 +91,7 @@ def _check_tunnelling(problem: Statics, found: Equilibrium) -> None:
     if deep := max(
         (tunnelling_depth(energy, before, found.x) for energy in _rigid_contacts(problem.assembly)), default=0.0
     ):
-        reason = f"a rigid body goes through the surface in one step, by {1e3 * deep:.3g} mm: take more, smaller states"
+        reason = f"a rigid body penetrates the surface by {1e3 * deep:.3g} mm in one step: use more, smaller states"
         raise PassedThrough(reason, found.history, found.facts)
 
 

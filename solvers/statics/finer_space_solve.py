@@ -36,7 +36,7 @@ MOST = 400  # iterations of conjugate gradients in a step
 ALIKE = 1e-10  # of the largest: a smaller direction among vectors is one that they have already
 
 
-LOST = "conjugate gradients do not solve the systems of the finer space"
+LOST = "conjugate gradients do not converge on the finer space"
 Solve = Callable[[Floats], Floats]
 
 
@@ -72,12 +72,12 @@ def solve_on_finer_space(
             size = float(np.linalg.norm(d))
             first = first or size
             if not size <= AWAY * first:
-                raise StateLost("Newton's steps on the finer space lead away from its state")
+                raise StateLost("Newton's method on the finer space leads away from the state")
             x = _step_within_domain(assembly, x, d)
             rounded = size <= ROUNDED * float(np.linalg.norm(x))
             if rounded or size <= SETTLED * first or (number == 0 and _next_step_is_short(assembly, x, solve, size)):
                 return x
-    raise StateLost(f"{STEPS} Newton steps on the finer space do not lead to its equilibrium")
+    raise StateLost(f"{STEPS} Newton steps on the finer space do not reach equilibrium")
 
 
 def solve_with_known_tangent(
@@ -100,7 +100,7 @@ def solve_with_known_tangent(
             x, first, before = _step_within_domain(assembly, x, d), first or size, size
             if size <= ROUNDED * float(np.linalg.norm(x)) or size <= NEARBY * first:
                 return x
-    raise StateLost("the tangent of one law does not lead to the equilibrium of another")
+    raise StateLost("modified Newton steps with the tangent of the other law do not converge")
 
 
 def tangent_solver(
@@ -165,7 +165,7 @@ def _step_within_domain(assembly: Assembly, x: Floats, d: Floats) -> Floats:
         if np.isfinite(sum(e.value(y) for e in assembly.internal)):
             return y
         length *= 0.5
-    raise StateLost("the law of the material does not hold in the state of the finer space")
+    raise StateLost("the state is outside the domain of the material law on the finer space")
 
 
 def _newton_step(

@@ -115,7 +115,7 @@ class _PositionSearch:
             if abs(there - here.d) <= self.least:
                 break
             here = self._towards(here, there)
-        reason = f"the force on the rigid body is not borne to its tolerance: {abs(self._left(here)):.1e} N are left"
+        reason = f"the force on the rigid body is not balanced to the tolerance: {abs(self._left(here)):.1e} N are left"
         raise NotConverged(reason, self.history)
 
     def _left(self, here: TravelPoint) -> float:
@@ -164,8 +164,11 @@ class _PositionSearch:
                 self.history, self.failures = (*self.history, *failure.history), self.failures + 1
                 there = here.d + 0.25 * (there - here.d)
                 if self.failures > FAILURES or abs(there - here.d) <= self.least:
-                    reason = f"the rigid body meets {abs(here.push):.3g} N of {abs(self.press.force):.3g} N"
-                    raise NotConverged(f"{reason}, and farther on {failure.reason}", self.history) from failure
+                    reason = (
+                        f"the rigid body meets a contact force of only {abs(here.push):.3g} N of "
+                        f"{abs(self.press.force):.3g} N"
+                    )
+                    raise NotConverged(f"{reason}, and further on {failure.reason}", self.history) from failure
 
     def _at(self, d: float, near: TravelPoint | None = None) -> TravelPoint:
         """Return the equilibrium at a position, from a near one; with friction, which depends on the path, from the
@@ -236,7 +239,7 @@ class _PositionSearch:
         if np.isfinite(self.low) and np.isfinite(self.high):
             return self._between(here.d)
         along = f"{'+' if sign > 0.0 else '-'}{'xyz'[self.press.along]}"
-        raise NotConverged(f"nothing stops the rigid body: it goes on along {along}", self.history)
+        raise NotConverged(f"nothing stops the rigid body: it moves on along {along}", self.history)
 
     def _gave_way(self, here: TravelPoint) -> bool:
         """Return whether the contact force falls on the way to a position, so that the body snaps through.
@@ -271,7 +274,10 @@ class _PositionSearch:
     def _kept(self, here: TravelPoint, left: float, stiffness: float) -> Equilibrium:
         """Return the equilibrium with the facts of the search. Raises NotConverged if it is unstable."""
         if here.push != 0.0 and not stiffness > 0.0:
-            reason = f"what the rigid body meets gives way: it would go on from a force of {abs(here.push):.3g} N"
+            reason = (
+                "the equilibrium of the rigid body is unstable: it snaps through at a contact force of "
+                f"{abs(here.push):.3g} N"
+            )
             raise NotConverged(reason, self.history)
         gave_way = {"gave_way": True} if self._gave_way(here) else {}
         known = {"travel_m": here.d, "left_N": left, "stiffness_N_m": stiffness, "places": self.places} | gave_way

@@ -48,7 +48,9 @@ def solve_with_vanishing_spring(problem: Statics, find: Callable[[Statics], Equi
             facts = {"bears": borne, "places": number + 1}
             return replace(found, history=history, facts=found.facts | {"grounded": facts})
         if problem.rubs and borne > FALLS:
-            raise NotConverged("it falls on what it rubs on, and friction would count the way there as slip", history)
+            raise NotConverged(
+                "the body falls onto a contact with friction, where this motion would wrongly count as slip", history
+            )
         less = borne < 0.5 * before
         stuck, before = (0 if less else stuck + 1), borne
         if stuck > STUCK:
@@ -109,5 +111,5 @@ def _failure_reason(problem: Statics, ground: StabilizationSpring, x: Floats, bo
     size = float(np.linalg.norm(way))
     along = "" if not size else f" along ({', '.join(f'{c:.2g}' for c in np.round(way / size, 6) + 0.0)})"
     if borne > FREE:
-        return f"nothing stops the body as a whole within {STUCK * REACH:.2g} times its size: it falls on{along}"
-    return f"nothing stops the body as a whole: {100 * borne:.2g} % of the forces on it still carry it on{along}"
+        return f"nothing stops the body within {STUCK * REACH:.2g} times its size: it moves away{along}"
+    return f"nothing stops the body: {100 * borne:.2g} % of the forces on it are unbalanced and move it{along}"

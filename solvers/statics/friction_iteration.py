@@ -74,7 +74,7 @@ def _iterate_lagged_friction(
         found = _full_newton_steps(newton, x, load, residual)
         if found is not None:
             return found
-    reason = f"friction does not settle at {100 * load:.4g} % of the load, residual {residual:.1e}"
+    reason = f"the friction iteration does not converge at {100 * load:.4g} % of the load, residual {residual:.1e}"
     raise NotConverged(reason, tuple(newton.history))
 
 

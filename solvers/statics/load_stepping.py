@@ -30,7 +30,7 @@ def step_load(newton: Newton) -> tuple[Floats, int]:
         if y is None:
             step = 0.5 * (target - load)
             if step < LEAST * longest:
-                raise NotConverged(f"steps of load end at {100 * load:.4g} %", tuple(newton.history))
+                raise NotConverged(f"load stepping stopped at {100 * load:.4g} % of the load", tuple(newton.history))
             continue
         x, load, count = y, target, count + 1
         if len(newton.history) - before <= EASY:

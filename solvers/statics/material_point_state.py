@@ -22,7 +22,7 @@ class NoState(Exception):
     """Raised if the law has no state with the prescribed stress; `share` of the imposed values was reached."""
 
     def __init__(self, share: float, stretches: Floats) -> None:
-        super().__init__(f"no state beyond {share:.3g} of what is imposed")
+        super().__init__(f"no state beyond a fraction {share:.3g} of the imposed loading")
         self.share = share
         self.stretches = stretches
 

@@ -99,7 +99,7 @@ class _Recovery:
         """Descend, check, interpolate bad cells anew, and repeat. Raises NotConverged."""
         x = self._begin()
         lawful = self.newton.minimal and self._finite(x)
-        doubt = "no descent ended"
+        doubt = "no energy minimization finished"
         for self.attempts in range(ATTEMPTS + 1):
             if self.attempts:
                 x = self._escape(x)
@@ -114,7 +114,7 @@ class _Recovery:
             if found is None:
                 return self._kept(x)
             doubt = found
-        reason = f"it does not find back from where it was put, after {self.attempts} fresh attempts: {doubt}"
+        reason = f"it does not recover from the disturbed state after {self.attempts} more attempts: {doubt}"
         raise NotConverged(reason, tuple(self.history), self.systems.facts | self._facts)
 
     # ------------------------------------------------------------------ the way down
@@ -209,7 +209,7 @@ class _Recovery:
     def _settle(self, x: Floats) -> Floats:
         """Return the stable equilibrium under the loads that minimises the law's own energy. Raises NotConverged."""
         if not self._finite(x):
-            raise NotConverged("the law has no energy there", tuple(self.history))
+            raise NotConverged("the energy of the law is not finite in this state", tuple(self.history))
         self.newton.moved = self.problem.extent * float(np.sqrt(self.problem.space.dofs))
         if self.newton.minimal:
             x = self._downhill(self.problem.assembly, x, 1.0, "recovery")
@@ -248,7 +248,7 @@ class _Recovery:
         if not len(cells):
             return None
         named = ", ".join(str(int(c)) for c in cells[:NAMED]) + (", ..." if len(cells) > NAMED else "")
-        return f"folded, with {len(cells)} of {self.tangled.count} cells inside out (cells {named})"
+        return f"{len(cells)} of {self.tangled.count} cells remain inverted (cells {named})"
 
     def _elsewhere(self, x: Floats) -> str | None:
         """Return a message if the energy differs from that of the equilibrium without perturbation; else None."""

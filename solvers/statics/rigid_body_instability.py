@@ -31,8 +31,8 @@ def describe_rigid_instability(newton: Newton, x: Floats) -> str | None:
         return None
     carried, turned = by[:3], by[3:]
     if np.linalg.norm(carried) < LEAST * np.linalg.norm(turned):
-        return f"it turns away about {_direction_text(turned)}"
-    return f"it slips away along {_direction_text(carried)}"
+        return f"it rotates away about {_direction_text(turned)}"
+    return f"it slides away along {_direction_text(carried)}"
 
 
 def _direction_text(motion: Floats) -> str:

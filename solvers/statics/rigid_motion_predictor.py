@@ -75,5 +75,5 @@ def linear_response(problem: Statics, before: Assembly, x: Floats, change: Float
     was, now = ([e.at(1.0) for e in list[Any](each.loads) if e.driven] for each in (before, problem.assembly))
     part = collision_free_fraction(was, x, d, now)
     if part == 0.0:
-        raise NotConverged("rigid bodies would go through the surface on their way from the state before")
+        raise NotConverged("moving from the previous state, rigid bodies would pass through the surface")
     return x + part * d

@@ -22,7 +22,7 @@ from softmark.solvers.statics.static_problem import Equilibrium, Iteration, NotC
 
 Find = Callable[[Statics], Equilibrium]
 
-FINER = "cells are too large for what presses between their nodes"
+FINER = "cells are too large compared with the rigid body that presses between their nodes"
 SHARE = 0.5  # of the distance from the middle of a rigid body to its surface: how far it goes in a substep
 MOST = 200  # substeps
 
@@ -61,7 +61,7 @@ def solve_in_substeps(problem: Statics, find: Find, count: int) -> Equilibrium:
             raise NotConverged(reason, (*history, *failure.history), failure.facts, failure.unstable) from failure
         history, before, x = (*history, *found.history), problem.rest if x is None else x, found.x
         if any(sweeps_centroid(contact, before, x) for contact in moved):
-            reason = f"facets cut into a rigid body as deep as its middle (in substep {number} of {count}): {FINER}"
+            reason = f"facets penetrate a rigid body down to its centre (in substep {number} of {count}): {FINER}"
             raise NotConverged(reason, history, found.facts)
         places = [contact.body for contact in found.beside]
         extras = [contact.extra for contact in found.beside]

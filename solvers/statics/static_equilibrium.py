@@ -89,7 +89,7 @@ def _explain_failure(problem: Statics, history: list[Iteration], failure: NotCon
     left, facts, reason = failure.unstable, failure.facts, failure.reason
     critical = None if left is None else critical_load(problem, history, left)
     if critical is not None:
-        reason = f"it buckles at {100 * critical:.3g} % of the load, and of the states beyond: {reason}"
+        reason = f"it buckles at {100 * critical:.3g} % of the load, and no equilibrium was found beyond: {reason}"
         facts = {**facts, "critical_load": critical}
     slides = reason.startswith(SLIDES)
     loose = loose_motion(problem) if left is None or slides else None
@@ -182,7 +182,7 @@ def _start_state(newton: Newton, cap: int | None = None) -> Floats:
     if cap is None:
         x = start.descend(x, 1.0) if problem.touches else start.whole_steps(x, ROUGH)
         if not problem.near(x):
-            raise NotConverged("the corotational start is squeezed flat", tuple(newton.history))
+            raise NotConverged("the corotational start compresses cells to zero volume", tuple(newton.history))
     else:
         x, _, _ = start.steps(x, max(0, min(ROUGH, cap - newton.systems.solves)))
     newton.moved, newton.towed = start.moved, start.towed
@@ -195,14 +195,14 @@ def _given_start(newton: Newton) -> Floats:
     problem = newton.problem
     x = np.array(problem.start, dtype=problem.rest.dtype)
     if not np.all(np.isfinite(x)):
-        raise NotConverged("the state to start from is not finite", tuple(newton.history))
+        raise NotConverged("the initial state is not finite", tuple(newton.history))
     newton.relax()
     left = problem.target - (x - problem.rest)[problem.fixed]
     if np.abs(left).max(initial=0.0) > AWAY * problem.extent:
         x = _follow_supports(newton, x, left)  # without the body, whole cells beside a support would be squeezed
     x[problem.fixed] = problem.rest[problem.fixed] + problem.target
     if not np.isfinite(newton.strain(x)):
-        raise NotConverged("the state to start from is outside the domain of the law", tuple(newton.history))
+        raise NotConverged("the initial state is outside the domain of the law", tuple(newton.history))
     newton.moved = float(np.linalg.norm((x - problem.rest) / problem.weights))
     return x
 
@@ -258,7 +258,7 @@ def _buckle_after_rotation(
     try:
         x, stable = newton.stable(unstable)
     except NotConverged as failure:
-        reason = f"the turned body buckles, and no stable state was found beside its equilibrium: {failure.reason}"
+        reason = f"the rotated body buckles, and no stable state was found near its equilibrium: {failure.reason}"
         raise NotConverged(reason, tuple(history), systems.facts, unstable) from failure
     return replace(_finalize(newton, x, 1, stable), unstable=newton.left if newton.left is not None else unstable)
 
@@ -277,7 +277,7 @@ def _rigid_instability(problem: Statics, history: list[Iteration], systems: Syst
     except NotConverged as failure:
         away = describe_rigid_instability(newton, unstable)
         if away is not None:
-            reason = f"in equilibrium it is balanced and not held: {away}"
+            reason = f"the contact equilibrium is unstable: {away}"
             raise NotConverged(reason, tuple(history), systems.facts, unstable) from failure
     return _safeguarded(problem, history, systems)
 
@@ -292,7 +292,7 @@ def _capped_steps(problem: Statics, history: list[Iteration], systems: Systems) 
     x = _given_start(newton) if started else _start_state(newton, cap)
     x, done, residual = newton.steps(x, max(0, cap - systems.solves))
     if not np.isfinite(residual):
-        raise NotConverged("whole Newton steps lead to forces that are not finite", tuple(history), systems.facts)
+        raise NotConverged("full Newton steps lead to forces that are not finite", tuple(history), systems.facts)
     if done:
         return replace(_accept_stable(newton, x), started=started)
     state, _, residual = _in_double_precision(newton, x)
@@ -319,19 +319,19 @@ def _safeguarded(problem: Statics, history: list[Iteration], systems: Systems, v
             begun = newton.impose(x, target - load, target)
             there = _minimize_energy(newton, begun, target)
             if problem.way is not None and problem.bold and left_solution_branch(x, begun, there):
-                raise NotConverged("the turn is lost: the body springs back to another state", tuple(history))
+                raise NotConverged("the rotation is lost: the body springs back to another state", tuple(history))
             if lost := problem.lost(there, target):
                 raise NotConverged(lost, tuple(history))
             if not problem.sound(there):
                 raise NotConverged("the equilibrium has inverted cells", tuple(history))
             if problem.jumped(x, there):
-                raise NotConverged("neighbouring nodes have turned past each other", tuple(history))
+                raise NotConverged("neighbouring nodes rotated past each other", tuple(history))
             x, load, steps = there, target, steps + 1
             step = min(2.0 * step, problem.longest)
         except NotConverged as failure:
             step, wasted = 0.5 * (target - load), wasted + len(history) - before
             if step < 1e-3 * problem.longest or (problem.touches and wasted > WASTED):
-                reached = f"the load could be raised to {100 * load:.4g} % only: {failure.reason}"
+                reached = f"the load could be raised to only {100 * load:.4g} %: {failure.reason}"
                 raise NotConverged(
                     f"{reached}{_likely_cause(problem, history, x, load)}", tuple(history), systems.facts
                 ) from failure
@@ -348,11 +348,12 @@ def _likely_cause(problem: Statics, history: list[Iteration], x: Floats, load: f
         return ""
     soft, negative = known
     what = (
-        "paths of equilibria seem to meet there (bifurcation)"
+        "equilibrium paths seem to intersect there (bifurcation)"
         if negative
-        else f"this looks like a limit point, the stiffness against the load has fallen to {100 * soft:.2g} %"
+        else "this looks like a limit point, since the stiffness in the load direction has fallen to "
+        f"{100 * soft:.2g} %"
     )
-    return f"; {what}: `path = arc_length` of the analysis follows it"
+    return f"; {what}: use `path = arc_length` in the analysis"
 
 
 # ------------------------------------------------------------------ along the path
@@ -386,7 +387,7 @@ def _finalize(newton: Newton, x: Floats, steps: int, stable: bool | None) -> Equ
         if residual > problem.rounded:
             criterion, error = "energy", _energy_error(problem.exact, x)
             if not error <= problem.rounded:
-                reason = f"single precision leaves a residual of {residual:.1e}, above {problem.rounded:.0e}"
+                reason = f"single precision leaves a residual of {residual:.1e}, above the limit {problem.rounded:.0e}"
                 raise NotConverged(f"{reason}, and an error of {error:.1e} in the energy norm", history, facts)
     found = Equilibrium(x, residual, history, steps, criterion, stable, newton.systems.name, facts)
     # beside an equilibrium that was left, the direction is arbitrary, or nearly so: no matter of rounding
@@ -449,7 +450,10 @@ def _condition(newton: Newton, x: Floats) -> tuple[float, float] | None:
     if not lost <= DOUBTED:
         lost = min(lost, rounding_error(newton, x, last))
     if not lost <= HOPELESS:
-        reason = f"the stiffness matrix is nearly singular ({found:.0e}): rounding takes {lost:.1g} of the answer"
+        reason = (
+            f"the stiffness matrix is nearly singular (condition number {found:.0e}): rounding errors may "
+            f"reach {lost:.1g} of the solution"
+        )
         raise NotConverged(reason, tuple(newton.history), newton.systems.facts)
     return found, lost
 

@@ -89,7 +89,7 @@ class Newton:
         d = self._following(x, moved, load, False, to)
         y = self._moved(x, self._clear(x, d, load, load if to is None else to), 1.0)
         if not np.isfinite(self.strain(y)):
-            raise NotConverged("the supports' motion leaves the domain of the law", tuple(self.history))
+            raise NotConverged("the motion of the supports leaves the domain of the law", tuple(self.history))
         if self.cellular:
             self._promised = self.mixing.with_predicted_pressures(self.assembly, x, d)
         return y
@@ -101,7 +101,7 @@ class Newton:
         """
         part = self._ahead(x, d, load, to)
         if part == 0.0 or (part < 1.0 and np.any(d[self.problem.fixed])):
-            raise NotConverged("the supports' motion would push surfaces through each other", tuple(self.history))
+            raise NotConverged("the motion of the supports would make surfaces intersect", tuple(self.history))
         return d if part == 1.0 else part * d
 
     def _front(self, x: Floats, d: Floats, load: float) -> float:
@@ -152,7 +152,7 @@ class Newton:
         x, done, residual = self.steps(x, most, load, least)
         if done:
             return x
-        raise NotConverged(f"whole Newton steps stopped at a residual of {residual:.1e}", tuple(self.history))
+        raise NotConverged(f"full Newton steps stopped at a residual of {residual:.1e}", tuple(self.history))
 
     def steps(self, x: Floats, most: int, load: float = 1.0, least: float = 0.0) -> tuple[Floats, bool, float]:
         """Take at most `most` full steps; return the state, whether it is an equilibrium, and the residual."""
@@ -217,7 +217,7 @@ class Newton:
                 self.moved = self._farther(d, length)
                 return y, length
             length *= 0.5
-        raise NotConverged("no step stays in the domain of the law", tuple(self.history))
+        raise NotConverged("no Newton step stays in the domain of the law", tuple(self.history))
 
     def strain(self, x: Floats) -> float:
         """Return the strain energy, J; cached for the last state."""
@@ -237,7 +237,7 @@ class Newton:
         merit = self._energy if self.minimal else self._imbalance
         value = merit(x, load)
         if not np.isfinite(value):
-            raise NotConverged("the supports' motion turns cells inside out", tuple(self.history))
+            raise NotConverged("the motion of the supports inverts cells", tuple(self.history))
         self._close = self._tiny = False
         self._promised, self._last_residual = None, np.inf
         recent, most = deque([value], 1 if self.problem.touches else MEMORY), max(self.problem.max_iterations, patience)
@@ -254,14 +254,14 @@ class Newton:
             self._record(load, number, residual, length)
             if self.phase == "aside" and (lost := self._lost(x, load)):
                 raise NotConverged(lost, tuple(self.history))
-        reason = f"no equilibrium within {number} iterations at {100 * load:.4g} % of the load"
+        reason = f"Newton's method did not converge within {number} iterations at {100 * load:.4g} % of the load"
         raise NotConverged(f"{reason}, residual {residual:.1e}", tuple(self.history))
 
     def _lost(self, x: Floats, load: float) -> str | None:
         """Return why the last step near an unstable equilibrium lost rotations of the supports; None if it did not."""
         problem = self.problem
         if problem.way is not None and self.reached is not None and problem.jumped(self.reached, x):
-            return "neighbouring nodes have turned past each other"
+            return "neighbouring nodes rotated past each other"
         return problem.lost(x, load)
 
     def _done(self, x: Floats, g: Floats, residual: float) -> bool:
@@ -339,7 +339,7 @@ class Newton:
             if length:
                 y = self._moved(x, d, length)
                 return y, merit(y, load), length
-        raise NotConverged("no step decreases the energy", tuple(self.history))
+        raise NotConverged("no Newton step decreases the energy", tuple(self.history))
 
     def _armijo(self, x: Floats, load: float, d: Floats, value: float, slope: float, merit: Merit) -> float:
         """Return the fraction of d that decreases the merit enough (Armijo 1966), or 0."""
@@ -399,7 +399,7 @@ class Newton:
             if definite is not False:
                 return x, definite
             if self.assembly.saddle:  # its energy leads no way down
-                raise NotConverged("the equilibrium that was found is unstable", tuple(self.history))
+                raise NotConverged("the equilibrium found is unstable", tuple(self.history))
             if self.left is None:
                 self.left = x
             self.phase = "aside"
@@ -419,7 +419,9 @@ class Newton:
             y = self.space.move(x, length * d)
             if self._energy(y, 1.0) < value - 1e-10 * abs(value) and self._front(x, length * d, 1.0) == 1.0:
                 return y
-        raise NotConverged("it is unstable, and no state beside it has less energy", tuple(self.history))
+        raise NotConverged(
+            "the equilibrium is unstable, and no state with less energy was found near it", tuple(self.history)
+        )
 
     def downhill(self, x: Floats) -> Floats:
         """Return the direction (dofs,) in which an unstable equilibrium has the least stiffness. Raises NotConverged.

@@ -17,8 +17,8 @@ from softmark.solvers.linear.linear_solver import Linear
 
 Criterion = Literal["residual", "energy", "rounding", "cap"]
 Watch = Callable[["Iteration"], None]
-SLIDES = "all that touches slides"  # how a reason begins if friction holds nothing
-HELD = ", and no equilibrium was found with what supports and foundations hold"
+SLIDES = "all contact points slide"  # how a reason begins if friction holds nothing
+HELD = ", and the supports and foundations alone reach no equilibrium"
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,8 @@ from softmark.solvers.energies.rod_rotation import exponential, quaternion
 
 MOST = 150.0  # degrees between neighbouring cells: near half a turn, either way round may be the shorter
 SHARED = 3  # nodes of a face, in space; in a plane two
-LOST = "the turn is lost: the body springs back by a whole turn"
-COARSE = f"neighbouring cells turn against each other by more than {MOST:.0f} degrees: use smaller cells"
+LOST = "the rotation is lost: the body springs back by a full turn"
+COARSE = f"neighbouring cells rotate by more than {MOST:.0f} degrees relative to each other: use smaller cells"
 
 
 @dataclass(frozen=True)

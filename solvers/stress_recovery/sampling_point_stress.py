@@ -72,7 +72,7 @@ class DeformedState:
         H = self._gradient(rule)
         sigma = self._stress(H, rule)
         if not np.all(np.isfinite(sigma)):
-            raise StressUnavailable("its stress is not a finite number in every cell")
+            raise StressUnavailable("the stress is not finite in every cell")
         six = np.stack([sigma[..., i, j] for i, j in SYMMETRIC], axis=-1)
         return X, six, H.reshape(*H.shape[:2], 9)
 
@@ -117,12 +117,12 @@ class DeformedState:
     def _split(self, rule: Rule) -> MixedSplit:
         """Return the law in two parts at the points of a rule. Raises StressUnavailable."""
         if (split := mixed_for(self._made_of(rule), self.strain)) is None:
-            raise StressUnavailable("its law has no part of the volume for a pressure to take")
+            raise StressUnavailable("its law has no separate volumetric part for the pressure")
         return split
 
     def _pressed(self, rule: Rule) -> Floats:
         if self.pressures is None:
-            raise StressUnavailable("the pressures that belong to its displacements are not known")
+            raise StressUnavailable("the pressures of this state are not known")
         return self.pressures @ build_pressure_space(self.mesh, rule).N.T
 
     def _dilated(self) -> Floats:

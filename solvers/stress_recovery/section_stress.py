@@ -60,7 +60,7 @@ def _torsion_stress(section: Section, X2: Floats, X3: Floats) -> Floats:
     if isinstance(section, CircularSection):
         return np.stack([-X3, X2], axis=1) / section.torsion
     if not isinstance(section, Rectangle):
-        raise TypeError(f"nothing is known of the stress in a {type(section).__name__}")
+        raise TypeError(f"no stress theory is available for the section {type(section).__name__}")
     if section.width <= section.height:
         return _rectangle_torsion_stress(0.5 * section.width, 0.5 * section.height, section.torsion, X2, X3)
     turned = _rectangle_torsion_stress(0.5 * section.height, 0.5 * section.width, section.torsion, X3, -X2)
@@ -98,7 +98,7 @@ def _flexure_stress(section: Section, poisson: float, X2: Floats, X3: Floats, se
         a, b = (0.5 * e for e in (section.extents[::-1] if second else section.extents))
         own = _rectangle_flexure_stress(a, b, poisson, I, x, y)
     else:
-        raise TypeError(f"nothing is known of the stress in a {type(section).__name__}")
+        raise TypeError(f"no stress theory is available for the section {type(section).__name__}")
     return own[:, ::-1] if second else own
 
 

@@ -157,7 +157,7 @@ class Stresses:
     def sampled(self) -> None:
         """Evaluate every cell once. Raises StressUnavailable if that is impossible."""
         if not np.isfinite(self.usual).all():
-            raise StressUnavailable("its stress is not a finite number in every cell")
+            raise StressUnavailable("the stress is not finite in every cell")
 
     @cached_property
     def usual(self) -> tuple[float, float, float]:

@@ -130,7 +130,7 @@ def spiral() -> Parts:
 FLAWS: dict[str, tuple[Callable[[], Parts], str, str, str]] = {
     # name: what makes it, kind, code, what is said
     "a node too many": (lambda: names(*bar(), 999), "tet4", "E561",
-        "cell 4 names node 999, and the file has nodes 0 to 15"),
+        "cell 4 refers to node 999, but the file has nodes 0 to 15"),
     "nan": (lambda: replaced(*bar(), 5, np.nan), "tet4", "E562",
         r"not a finite number: node 5 lies at \(nan, nan, nan\)"),
     "inf": (lambda: replaced(*bar(), 5, np.inf), "tet4", "E562",
@@ -148,7 +148,7 @@ FLAWS: dict[str, tuple[Callable[[], Parts], str, str, str]] = {
     "a point": (lambda: (0 * bar()[0], bar()[1]), "tet4", "E564",
         "15 of its 15 tetrahedra are flat"),
     "folded": (lambda: replaced(*bar("hex8"), 0, [40, 30, 30]), "hex8", "E564",
-        "fold over themselves, .* cell 0"),
+        "are folded, .* cell 0"),
     "cut apart": (lambda: cut_apart(*bar()), "tet4", "E565",
         r"4 pairs of its 20 nodes .* nodes 4 and 16 at \(10, 0, 0\) mm"),
     "cut apart, nearly": (lambda: cut_apart(*bar("hex8"), 1e-7), "hex8", "E565",
@@ -166,7 +166,7 @@ FLAWS: dict[str, tuple[Callable[[], Parts], str, str, str]] = {
     "joined by a node": (lambda: joined(*moved(*bar("hex8"), (30, 10, 10))), "hex8", "E568",
                          r"node \d+ at \(30, 10, 10\) mm"),
     "through itself": (spiral, "hex8", "E569",
-        r"passes through itself: \(.*\) mm lies inside cell \d+"),
+        r"intersects itself: \(.*\) mm lies inside cell \d+"),
 }  # fmt: skip
 
 
@@ -192,7 +192,7 @@ def test_negative_node_numbers_are_refused(tmp_path: Path) -> None:
     assert place > 0
     file.write_bytes(data[:place] + struct.pack(">q", -1) + data[place + 8 :])
     error = refused(file)
-    assert (error.code, "names node -1" in str(error)) == ("E561", True)
+    assert (error.code, "refers to node -1" in str(error)) == ("E561", True)
 
 
 @pytest.mark.parametrize("kind", ["tet4", "hex8", "tet10"])
@@ -286,7 +286,7 @@ def test_cells_of_other_kinds_are_named(tmp_path: Path) -> None:
     points, cells = bar("hex8")
     path = tmp_path / "mixed.vtu"
     meshio.Mesh(points, [("hexahedron", cells), ("wedge", cells[:1, :6])]).write(path)
-    assert "other solid cells beside its hexahedron cells (wedge)" in str(refused(path, "hex8"))
+    assert "other solid cells in addition to its hexahedron cells (wedge)" in str(refused(path, "hex8"))
 
 
 @pytest.mark.parametrize("flat", [True, False])

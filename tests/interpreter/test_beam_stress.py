@@ -193,7 +193,7 @@ def test_errors_are_stated_where_sections_are_free() -> None:
     assert [w.code for w in report.warnings] == ["W356"]
     moving = run(text + "analysis a = dynamic(duration = 20 ms, step = 10 ms)\n").models["rod"].metrics["far"]
     assert moving.value is None
-    assert "at rest" in moving.reason
+    assert "static analysis" in moving.reason
 
 
 @pytest.mark.slow

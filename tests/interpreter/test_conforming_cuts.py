@@ -96,7 +96,9 @@ def test_what_points_suffice_for_is_solved_as_before(tmp_path: Path) -> None:
     assert found.solve["joined"] == 0
 
 
-@pytest.mark.parametrize(("radius", "said"), [(0.0, "use some 4 times finer cells"), (inf, "use some 2 times finer")])
+@pytest.mark.parametrize(
+    ("radius", "said"), [(0.0, "use cells about 4 times smaller"), (inf, "use cells about 2 times smaller")]
+)
 def test_what_would_follow_an_edge_or_what_is_hollow_is_no_radius(radius: float, said: str) -> None:
     """A facet on an edge is as deep as it is long, on what is bent goes with the square: four times is too deep.
 

@@ -79,7 +79,7 @@ def test_a_force_is_no_more_than_area_times_pressure(how: str, told: str) -> Non
             assert abs(found - true) <= stated.value
         if told:
             assert "W660" in stated.doubts
-            assert stated.value is not None or "times the area and the greatest pressure" in str(stated.reason)
+            assert stated.value is not None or "times the contact area times the largest pressure" in str(stated.reason)
 
 
 GLUED = """softmark 1

@@ -71,7 +71,7 @@ def test_what_it_does_not_have_is_refused() -> None:
     assert "finite strain" in febio_exporter.refuses(replace(TET, strain="small"))[0][1]
     assert "quadrature" in febio_exporter.refuses(replace(TET, element="hex20"))[0][1]
     other = replace(TET.stuff[0], law="neo_hookean_isochoric")
-    assert "three fields" in febio_exporter.refuses(replace(TET, stuff=(other,)))[0][1]
+    assert "three-field" in febio_exporter.refuses(replace(TET, stuff=(other,)))[0][1]
 
 
 def test_a_scene_of_sofa_has_all_of_the_problem() -> None:

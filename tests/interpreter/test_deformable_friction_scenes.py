@@ -127,7 +127,7 @@ def cubes(contact: str, by: str, strain: str) -> str:
 
 @pytest.mark.parametrize(
     ("contact", "strain", "remedy"),
-    [("tied(pair)", "finite", "let the surfaces meet"), ("self_contact(pair)", "small", "take `strain = finite`")],
+    [("tied(pair)", "finite", "let the surfaces meet"), ("self_contact(pair)", "small", "write `strain = finite`")],
 )
 def test_moments_of_what_pieces_exchange_are_told_with_a_remedy(contact: str, strain: str, remedy: str) -> None:
     model = loads(cubes(contact, "(0.2, 0, -0.1)", strain)).run().models["cubes"]

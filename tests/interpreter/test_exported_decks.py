@@ -35,24 +35,27 @@ load pull = traction(block, where = x >= 20 mm, vector = (3, 0, 2) kPa)
 model ours = fem(tet4, strain = finite, size = 5 mm)
 """
 HOW = {  # what a stand-in does, its status, and what is said of it
-    "wrong": ("not_converged", ["put into our equations, the displacements of {title} leave 5.5e-01 of the loads"] * 3),
-    "nothing": ("failed", ["it left no model.log", "it left no answer.vtu", "it left no answer*.vtu"]),
+    "wrong": ("not_converged", ["the displacements of {title} leave a residual of 5.5e-01 of the loads"] * 3),
+    "nothing": ("failed", ["it wrote no model.log", "it wrote no answer.vtu", "it wrote no answer*.vtu"]),
     "cut": (
         "failed",
         [
-            "u.csv does not have the displacements of all 45 nodes in turn",
+            "u.csv does not list the displacements of all 45 nodes in order",
             "answer.vtu has no point at 1 of 45 nodes",
-            "the points of answer0.vtu are not the nodes of its scene",
+            "the points of answer0.vtu are not the nodes of the scene",
         ],
     ),
-    "NaN": ("failed", ["1 of its 135 displacements are no numbers", "`solution` is nan", "`u` is nan at point 0"]),
-    "dies": ("failed", ["it ended with exit status 3; its last words: no licence"] * 3),
+    "NaN": (
+        "failed",
+        ["1 of its 135 displacements are not finite numbers", "`solution` is nan", "`u` is nan at point 0"],
+    ),
+    "dies": ("failed", ["it ended with exit status 3; last output: no licence"] * 3),
     "lost": (
         "not_converged",
         [
-            "FEBio says so itself: an error termination, after time 0.1 of 1: Negative jacobian.",
-            "PolyFEM says so itself: [Newton][Backtracking] Finished: Reached iteration limit",
-            "SOFA says so itself: The number of Newton iterations reached the maximum",
+            "FEBio reports no solution: error termination, after time 0.1 of 1: Negative jacobian.",
+            "PolyFEM reports no solution: [Newton][Backtracking] Finished: Reached iteration limit",
+            "SOFA reports no solution: The number of Newton iterations reached the maximum",
         ],
     ),
 }
@@ -93,7 +96,7 @@ def test_an_answer_is_read_and_judged(
     most = np.abs(solved[1]).max()
     assert found.mesh is not None
     assert np.abs(found.mesh.displacement - solved[1]).max() <= digits * most
-    version = "4.12.0" if program == "febio" else "of a version that it does not tell"
+    version = "4.12.0" if program == "febio" else "unknown version"
     assert found.facts["program"] == f"{PROGRAMS[program].title} {version}"
     assert found.spent is not None
     if program == "sofa":  # it has no clock that counts the only step
@@ -156,11 +159,11 @@ BROKEN = {  # files as a program may leave them, by what is said
     "no normal termination": ("febio", {"model.log": "------- converged at time : 1e\n Solve time .. : 0 (e sec)\n"}),
     "not a table of times": ("febio", {"model.log": "{good}", "u.csv": "*Step  = 1\n*Time  = soon\n*Data  = u\n"}),
     "no displacements at time 1": ("febio", {"model.log": "{good}", "u.csv": "*Step  = 1\n"}),
-    "no table of displacements": (
+    "not a table of displacements": (
         "febio",
         {"model.log": "{good}", "u.csv": "*Step  = 1\n*Time  = 1\n*Data  = u\n1,2\n1,2,3\n"},
     ),
-    "it left no answer.vtu: \u241b[31mred": ("polyfem", {"log.txt": "[polyfem] [error] \x1b[31mred\n"}),
+    "it wrote no answer.vtu: \u241b[31mred": ("polyfem", {"log.txt": "[polyfem] [error] \x1b[31mred\n"}),
     "no vectors `solution`": ("polyfem", {"log.txt": "", "answer.vtu": "{vtu}"}),
     "it diverged": ("sofa", {"log.txt": "[DIVERGED]"}),
     "no vectors `u`": ("sofa", {"log.txt": "", "answer0.vtu": "{vtu}"}),
@@ -184,7 +187,7 @@ def test_files_that_are_none_are_said(why: str, solved: Solved, tmp_path: Path) 
 def test_what_a_program_writes_over_is_no_answer(solved: Solved, tmp_path: Path) -> None:
     adapter("sofa").write(prepared(solved[0], "sofa").asked(), tmp_path)
     (tmp_path / executables.NODES).write_bytes(b"none")
-    with pytest.raises(NoAnswer, match="written over"):
+    with pytest.raises(NoAnswer, match="overwrote"):
         executables.read_nodes(tmp_path)
 
 
@@ -215,4 +218,6 @@ def test_what_they_cannot_do_is_unsupported(solved: Solved) -> None:
 def test_what_was_never_run_says_so(solved: Solved) -> None:
     assert {name for name, own in PROGRAMS.items() if not own.tried} == set(ANSWERING)
     declared = solved[0].declared["sofa"]
-    assert declared.thing.outline(case_for(solved[0], declared)).endswith("its adapter was never run with it")
+    assert declared.thing.outline(case_for(solved[0], declared)).endswith(
+        "this adapter has never been run with the program"
+    )

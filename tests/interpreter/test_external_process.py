@@ -59,7 +59,7 @@ def test_what_hangs_is_stopped(tmp_path: Path) -> None:
     end = ended(tmp_path, "import signal, time\nsignal.signal(signal.SIGTERM, signal.SIG_IGN)\ntime.sleep(60)", 0.3)
     assert end.how == "timed_out"
     assert 0.3 <= end.wall_s < 5.0
-    assert end.message == "it was not done after 0.3 s, and was stopped; it said nothing"
+    assert end.message == "it did not finish within 0.3 s and was stopped; it printed nothing"
 
 
 def test_what_floods_its_log_is_cut_and_stopped(tmp_path: Path) -> None:
@@ -73,10 +73,10 @@ def test_what_floods_its_log_is_cut_and_stopped(tmp_path: Path) -> None:
     ("program", "why"),
     [
         ("import sys\nprint('no good')\nsys.exit(3)", "it ended with exit status 3"),
-        ("import os, signal\nos.kill(os.getpid(), signal.SIGSEGV)", "it was ended by a signal (SIGSEGV)"),
+        ("import os, signal\nos.kill(os.getpid(), signal.SIGSEGV)", "it was terminated by a signal (SIGSEGV)"),
         pytest.param(
             "import os, signal\nos.kill(os.getpid(), signal.SIGKILL)",
-            "it was ended by a signal (SIGKILL)",
+            "it was terminated by a signal (SIGKILL)",
             marks=pytest.mark.slow,
         ),
     ],
@@ -89,7 +89,7 @@ def test_what_dies_says_how(tmp_path: Path, program: str, why: str) -> None:
 def test_what_eats_memory_is_told_from_what_dies(tmp_path: Path) -> None:
     end = ended(tmp_path, "kept = []\nwhile True:\n    kept.append(bytearray(2**26))", memory=0.5 * GB)
     assert end.how == "out_of_memory"
-    assert end.why == "it ran out of the 0.5 GB of memory that it was given"
+    assert end.why == "it ran out of memory (limit 0.5 GB)"
 
 
 CHILDREN = """

@@ -160,23 +160,24 @@ np.savez("answer.npz", u=u)
 json.dump({{"settled": {settled}, "iterations": 3, "clocks": {{}}, "said": "so it goes"}}, open("answer.json", "w"))
 """
 ENDS = {
-    "hangs": ("import time; time.sleep(60)", "failed", "it was not done after 1 s, and was stopped"),
-    "floods": ("while True: print('x' * 100000)", "failed", "it said more than 1 MiB, and was stopped"),
+    "hangs": ("import time; time.sleep(60)", "failed", "it did not finish within 1 s and was stopped"),
+    "floods": ("while True: print('x' * 100000)", "failed", "it printed more than 1 MiB and was stopped"),
     "dies": ("import os; print('oh', flush=True); os.abort()",
-        "failed", "ended by a signal (SIGABRT); its last words: oh"),
-    "fails": ("raise SystemExit('no licence')", "failed", "exit status 1; its last words: no licence"),
-    "eats memory": ("x = [bytearray(2**28) for _ in range(2**20)]", "failed", "it ran out of the 0.5 GB of memory"),
-    "says nothing": ("", "failed", "scikit-fem: it left no result"),
+        "failed", "terminated by a signal (SIGABRT); last output: oh"),
+    "fails": ("raise SystemExit('no licence')", "failed", "exit status 1; last output: no licence"),
+    "eats memory": ("x = [bytearray(2**28) for _ in range(2**20)]", "failed", "it ran out of memory (limit 0.5 GB)"),
+    "says nothing": ("", "failed", "scikit-fem: it wrote no result"),
     "no file of arrays": ("open('answer.json', 'w').write('{')", "failed", "its result cannot be read"),
     "NaN": (ANSWER.format(change="u[0, 5] = np.nan", settled=True),
-        "failed", "3 of its 135 displacements are no numbers"),
+        "failed", "3 of its 135 displacements are not finite numbers"),
     "infinite": (ANSWER.format(change="u[0, 5, 1] = np.inf", settled=True), "failed", "1 of its 135 displacements"),
     "another shape": (ANSWER.format(change="u = u[:, :7]", settled=True),
         "failed", "of shape (1, 7, 3), and (1, 45, 3)"),
     "slips": (ANSWER.format(change="u = u + 1e-4", settled=True),
-        "failed", "what is held is 0.0001 m from where it is"),
+        "failed", "a supported node is 0.0001 m from its imposed position"),
     "another state": (ANSWER.format(change="", settled=True), "not_converged", "the displacements of scikit-fem leave"),
-    "says no": (ANSWER.format(change="", settled=False), "not_converged", "scikit-fem says so itself: so it goes"),
+    "says no": (ANSWER.format(change="", settled=False), "not_converged",
+        "scikit-fem reports no convergence: so it goes"),
 }  # fmt: skip
 
 
@@ -201,7 +202,7 @@ def test_a_program_that_goes_wrong_ends_as_what_it_is(
 
 
 @pytest.mark.parametrize(
-    "why", ["not installed", "unsupported", pytest.param("too near to incompressible", marks=pytest.mark.slow)]
+    "why", ["not installed", "unsupported", pytest.param("nearly incompressible", marks=pytest.mark.slow)]
 )
 def test_what_is_not_tried_is_no_failure(why: str, monkeypatch: pytest.MonkeyPatch) -> None:
     text, status = BLOCK, "unsupported"
@@ -214,13 +215,13 @@ def test_what_is_not_tried_is_no_failure(why: str, monkeypatch: pytest.MonkeyPat
             "theirs = external_solver(scikit_fem, hex8, strain = small",
             "theirs = external_solver(scikit_fem, hex8, strain = finite",
         )
-        message = "scikit-fem is not asked for strain = finite (its adapter has strain = small)"
+        message = "scikit-fem cannot represent strain = finite (its adapter supports strain = small)"
     else:
         fake = SimpleNamespace(
             version=lambda: "1", refuses=lambda problem: [("poisson = 0.3", "it is too much for it")]
         )
         monkeypatch.setattr(external_builder, "adapter", lambda name: fake)
-        message = "scikit-fem is not asked for poisson = 0.3 (it is too much for it)"
+        message = "scikit-fem cannot represent poisson = 0.3 (it is too much for it)"
     report = run(text)
     theirs = report.models["theirs"]
     assert (theirs.status, theirs.message) == (status, message)
@@ -246,7 +247,7 @@ def test_what_says_itself_that_it_has_no_state_has_not_converged(
     monkeypatch.setattr(external_builder, "adapter", lambda name: fake)
     theirs = run(BLOCK).models["theirs"]
     assert theirs.status == "not_converged"
-    assert theirs.message == "scikit-fem says so itself: it came to 0.4 of the load"
+    assert theirs.message == "scikit-fem reports no convergence: it came to 0.4 of the load"
 
 
 @pytest.mark.slow
@@ -287,7 +288,7 @@ def test_a_page_says_what_is_a_bound_what_is_left_out_and_which_versions(tmp_pat
     page, shown = render(report), table(report, terminal=False)
     assert report.models["theirs"].time["solve_s"].most
     assert "≤ " in page
-    assert "of its whole process: an upper bound" in page
+    assert "of the whole process, an upper bound" in page
     assert f"CalculiX {calculix.version()}" in page
     assert "unsupported" in page
     assert "element = hex20 (its adapter has tet4, tet10, hex8, hex27)" in page
@@ -303,7 +304,7 @@ def test_its_time_says_by_whose_clock() -> None:
     text = BLOCK.replace("time = 1 s", "time = 60 s").replace("memory = 0.5", "memory = 4")
     theirs = run(text, repeat=2).models["theirs"]
     told = theirs.to_json()["time"]["solve_s"]
-    assert (told["basis"], told["upper_bound"], told["runs"]) == ("by the program's own clock", False, 2)
+    assert (told["basis"], told["upper_bound"], told["runs"]) == ("measured by the program itself", False, 2)
     assert told["max"] < theirs.solve["process"]["wall_s"]
     found = softmark.compare(softmark.loads(text), repeats=1)
     point = next(p for p in found.found.points if p.model == "theirs")

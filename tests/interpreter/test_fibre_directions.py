@@ -81,7 +81,7 @@ def test_an_axis_within_cells_is_said(text: str, shape: str, kind: str) -> None:
     """Around it fibres turn all the way in the cells that touch it, on which no point of integration lies."""
     codes, message = said(text, shape, kind, "2.5 mm")
     assert codes.count("W389") == 1
-    assert 2.0 < float(message.split("within cells that are ")[1].split(" %")[0]) < 20.0
+    assert 2.0 < float(message.split("inside cells that fill ")[1].split(" %")[0]) < 20.0
 
 
 @pytest.mark.parametrize(

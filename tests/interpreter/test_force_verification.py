@@ -185,9 +185,12 @@ def test_a_check_that_stops_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     report = softmark.loads(BEAM + MODELS).run("rod")
     model = report.models["rod"]
     assert model.status == "converged"
-    assert model.solve["checks"] == {"residual": None, "reason": "the check stopped: ZeroDivisionError: by accident"}
+    assert model.solve["checks"] == {
+        "residual": None,
+        "reason": "the verification stopped with an error: ZeroDivisionError: by accident",
+    }
     (said,) = (w for w in report.warnings if w.code == "W353")
-    assert "`rod` were not found again" in said.message
+    assert "`rod` could not be verified independently" in said.message
     assert is_doubt("W353")
 
 

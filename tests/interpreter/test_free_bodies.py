@@ -263,4 +263,4 @@ def test_rigid_bodies_that_pass_through_each_other_are_told(turned: bool) -> Non
     text += "contact stays = rigid_contact(wall, block)\n"
     report = loads(text).run()
     said = [w.message for w in report.warnings if w.code == "W639"]
-    assert said == ([] if turned else ["`stone` passes through `wall`: rigid bodies do not keep clear of each other"])
+    assert said == ([] if turned else ["`stone` passes through `wall`: there is no contact between rigid bodies"])

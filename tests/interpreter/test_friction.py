@@ -55,7 +55,7 @@ def test_a_block_on_a_slope(share: float) -> None:
     model = loads(SLOPE.format(x=math.sin(angle), z=-math.cos(angle))).run().models["hexes"]
     if share > 1.0:
         assert model.status == "not_converged"
-        assert "all that touches slides" in str(model.message)
+        assert "all contact points slide" in str(model.message)
         return
     assert model.status == "converged"
     weight = 1000.0 * 9.81 * 4e-6  # N
@@ -70,7 +70,7 @@ def test_what_is_tried_in_vain_is_not_tried_again(monkeypatch: pytest.MonkeyPatc
     def fails(newton: Newton, x: Floats, load: float) -> Floats:
         tried.append((newton.phase, load))
         if load > 0.4:
-            raise NotConverged("friction does not settle")
+            raise NotConverged("friction iteration does not converge")
         return rubbed(newton, x, load)
 
     rubbed = friction_iteration.solve_friction

@@ -206,7 +206,7 @@ def test_a_law_with_directions_beside_the_axes_has_no_such_state(monkeypatch: py
     monkeypatch.setattr(material_point_builder, "point_of", fibred)
     dot = run(f"{ROLLERS}{PULL}{LOOK}model dot = homogeneous(uniaxial)\n").models["dot"]
     assert dot.status == "not_converged"
-    assert "directions beside the axes" in dot.message
+    assert "oblique to the coordinate axes" in dot.message
 
 
 @pytest.mark.slow

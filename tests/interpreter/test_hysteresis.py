@@ -100,10 +100,10 @@ def test_states_that_are_other_ones_on_the_way_back_are_said_to_matter() -> None
 @pytest.mark.parametrize(
     ("x", "y", "why"),
     [
-        ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], "has not turned back yet"),
+        ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], "never turns back"),
         ([1.0, 2.0, 3.0, 2.0, 2.5], [1.0] * 5, "turns back more than once"),
         ([1.0, 2.0, 2.0, 3.0, 1.0], [1.0] * 5, "stands still"),
-        ([1.0, 2.0, 1.0], [0.0, 0.0, 0.0], "takes no work"),
+        ([1.0, 2.0, 1.0], [0.0, 0.0, 0.0], "work of loading is zero"),
     ],
 )
 def test_what_is_no_loop_says_why(x: list[float], y: list[float], why: str) -> None:
@@ -135,7 +135,7 @@ def test_a_loop_against_a_measured_one_on_the_range_of_both(tmp_path: Path) -> N
     wide = measured(MetricCurve(2.0 * x, 2.0 * x, ("m", "N")), reference)  # from 2 to 6, of which 4 were measured
     assert wide.details["covered_share"] == pytest.approx(0.5)
     far = MetricCurve(x + 4.0, x, ("m", "N"))
-    with pytest.raises(Undefined, match="was not measured on both ways from 5 to 7 m"):
+    with pytest.raises(Undefined, match="was not measured both loading and unloading from 5 to 7 m"):
         measured(far, reference)
 
 
@@ -193,4 +193,4 @@ def test_it_is_expected_of_all_states_together() -> None:
     assert (met.states, unmet.states, force.states) == ((), (), (True,) * 5)
     each = [one.metrics["lost"] for one in report.models["one"].each]
     assert [m.value is None for m in each] == [True, True, True, False, False]
-    assert "turned back" in str(each[0].reason)
+    assert "turns back" in str(each[0].reason)

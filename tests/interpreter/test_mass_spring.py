@@ -289,11 +289,11 @@ def test_a_fit_is_at_least_as_good_where_it_was_made() -> None:
 
 def test_a_network_that_cannot_be_fitted_says_so() -> None:
     built = prepared("model net = mass_spring(stiffness = from_material(), size = 20 mm)")
-    stuck = replace(built, fit=NoFit("there is no equilibrium with any factor that was tried", ()))
+    stuck = replace(built, fit=NoFit("no equilibrium was found with any tested stiffness factor", ()))
     solution = stuck.solve(lambda iteration: None)
     assert solution.status == "not_converged"
     assert solution.message is not None
-    assert "could not be fitted" in solution.message
+    assert "could not be calibrated" in solution.message
 
 
 @dataclass(frozen=True)
@@ -328,7 +328,7 @@ def test_a_measurement_is_fitted_at_full_load_only() -> None:
     assert built.fit.factor == pytest.approx(theory.fit.factor, rel=1e-9)
     half = replace(net, thing=replace(net.thing, stiffness=Calibrated("eta", 0.5)))
     assert [d.code for d in doubts(scene, half, case)] == ["E521"]
-    assert "measured under the full load" in doubts(scene, half, case)[0].message
+    assert "measured at full load" in doubts(scene, half, case)[0].message
 
 
 @pytest.mark.parametrize(

@@ -157,4 +157,4 @@ def test_hexahedra_cannot_be_made_of_tetrahedra(tmp_path: Path) -> None:
         softmark.load(scene).run()
     (diagnostic,) = refused.value.diagnostics
     assert diagnostic.code == "E403"
-    assert "four-node tetrahedra, and the model wants hexahedra" in diagnostic.message
+    assert "four-node tetrahedra, but the model needs hexahedra" in diagnostic.message

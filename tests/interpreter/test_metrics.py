@@ -131,7 +131,7 @@ def test_an_open_surface_encloses_nothing() -> None:
         volume(np.zeros((8, 3)), CUBE[1:])
     with pytest.raises(Undefined, match="not closed"):  # one triangle faces the wrong way
         volume(np.zeros((8, 3)), np.vstack([CUBE[1:], CUBE[:1, ::-1]]))
-    with pytest.raises(Undefined, match="probe of the surface"):
+    with pytest.raises(Undefined, match="whole surface"):
         volume(np.zeros((8, 3)), None)
 
 
@@ -212,11 +212,11 @@ def test_energy_norm_says_what_is_missing() -> None:
     known = ReferenceData("exact", u=field(X), displacement=field)
     with pytest.raises(Undefined, match="not strained"):
         metric.measure(seen(X, field(X), weights=w, displacement=field, known=known))
-    with pytest.raises(Undefined, match="probe of its volume"):
+    with pytest.raises(Undefined, match="volume probe"):
         metric.measure(seen(X, field(X), displacement=field, known=known))
-    with pytest.raises(Undefined, match="not a field"):
+    with pytest.raises(Undefined, match="not a displacement field"):
         metric.measure(seen(X, field(X), weights=w, displacement=field, known=ReferenceData("scan")))
-    with pytest.raises(Undefined, match="no field of displacements"):
+    with pytest.raises(Undefined, match="no displacement field"):
         metric.measure(seen(X, field(X), weights=w, known=known))
 
 
@@ -282,9 +282,9 @@ def test_a_static_solution_is_a_frame() -> None:
 def test_references_and_what_was_not_solved_have_no_frames() -> None:
     with pytest.raises(Undefined, match="a reference has no frames"):
         RealTimeFactor().measure(seen())
-    with pytest.raises(Undefined, match="not solved"):
+    with pytest.raises(Undefined, match="nothing was solved"):
         RealTimeFactor().measure(seen(clock={"solve_s": None}))
-    with pytest.raises(Undefined, match="no step"):
+    with pytest.raises(Undefined, match="no time step"):
         RealTimeFactor().measure(steps([], 1e-3))
 
 
@@ -347,7 +347,7 @@ def test_two_vibrations_of_like_strength_have_no_period(
     slow, fast = (2 * math.pi / T for T in (1.24, 0.62))
     q = strengths[0] * np.exp(-zeta * slow * t) * np.cos(slow * t)
     q = q + strengths[1] * np.exp(-zeta * slow * t) * np.cos(fast * t + shift)
-    with pytest.raises(Undefined, match=r"no dominant period|half-waves do not follow|cross"):
+    with pytest.raises(Undefined, match=r"no dominant period|half-waves do not alternate|cross"):
         Period("tip", UP).measure(course(q, 0.01))
 
 
@@ -365,7 +365,7 @@ def test_a_weak_second_vibration_is_said_beside_the_period(share: float) -> None
 
 
 def test_what_does_not_oscillate_has_no_period() -> None:
-    with pytest.raises(Undefined, match="without a dynamic analysis"):
+    with pytest.raises(Undefined, match="needs a dynamic analysis"):
         Period("tip", UP).measure(seen([[0.0, 0, 0]], [[0.0, 0, 0]]))
     with pytest.raises(Undefined, match="four times"):
         Period("tip", UP).measure(course(1.0 - np.exp(-np.linspace(0, 5, 100)), 0.1))

@@ -76,7 +76,7 @@ def test_of_the_work_of_loads_a_linear_solid_stores_half() -> None:
     assert found["stored"] == pytest.approx(0.6e-3, rel=1e-9)
     other = report.models["finite"].metrics["pushed"]
     assert other.value is None
-    assert "depends on the way" in str(other.reason)
+    assert "depends on the path" in str(other.reason)
 
 
 BENT = """softmark 1

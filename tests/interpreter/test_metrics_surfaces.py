@@ -105,7 +105,7 @@ def test_normals_that_meet_nothing_are_left_out_and_counted() -> None:
     assert found.details["reach_m"] == 5.0
     assert found.at_points is None
     assert distance(points, triangles, scan, along="normal", reach=2.5).value == pytest.approx(2.0)
-    with pytest.raises(Undefined, match="within reach"):
+    with pytest.raises(Undefined, match="within the search distance"):
         distance(points, triangles, scan, along="normal", reach=1.0)
 
 
@@ -218,7 +218,7 @@ def test_an_open_surface_is_named_in_the_other_direction() -> None:
     assert found.value == pytest.approx(1.0)
     assert found.details["reference_closed"] is False
     assert "open" in found.details["note"]
-    with pytest.raises(Undefined, match="probe of a surface"):
+    with pytest.raises(Undefined, match="surface probe"):
         Hausdorff("axis", "scan").measure(seen(CORNERS, None, Scan(tube, walls)))
 
 

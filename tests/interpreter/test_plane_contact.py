@@ -79,4 +79,4 @@ def test_what_presses_beside_a_selection_is_looked_at_too() -> None:
     text = HEAD.format(region=SQUARE, thickness=10, nu=0.3) + ROLL.format(more=", where = y >= 20 mm and x <= 10 mm")
     found = loads(text).run().models["quads"]
     assert found.status == "failed"
-    assert "`roll` is 0.36 mm inside where `touch` keeps nothing clear of it" in str(found.message)
+    assert "`roll` penetrates by 0.36 mm where the contact `touch` does not act" in str(found.message)

@@ -132,7 +132,7 @@ def lifted(node: int, by: tuple[float, float, float]) -> Any:
 
 
 FLAWS: dict[str, tuple[Any, list[tuple[str, Any]], str, str]] = {
-    "tetrahedra": (lifted(3, (0, 0, 1)), [("tetra", np.array([[0, 1, 2, 3]]))], "E579", "cells in space (tetra)"),
+    "tetrahedra": (lifted(3, (0, 0, 1)), [("tetra", np.array([[0, 1, 2, 3]]))], "E579", "solid cells (tetra)"),
     "solids beside": (lifted(6, (0, 0, 1)), [("triangle", TWO), ("tetra", np.array([[0, 1, 2, 6]]))], "E579", "tetra"),
     "off the plane": (lifted(2, (9, 0, 0.1)), [("triangle", TWO)], "E579",
                       "1 of its 4 nodes lie off the plane z = 0, the first is node 2 at (10, 1, 0.1) m"),
@@ -144,10 +144,10 @@ FLAWS: dict[str, tuple[Any, list[tuple[str, Any]], str, str]] = {
     "a bow tie": (SQUARE, [("quad", np.array([[0, 1, 3, 2]]))], "E564", "1 of its 1 quadrilaterals are flat"),
     "flat": (SQUARE, [("triangle", np.array([[0, 1, 2], [0, 1, 4]]))], "E564", "1 of its 2 triangles are flat"),
     "curled": (SQUARE[[0, 1, 3, 2, 2, 2]] * [[1], [1], [1], [.9], [.1], [.8]], [("triangle6", np.arange(6)[None])],
-               "E564", "triangles fold over themselves"),
+               "E564", "triangles are folded"),
     "twice": (SQUARE, [("triangle", TWO[[0, 1, 0]])], "E563", "2 of 3 triangles"),
     "cut apart": (SQUARE[[0, 1, 2, 3, 0, 2]], [("triangle", np.array([[0, 1, 2], [4, 5, 3]]))], "E565",
-                  "2 pairs of its 6 nodes lie at the same place without being one, the first are nodes 0 and 4"),
+                  "2 pairs of its 6 nodes lie at the same position, the first are nodes 0 and 4"),
     "hung up by a node": (SQUARE[[0, 1, 2, 4, 5]], [("triangle", np.array([[0, 1, 2], [1, 3, 4]]))], "E568",
                           "such as node 1"),
     "islands": (SQUARE[[0, 1, 6, 4, 5, 2]], [("triangle", np.array([[0, 1, 2], [3, 4, 5]]))], "E566", "2 parts"),
@@ -202,7 +202,7 @@ def test_cells_of_no_element_are_named(tmp_path: Path) -> None:
 
 def test_the_other_family_is_refused(tmp_path: Path) -> None:
     shape = FileSlice(MeshFile(sheet(tmp_path / "sheet.msh", "tri3"), 1.0), 0.002)
-    with pytest.raises(UnreadableMesh, match="it has triangles, and the model wants quadrilaterals"):
+    with pytest.raises(UnreadableMesh, match="it has triangles, but the model needs quadrilaterals"):
         shape.mesh("quad9")
 
 

@@ -327,5 +327,5 @@ def test_constants_that_vary_are_refused_of_what_has_a_past(code: str, old: str,
 def test_a_drain_that_another_covers_is_refused() -> None:
     """Its outflow would be none, for what two share is the first's."""
     again = "support again = drained(plug, where = z >= H)\nmetric more = outflow(again)\n"
-    with pytest.raises(softmark.SceneError, match="another's that stands before it"):
+    with pytest.raises(softmark.SceneError, match="another drained support declared before it"):
         report(HEAD + SMALL + COLUMN + again + PUSH + "model m = fem(tet10, strain = small, size = 5 mm)\n")

@@ -91,21 +91,25 @@ def test_points_beside_the_surface_are_told() -> None:
     report = loads(text(BALL, 0.5).replace("to = (8.0, 0, 0)", "to = (8.0, -8, 0)")).run()
     reason = report.models["quads"].metrics["p"].reason
     assert reason is not None
-    assert "8 of 9 points are not on the part of the surface that `touch` is about" in reason
+    assert "8 of 9 points of the undeformed probe are not on the surface of the contact `touch`" in reason
 
 
 @pytest.mark.parametrize(
     ("shape", "end", "why"),
     [
-        ("cylinder(radius = 5 mm, length = 9 mm, axis = +y)", 8.0, "a sharp edge or tip of `tool`"),
+        ("cylinder(radius = 5 mm, length = 9 mm, axis = +y)", 8.0, "a sharp edge or corner of `tool`"),
         ("cylinder(radius = 9 mm, length = 9 mm, axis = +y)", 4.0, None),  # it ends before the edge
         ("punch(radius = 5 mm, rounding = 1 mm, length = 9 mm, axis = +y)", 8.0, None),
-        ("cone(radius = 10 mm, length = 5 mm, axis = -y, origin = (0, 5, 0) mm)", 8.0, "a sharp edge or tip of `tool`"),
+        (
+            "cone(radius = 10 mm, length = 5 mm, axis = -y, origin = (0, 5, 0) mm)",
+            8.0,
+            "a sharp edge or corner of `tool`",
+        ),
     ],
 )
 def test_sharp_edges_and_tips_are_told(shape: str, end: float, why: str | None) -> None:
     said = [w.message for w in loads(text(shape, 0.2, end)).run().warnings if w.code == "W388"]
-    known = f"`p` looks at {why}, where pressure has no limit: what is found is what the mesh allows"
+    known = f"`p` is evaluated at {why}, where the pressure is singular: its value depends on the mesh"
     assert said == ([known] if why else [])
 
 

@@ -43,7 +43,7 @@ SAID = {  # what a scene says, and what of it is named by every program that cou
     "material own = active_strain(base, own = +x, shortening = 10 %)": "the directed ActiveStrain",
     f"material own = {LAW.replace('60 kPa', '60 kPa * (1 + x / 20 mm)')}": "the graded NeoHookeanIsochoric",
     "material own = viscoelastic(base, g = [0.5], tau = [1 s])\n"
-    "analysis wait = quasistatic(duration = 1 s, step = 0.5 s)": "stress that relaxes",
+    "analysis wait = quasistatic(duration = 1 s, step = 0.5 s)": "viscoelastic material",
 }
 MOVING = {
     FLOOR: "contact `touch`",

@@ -39,7 +39,7 @@ def test_the_same_equilibrium_or_none(usual: softmark.Report, kind: str) -> None
     for name in MODELS:
         model = found.models[name]
         if name == "rod" and model.status == "not_converged":
-            assert "does not find back" in (model.message or "")  # turns of a rod can be locked in
+            assert "does not recover" in (model.message or "")  # turns of a rod can be locked in
             continue
         assert model.status == "converged", (name, model.message)
         for metric in ("rise", "drift"):

@@ -50,7 +50,9 @@ def report(*models: ModelResult) -> Report:
 N = len(tube(0.02)[0])
 BENT = np.linspace(-300.0, 500.0, N)  # Pa
 RICH = report(
-    coloured("a", number(BENT, limitless="the edge of what `wall` holds", apart=0.25), number(0.0 * BENT, "stress zx")),
+    coloured(
+        "a", number(BENT, limitless="the edge of the part held by `wall`", apart=0.25), number(0.0 * BENT, "stress zx")
+    ),
     coloured("b", number(0.5 * BENT), number(0.0 * BENT, "stress zx"), frames=6),
     coloured("rod", number(None, reason=NONE), number(None, "stress zx", reason=NONE)),
 )
@@ -133,16 +135,18 @@ def test_surfaces_carry_what_metrics_ask_for() -> None:
     assert np.count_nonzero(top) > 10
     assert first.values is not None
     np.testing.assert_allclose(first.values[top], 3000.0 * (0.1 - place[top, 0]), rtol=0.02)
-    assert first.limitless == "the edge of what `wall` holds"
+    assert first.limitless == "the edge of the part held by `wall`"
     assert len(own.carried) == MOST + 1
     assert last.values is None
-    assert "room for 6 numbers" in str(last.reason)
+    assert "at most 6 surface fields" in str(last.reason)
     sections = rod.carried[0]
     assert sections.values is not None  # at points of its surface, which its sections end at
     top = (np.abs(rod.position[:, 2] - 0.02) < 2e-4) & (rod.position[:, 0] > 0.03) & (rod.position[:, 0] < 0.07)
     np.testing.assert_allclose(sections.values[top], 3000.0 * (0.1 - rod.position[top, 0]), rtol=0.02)
     said = render(found)
-    assert "stress von_mises, cauchy, cannot be coloured: a page has room for 6 numbers" in re.sub(r"<[^>]*>", "", said)
+    assert "stress von_mises, cauchy, cannot be coloured: the report page shows at most 6 surface fields" in re.sub(
+        r"<[^>]*>", "", said
+    )
 
 
 # ------------------------------------------------------------------ scales

@@ -123,46 +123,46 @@ def test_columns_are_found_by_their_names(header: str, moved: bool, tmp_path: Pa
 FLAWS = {  # the file, and what must be said of it
     "no_such.vtu": (None, "there is no file"),
     "empty.vtu": (b"", "it is empty"),
-    "other.xplt": (b"BEEF", "does not begin as"),
-    "cut.xplt": (made.xplt()[:-5], "promises"),
-    "packed.xplt": (made.xplt(packed=True)[:-5], "last state breaks off"),
-    "old.xplt": (made.xplt().replace(b"\x34\0\0\0", b"\x08\0\0\0", 1), "of version 0x8"),
-    "range.xplt": (made.xplt().replace(struct.pack("<2i", 3, 4), struct.pack("<2i", 3, 5)), "names point 5"),
-    "book.odb": (b"x", "results are read from .vtu"),
-    "cut.vtu": (made.raw()[:1200], "is broken"),
-    "cut_text.vtu": (made.vtu(binary=False)[:900], "no whole XML"),
-    "short.vtu": (re.sub(rb"\n1\.75\S*", b"", made.vtu(binary=False), count=1), "14 numbers, and 5 points"),
+    "other.xplt": (b"BEEF", "does not begin like"),
+    "cut.xplt": (made.xplt()[:-5], "announces"),
+    "packed.xplt": (made.xplt(packed=True)[:-5], "last state is incomplete"),
+    "old.xplt": (made.xplt().replace(b"\x34\0\0\0", b"\x08\0\0\0", 1), "has version 0x8"),
+    "range.xplt": (made.xplt().replace(struct.pack("<2i", 3, 4), struct.pack("<2i", 3, 5)), "refers to point 5"),
+    "book.odb": (b"x", "results can be read from .vtu"),
+    "cut.vtu": (made.raw()[:1200], "cannot be decoded"),
+    "cut_text.vtu": (made.vtu(binary=False)[:900], "not complete XML"),
+    "short.vtu": (re.sub(rb"\n1\.75\S*", b"", made.vtu(binary=False), count=1), "14 numbers, but 5 points"),
     "nan.vtu": (made.vtu(u=np.where(made.U == 1, np.nan, made.U)), "`u` is nan at point 2, counted from 0"),
     "large.vtu": (made.vtu(u=np.where(made.U == 1, 1e300, made.U)), "`u` is 1e+300 at point 2"),
-    "range.vtu": (made.raw().replace(made.CELLS.tobytes(), (made.CELLS + 1).tobytes()), "names point 5, and there are"),
+    "range.vtu": (made.raw().replace(made.CELLS.tobytes(), (made.CELLS + 1).tobytes()), "refers to point 5, but"),
     "entities.vtu": (b'<!DOCTYPE a [<!ENTITY b "c">]><VTKFile/>', "document type or entities"),
-    "deep.vtu": (b"<VTKFile>" + b"<a>" * 99999, "deep in each other"),
-    "poly.vtu": (b'<VTKFile type="PolyData"/>', "no unstructured grid"),
+    "deep.vtu": (b"<VTKFile>" + b"<a>" * 99999, "nested more than"),
+    "poly.vtu": (b'<VTKFile type="PolyData"/>', "not an unstructured grid"),
     "lz4.vtu": (made.raw(packed=True).replace(b"ZLib", b"LZ4"), "vtkLZ4DataCompressor"),
-    "cut.vtk": (made.vtk(binary=False)[:300], "it is no complete file of VTK"),
+    "cut.vtk": (made.vtk(binary=False)[:300], "it is not a complete VTK file"),
     "cut.frd": (made.frd()[:-6], "no last line 9999"),
     "nan.frd": (made.frd().replace(b" 1.75000E+00", b"         NAN"), "`DISP` is nan at point 4"),
-    "binary.frd": (made.frd().replace(b"1\n -1", b"2\n -1", 1), "it is binary"),
+    "binary.frd": (made.frd().replace(b"1\n -1", b"2\n -1", 1), "is binary"),
     "modes.frd": (made.frd().replace(b" 0    1           1", b" 2    1           1"), "modes"),
     "without.frd": (made.frd(()), "no vectors at nodes"),
-    "count.frd": (made.frd().replace(b"5  ", b"6  ", 1), "promises 6 nodes, and there are 5"),
-    "twice.frd": (made.frd((1.0, 1.0)), "told a second time at 1"),
-    "node.frd": (made.frd().replace(b"-2        10", b"-2        11", 1), "names node 11, which it does not have"),
-    "unit.csv": (b"X,Y,Z,ux [mm],uy [mm],uz [mm]\n0,0,0,1,1,1\n", "`ux [mm]` names a unit; call it `ux`"),
-    "places.csv": (b"a,b,ux,uy,uz\n0,0,1,1,1\n", "do not say where"),
+    "count.frd": (made.frd().replace(b"5  ", b"6  ", 1), "announces 6 nodes, but there are 5"),
+    "twice.frd": (made.frd((1.0, 1.0)), "appears twice at time 1"),
+    "node.frd": (made.frd().replace(b"-2        10", b"-2        11", 1), "refers to node 11, which does not exist"),
+    "unit.csv": (b"X,Y,Z,ux [mm],uy [mm],uz [mm]\n0,0,0,1,1,1\n", "`ux [mm]` contains a unit; name it `ux`"),
+    "places.csv": (b"a,b,ux,uy,uz\n0,0,1,1,1\n", "do not contain positions"),
     "word.csv": (b"X,Y,Z,ux,uy,uz\n0,0,0,1,1,1\n0,0,0,nan,1,1\n", "line 3, column `ux`: `nan` is no number"),
-    "order.csv": (b"t,X,Y,Z,ux,uy,uz\n0,0,0,0,1,1,1\n1,0,0,1,1,1,1\n", "say where points lie at rest"),
-    "count.csv": (b"t,X,Y,Z,ux,uy,uz\n0,0,0,0,1,1,1\n0,0,0,1,1,1,1\n1,0,0,0,1,1,1\n", "2 points, moment 1 after it 1"),
-    "outside.pvd": (made.pvd("../x.vtu"), "`../x.vtu`, and that lies outside the folder"),
-    "absolute.pvd": (made.pvd("/etc/passwd"), "`/etc/passwd`, and that lies outside the folder"),
-    "missing.pvd": (made.pvd("no.vtu"), "it names `no.vtu`, and there is no such file"),
-    "parts.pvtu": (made.pvtu("a.vtu", "b.vtu"), "its mesh is in 2 parts"),
-    "outside.pvtu": (made.pvtu("../x.vtu"), "`../x.vtu`, and that lies outside the folder"),
-    "itself.pvd": (made.pvd("itself.pvd"), "a series is of .vtu files"),
+    "order.csv": (b"t,X,Y,Z,ux,uy,uz\n0,0,0,0,1,1,1\n1,0,0,1,1,1,1\n", "differ between times"),
+    "count.csv": (b"t,X,Y,Z,ux,uy,uz\n0,0,0,0,1,1,1\n0,0,0,1,1,1,1\n1,0,0,0,1,1,1\n", "time 1 after it has 1"),
+    "outside.pvd": (made.pvd("../x.vtu"), "`../x.vtu`: that lies outside the folder"),
+    "absolute.pvd": (made.pvd("/etc/passwd"), "`/etc/passwd`: that lies outside the folder"),
+    "missing.pvd": (made.pvd("no.vtu"), "it refers to `no.vtu`: there is no such file"),
+    "parts.pvtu": (made.pvtu("a.vtu", "b.vtu"), "its mesh consists of 2 parts"),
+    "outside.pvtu": (made.pvtu("../x.vtu"), "`../x.vtu`: that lies outside the folder"),
+    "itself.pvd": (made.pvd("itself.pvd"), "a series must consist of .vtu files"),
     "none.pvd": (made.pvd(), "it has no results"),
     "outside.xdmf": (made.xdmf().replace(b'"XML">', b'"HDF">../x.h5:/u ', 1), "lies outside"),
-    "binary.xdmf": (made.xdmf().replace(b'"XML"', b'"Binary"', 1), "written as `Binary`"),
-    "size.xdmf": (made.xdmf().replace(b'"5 3"', b'"5 4"', 1), "has 15 numbers, and 20 are promised"),
+    "binary.xdmf": (made.xdmf().replace(b'"XML"', b'"Binary"', 1), "have the format `Binary`"),
+    "size.xdmf": (made.xdmf().replace(b'"5 3"', b'"5 4"', 1), "has 15 numbers, but 20 are announced"),
     "base.xdmf": (made.xdmf().replace(b"TopologyType", b'BaseOffset="1" TopologyType'), "from another number than 0"),
 }  # fmt: skip
 
@@ -188,11 +188,11 @@ def test_a_link_out_of_the_folder_is_a_trespass(tmp_path: Path) -> None:
 
 def test_files_of_a_series_are_of_one_mesh(tmp_path: Path) -> None:
     other = made.raw().replace(made.CELLS.tobytes(), made.CELLS[::-1].tobytes())
-    assert "the cells of moment 1" in refused(
+    assert "the cells at time 1" in refused(
         tmp_path, a__pvd=made.pvd("a.vtu", "b.vtu"), a__vtu=made.raw(), b__vtu=other
     )
     again = made.pvd("a.vtu", "b.vtu").replace(b'"0.5"', b'"0.0"')
-    assert "two of its moments are of time 0" in refused(tmp_path, a__pvd=again, a__vtu=made.raw(), b__vtu=made.raw())
+    assert "two of its entries have the time 0" in refused(tmp_path, a__pvd=again, a__vtu=made.raw(), b__vtu=made.raw())
     assert "one file for several" in refused(tmp_path, a__pvd=made.pvd("a.vtu", "a.vtu"), a__vtu=made.raw())
 
 
@@ -201,10 +201,10 @@ def test_a_small_file_cannot_take_the_machine(tmp_path: Path, monkeypatch: pytes
     much = made.vtu(binary=False).replace(b'NumberOfPoints="5"', b'NumberOfPoints="9999999999"')
     assert "9999999999 points" in refused(tmp_path, a__vtu=much)
     many = made.vtk().replace(b"POINTS 5", b"POINTS 999999999999")
-    assert "and breaks off before" in refused(tmp_path, a__vtk=many)
+    assert "but ends before" in refused(tmp_path, a__vtk=many)
     packed = zlib.compress
     monkeypatch.setattr(made.zlib, "compress", lambda data: packed(data + bytes(1_000_000)))
-    assert "bytes are promised, and there are" in refused(tmp_path, b__vtu=made.raw(packed=True))
+    assert "bytes are announced, but there are" in refused(tmp_path, b__vtu=made.raw(packed=True))
 
 
 def test_numbers_in_hdf5_need_its_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -278,7 +278,7 @@ def test_a_calculation_that_calculix_gave_up_is_no_result(tmp_path: Path) -> Non
     text = deck(box(1.0, "hex8"), "C3D8").replace("*BOUNDARY\nHIGH,3,3,0.1", "*CLOAD\nHIGH,1,1e6")
     (tmp_path / "job.inp").write_text(text)
     subprocess.run(["ccx", "-i", "job"], cwd=tmp_path, capture_output=True, timeout=120, check=False)
-    with pytest.raises(Unreadable, match="in no equilibrium"):
+    with pytest.raises(Unreadable, match="not in equilibrium"):
         read(tmp_path / "job.frd")
 
 

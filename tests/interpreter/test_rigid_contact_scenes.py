@@ -67,7 +67,7 @@ def test_a_barrier_that_is_too_soft_is_raised(monkeypatch: pytest.MonkeyPatch) -
     assert soft.metrics["push"].value == pytest.approx(right, rel=5e-3)
 
 
-INSIDE = "`ball` is inside `block`: it went in between the points"
+INSIDE = "`ball` is inside `block`: it passed between the contact points"
 
 
 @pytest.mark.parametrize(
@@ -79,7 +79,7 @@ INSIDE = "`ball` is inside `block`: it went in between the points"
             1.0,
             2.4,
             "not_converged",
-            "a rigid body goes through the surface in one step, by 0.576 mm",
+            "a rigid body penetrates the surface by 0.576 mm in one step",
         ),  # on points of it
     ],
 )
@@ -139,8 +139,8 @@ def test_nor_is_one_that_comes_to_lie_in_its_plane(body: str, tool: str, element
     """
     found = loads(text.format(by=-5)).run().models["cells"]
     assert found.status == "failed"
-    assert "`tool` is inside `block`: it went in between the points that are kept clear" in str(found.message)
-    assert "take cells that are smaller than it" in str(found.message)
+    assert "`tool` is inside `block`: it passed between the contact points" in str(found.message)
+    assert "use cells smaller than the rigid body" in str(found.message)
     assert loads(text.format(by=-0.1)).run().models["cells"].status == "converged"  # which does not touch
 
 
@@ -216,7 +216,7 @@ def test_what_is_pushed_through_a_body_in_one_state_is_refused() -> None:
     text = PROPPED.format(thick=3.0, below=-6.0, states="[100]", element="quad4").replace("2.5 mm", "5 mm")
     found = loads(text.replace("(40, 9.2,", "(41.25, 9.2,")).run().models["cells"]
     assert found.status == "not_converged"
-    assert "a rigid body goes through the surface in one step" in str(found.message)
+    assert "a rigid body penetrates the surface by" in str(found.message)
 
 
 def test_a_disc_that_is_driven_right_through_between_nodes_is_refused() -> None:
@@ -233,7 +233,7 @@ def test_a_disc_that_is_driven_right_through_between_nodes_is_refused() -> None:
     """
     found = loads(text).run().models["cells"]
     assert found.status == "not_converged"
-    assert "a rigid body goes through the surface in one step, by 0.5 mm" in str(found.message)
+    assert "a rigid body penetrates the surface by 0.5 mm in one step" in str(found.message)
 
 
 def test_a_strut_that_buckles_beside_thin_walls_leans_on_them() -> None:
@@ -278,7 +278,7 @@ def test_a_part_of_the_surface_that_nothing_keeps_clear_is_looked_at_too() -> No
     )
     found = loads(text).run().models["quads"]
     assert found.status == "failed"
-    assert "`ball` is 1 mm inside where `touch` keeps nothing clear of it" in str(found.message)
+    assert "`ball` penetrates by 1 mm where the contact `touch` does not act" in str(found.message)
 
 
 OCTAHEDRON = octahedron(((10, 0, 0), (-10, 0, 0), (0, 10, 0), (0, -10, 0), (0, 0, 10), (0, 0, -10)))
@@ -326,7 +326,7 @@ def test_a_sphere_that_is_driven_through_in_one_step_is_refused(far: float) -> N
     )
     found = loads(text).run().models["quads"]
     assert found.status == "not_converged"
-    assert "goes through the surface in one step" in str(found.message)
+    assert "penetrates the surface by" in str(found.message)
 
 
 @pytest.mark.long

@@ -89,7 +89,7 @@ def test_the_watchdog_finds_a_plate_whose_springs_are_wrong(monkeypatch: pytest.
     monkeypatch.setattr(foundation_setup, "_plane_keeping_springs", wrong)
     own = softmark.loads("softmark 1\n" + block()).run().models["cells"]
     assert own.status == "failed"
-    assert "other formulas" in own.message
+    assert "independent formulas" in own.message
 
 
 @pytest.mark.slow
@@ -118,5 +118,5 @@ metric   held  = force(below, along = +y, against = told)
     for off, sunk, left in zip(*(own.curve(m).values for m in ("off", "sunk", "left")), strict=True):
         assert off < 2e-2 * sunk
         assert left < 2e-2
-    assert own.metrics["kept"].reason == "`told` tells nothing of it"
+    assert own.metrics["kept"].reason == "`told` has no such value"
     assert own.metrics["held"].value < 1e-9

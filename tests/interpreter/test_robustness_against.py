@@ -70,9 +70,9 @@ def test_what_is_not_there_is_said(tmp_path: Path) -> None:
     alone = run(tmp_path, BLOCK + gap, "small").models["small"].metrics["gap"]
     assert alone.value is None
     assert alone.reason is not None
-    assert alone.reason.endswith("against `large`, which this run leaves out: `--model small --model large`")
+    assert alone.reason.endswith("with `large`, which was left out of this run: add `--model small --model large`")
     idle = run(tmp_path, BLOCK.replace("by = (20, 0, 0) mm", "by = (0, 0, 0) mm") + gap).models["small"].metrics["gap"]
-    assert idle.reason == "that of `large` is zero, so nothing is relative to it"
+    assert idle.reason == "the value of `large` is zero, so there is no relative error"
 
 
 @pytest.mark.parametrize(("over", "far"), [("largest", 3.0), ("mean", 1.5)])

@@ -81,7 +81,7 @@ def by_model(status: str = "converged", said: dict[str, Any] | None = None, erro
     ("found", "message"),
     [
         (by_model("capped", stated(0.0)), "has no answer: a cap"),
-        (by_model("converged", stated(0.0, "W301")), "doubts its answer (W301, its element locks)"),
+        (by_model("converged", stated(0.0, "W301")), "doubts its answer (W301, the element locks)"),
         (by_model("converged", stated(None)), "vouches for nothing: no coarser mesh"),
         (by_model("converged", stated(0.06)), "uncertain by 0.06"),
         (replace(by_model(), truths={}), "nothing is known of how far `theory` can be trusted"),

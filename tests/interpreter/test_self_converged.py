@@ -94,7 +94,7 @@ def test_what_is_not_asymptotic_is_not_extrapolated() -> None:
     for p in (3.0, 0.3):
         found = extrapolate_limit(family((1.0, 0.5, 0.25), p), WHERE)
         assert not found.extrapolated
-        assert found.doubt == "far from the 2 of theory"
+        assert found.doubt == "far from the theoretical order 2"
         assert found.estimate == pytest.approx(3 * 4 * 0.1 * (1 - 0.25**p))
         np.testing.assert_allclose(found.displacement(PLACE), made(0.25, p)(PLACE))
 
@@ -138,7 +138,7 @@ def test_changes_must_point_to_one_limit() -> None:
         lambda X: np.tile([0.0, 0.25, 0.0], (len(X), 1)),
     ]
     found = extrapolate_limit(Family("made", 2.0, (1.0, 0.5, 0.25), turned), WHERE)
-    assert found.doubt == "successive changes do not point to one limit"
+    assert found.doubt == "successive changes do not point towards one limit"
 
 
 def test_what_no_mesh_changes_has_the_error_of_the_solver() -> None:
@@ -347,7 +347,7 @@ def test_a_model_without_a_solution_is_named_with_its_size() -> None:
     text += "analysis rest = static(max_iterations = 2)\n"
     found = truth_of(text)
     assert found.status == "failed"
-    assert "`t4` at a size of 10 mm has no solution" in str(found.message)
+    assert "`t4` with size 10 mm has no solution" in str(found.message)
 
 
 # ------------------------------------------------------------------ in a scene

@@ -198,7 +198,7 @@ def test_what_comes_before_a_state_without_an_answer_stays(tmp_path: Path) -> No
     assert model.message is not None
     assert model.message.startswith("in the state 105 %: ")
     assert model.message.endswith("the 2 states before it have answers; one state after it was not tried")
-    assert model.each[3].message == "the state before it, 105 %, has no answer"
+    assert model.each[3].message == "the previous state, 105 %, has no solution"
     values = model.curve("resist").values
     assert None not in values[:2]
     assert values[2:] == (None, None)

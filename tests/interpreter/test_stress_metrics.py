@@ -103,7 +103,7 @@ def test_the_edge_of_a_clamp_has_no_largest_stress(tmp_path: Path) -> None:
         assert [w.code for w in report.warnings] == ["W388", "W388"]
         own = report.models["own"]
         assert own.stated["most"].value is None
-        assert "every refinement finds a larger stress" in own.stated["most"].reason
+        assert "the stress grows with every mesh refinement" in own.stated["most"].reason
         assert own.stated["usual"].value < 0.25 * own.metrics["usual"].value
         found.append(own.metrics["edge"].value)
     assert found[1] > 1.05 * found[0]
@@ -147,7 +147,7 @@ def test_the_edge_of_a_punch_without_friction_is_said(tmp_path: Path) -> None:
         + "metric there = stress(rim)\nmetric away = stress(off)\nmetric corner = stress(low)\n",
     )
     (said,) = [w for w in report.warnings if w.code == "W388"]
-    assert "`there` looks at the edge of what `side`, `punch` holds" in said.message
+    assert "`there` is evaluated at the edge of the part held by `side`, `punch`" in said.message
 
 
 def test_a_mesh_that_is_too_coarse_is_said(tmp_path: Path) -> None:

@@ -119,7 +119,7 @@ def test_a_beam_is_held_where_a_thin_band_holds_it() -> None:
 def test_a_beam_refuses_a_part_of_a_section_between_its_nodes() -> None:
     """Nodes are 10 mm apart: the band held no node, and was left out without a word."""
     where = "x <= 0 mm or (x >= 102 mm and x <= 108 mm and z <= 5 mm)"
-    with pytest.raises(softmark.SceneError, match="takes only part of a cross-section"):
+    with pytest.raises(softmark.SceneError, match="selects only part of a cross-section"):
         softmark.loads(SCENE.format(where=where)).run()
 
 

@@ -91,7 +91,7 @@ def test_a_public_surface_is_examined_when_it_is_here(folder: Path, monkeypatch:
     shape = 'tetrahedralized("data:silicone-beam/cylinder_Surface.obj", unit = 1 mm)'
     found = run(folder, shape, "fem(tet4, strain = small, size = 5 mm)")
     assert [w.code for w in found.warnings if w.code in ("W348", "W350")] == ["W348", "W350"]
-    assert found.models["solid"].solve["filled"]["repairs"] == ["1 triangle turned to look as those around"]
+    assert found.models["solid"].solve["filled"]["repairs"] == ["1 triangle reoriented to match neighbours"]
 
 
 def test_a_point_outside_is_refused(folder: Path) -> None:

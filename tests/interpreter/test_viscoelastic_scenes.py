@@ -75,7 +75,7 @@ def test_the_watchdog_finds_a_memory_that_forgets_wrongly(monkeypatch: pytest.Mo
     monkeypatch.setattr(ViscoelasticHistory, "accepted", lambda self, x, h: right(self, x, 1.01 * h))
     own = report(GEL + BAR + TIMED).models["cubes"]
     assert own.status == "failed"
-    assert "other formulas" in own.message
+    assert "independent formulas" in own.message
 
 
 def test_a_curve_over_time_is_held_against_a_measured_one(tmp_path: Path) -> None:

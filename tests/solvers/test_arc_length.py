@@ -102,7 +102,7 @@ SOFTEST = 1 / (3 * np.sqrt(3))
 def test_a_bar_of_st_venant_and_kirchhoff_has_a_greatest_pressure(
     law: Maker, elastic: Energies, problem: Problems
 ) -> None:
-    with pytest.raises(NotConverged, match=r"maximum of 83\.33 % \(limit point\).*inside out") as refused:
+    with pytest.raises(NotConverged, match=r"maximum of 83\.33 % \(limit point\).*inverted") as refused:
         equilibrium(squeezed(1.2 * SOFTEST, law, elastic, problem, path="arc_length"))
     assert limits(refused.value.facts) == pytest.approx([1 / 1.2], rel=1e-5)
     # the state at the limit: displacement 1 - 1/sqrt(3); the path's points lie on the curve, to its 1e-7

@@ -128,7 +128,7 @@ def test_an_unstable_scheme_ends_with_its_gain_and_its_time(oscillators: Oscilla
     """
     stable = march(oscillators(Newmark(beta=0.1)), 100.0, 1.0)
     assert stable.balance.gain < 0.18
-    with pytest.raises(Diverged, match=r"at [\d.]+ s the motion has gained .* the energy") as stopped:
+    with pytest.raises(Diverged, match=r"at [\d.]+ s the energy has grown by .* the energy") as stopped:
         march(oscillators(Newmark(beta=0.1)), 270.0, 2.7)
     path = stopped.value.trajectory
     assert not path.complete

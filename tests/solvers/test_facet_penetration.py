@@ -106,6 +106,6 @@ def test_the_pattern_of_a_tangent_holds_stencils_within_it() -> None:
     contact = touching((1.0, 4.0, 1.0), (-0.5, -2.0, -1.1))
     assembly = Assembly(12, np.array([0]), [], [contact])
     number = np.concatenate([[-1], np.arange(11)])
-    with pytest.raises(ValueError, match="not coupled"):
+    with pytest.raises(ValueError, match="lacks couplings"):
         assembly.pattern.places(number, np.arange(6)[None])
     assert assembly.pattern.places(number, np.arange(3)[None])[0, 0].tolist() == [-1, -1, -1]

@@ -1,4 +1,4 @@
-"""Cells that fold over themselves between integration points: bounds against values on a dense grid, and by hand."""
+"""Cells that are folded between integration points: bounds against values on a dense grid, and by hand."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_a_node_beyond_the_quarter_point(middle: float, sound: bool) -> None:
     if sound:
         assert validate(points, cells, "tet10").kind == "tet10"
         return
-    said = r"1 of its 1 tetrahedra fold over themselves, .* cell 0 .* beside \(1?0+, 0, 0\) m"
+    said = r"1 of its 1 tetrahedra are folded, .* cell 0 .* near \(1?0+, 0, 0\) m"
     with pytest.raises(UnreadableMesh, match=said):
         validate(points, cells, "tet10")
 
@@ -71,5 +71,5 @@ def test_a_hexahedron_dented_at_a_corner() -> None:
     mesh = Mesh(points, np.arange(8)[None], "hex8")
     assert jacobians(mesh, mesh.element.quadrature()[0]).min() > 0.0
     assert jacobians(mesh, np.ones((1, 3)))[0, 0] < 0.0
-    with pytest.raises(UnreadableMesh, match="1 of its 1 hexahedra fold over themselves"):
+    with pytest.raises(UnreadableMesh, match="1 of its 1 hexahedra are folded"):
         validate(points, mesh.cells, "hex8")

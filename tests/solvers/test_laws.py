@@ -252,11 +252,11 @@ def test_what_others_ask_follows_from_the_constants() -> None:
 
 
 def test_constants_that_do_not_go_together_are_refused() -> None:
-    with pytest.raises(InvalidCombination, match="2 constants `mu` and 1 powers"):
+    with pytest.raises(InvalidCombination, match="2 constants `mu` but 1 exponents"):
         Ogden(mu=(1.0, 2.0), alpha=(2.0,), **RUBBER)
     with pytest.raises(InvalidCombination, match="not positive"):
         Ogden(mu=(1.0, -2.0), alpha=(2.0, 2.0), **RUBBER)
-    with pytest.raises(InvalidCombination, match="power of 0"):
+    with pytest.raises(InvalidCombination, match="exponent 0"):
         Ogden(mu=(1.0, 2.0), alpha=(2.0, 0.0), **RUBBER)
     with pytest.raises(ValueError, match="needs `poisson` or `bulk`"):
         Gent(mu=1.0, limit=30.0, density=1.0)

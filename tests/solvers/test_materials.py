@@ -305,7 +305,7 @@ def test_hookes_law_is_no_law_of_finite_strain() -> None:
     """The error names the material and what it does have."""
     hooke = LinearElastic(60e3, 0.3, 1070.0)
     assert hooke.finite_law() is None
-    with pytest.raises(NoFiniteLaw, match="LinearElastic has no law at finite strain; use small") as caught:
+    with pytest.raises(NoFiniteLaw, match="LinearElastic has no finite-strain law; use small") as caught:
         law_for(hooke, "finite")
     assert caught.value.material is hooke
 

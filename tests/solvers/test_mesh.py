@@ -306,7 +306,7 @@ def test_a_cell_that_names_a_missing_point_is_refused(tmp_path: Path, beam: Mesh
     cells = beam.cells.copy()
     cells[0, 0] = len(beam.points)
     text = refusal(written(tmp_path / "dangling.vtk", beam.points, cells))
-    assert text.startswith("a cell names a point that does not exist: cell 0 names node ")
+    assert text.startswith("a cell refers to a point that does not exist: cell 0 refers to node ")
 
 
 @FORMATS
@@ -323,11 +323,11 @@ def test_a_truncated_file_is_refused(tmp_path: Path, beam: Mesh, suffix: str, ki
 @pytest.mark.parametrize(
     ("name", "content", "why"),
     [
-        ("noise.vtu", b"\x00\xff" * 99, "it is no vtu file"),
+        ("noise.vtu", b"\x00\xff" * 99, "it is not a vtu file"),
         ("text.vtk", b"no mesh at all", ""),
         ("noise.msh", b"\xff", ""),
         ("mesh.unknown", b"1 2 3", "Could not deduce file format"),
-        ("short.dat", b'VARIABLES = "x"\n', "it may never finish"),  # Tecplot: meshio's reader loops for ever
+        ("short.dat", b'VARIABLES = "x"\n', "may not terminate"),  # Tecplot: meshio's reader loops for ever
     ],
 )
 def test_a_file_that_is_no_mesh_is_refused(tmp_path: Path, name: str, content: bytes, why: str) -> None:
@@ -434,7 +434,7 @@ def test_quadratic_tetrahedra_of_a_file_are_read_and_simplified(tmp_path: Path) 
     path = written(tmp_path / "curved.vtu", mesh.points, mesh.cells, "tetra10")
     np.testing.assert_allclose(MeshFile(path, 1.0).mesh("tet10").volumes, mesh.volumes, rtol=1e-12)
     assert len(MeshFile(path, 1.0).mesh("tet4").points) == len(np.unique(mesh.cells[:, :4]))
-    with pytest.raises(UnreadableMesh, match="it has ten-node tetrahedra, and the model wants hexahedra"):
+    with pytest.raises(UnreadableMesh, match="it has ten-node tetrahedra, but the model needs hexahedra"):
         MeshFile(path, 1.0).mesh("hex8")
 
 

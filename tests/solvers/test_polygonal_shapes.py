@@ -171,10 +171,10 @@ def test_cells_are_of_the_size() -> None:
 FAULTS = {
     "two": (mm((0, 0), (1, 0)), "three corners"),
     "a line": (mm((0, 0), (1, 0), (2, 0)), "on one line"),
-    "a bow": (mm((0, 0), (1, 1), (1, 0), (0, 1)), "from corner 1 and from corner 3 cross"),
-    "a corner on a side": (mm((0, 0), (4, 0), (4, 4), (2, 0), (0, 4)), "cross or touch"),
+    "a bow": (mm((0, 0), (1, 1), (1, 0), (0, 1)), "from corner 1 and from corner 3 intersect"),
+    "a corner on a side": (mm((0, 0), (4, 0), (4, 4), (2, 0), (0, 4)), "intersect or touch"),
     "a spike": (mm((0, 0), (2, 0), (1, 0), (1, 1)), "from corner 1 and from corner 2"),
-    "a corner twice": (mm((0, 0), (1, 0), (1, 1), (0, 0)), "the last corner is joined to the first"),
+    "a corner twice": (mm((0, 0), (1, 0), (1, 1), (0, 0)), "do not repeat the first corner"),
     "many": (tuple((math.cos(i), float(i)) for i in range(501)), "501 corners"),
 }
 

@@ -67,14 +67,14 @@ FLAT = np.concatenate([T, [[0, 0, 5], [7, 3, 7]]])
 FLAP = np.concatenate([T, [[0, 100, 50], [0, 50, 100]]])
 MENDED = {  # what is wrong, what is said of it, and how much of the volume may be missing
     "soup": (SOUP, (), 1e-12),
-    "split": (SPLIT, ("1 point joined to others next to them",), 1e-8),
-    "turned": ((X, TURNED), (f"{len(T[::5])} triangles turned to look as those around",), 1e-12),
-    "inside out": (inward(BALL), (f"all {len(T)} triangles turned: the surface was inside out",), 1e-12),
-    "twice": ((X, np.concatenate([T, T[:3]])), ("3 triangles given more than once dropped",), 1e-12),
-    "flat": ((X, FLAT), ("2 triangles without area dropped",), 1e-12),
-    "flap": ((X, FLAP), ("2 triangles of walls without thickness dropped",), 1e-12),
-    "holes": ((X, np.delete(T, [3, 200], axis=0)), ("2 holes of 0.61 % of the area closed",), 1e-12),
-    "speck": (both(BALL, scaled(BALL, 0.05, (0.02, 0, 0))), ("1 speck of 0.013 % of the volume left out",), 1e-12),
+    "split": (SPLIT, ("1 point merged with neighbours",), 1e-8),
+    "turned": ((X, TURNED), (f"{len(T[::5])} triangles reoriented to match neighbours",), 1e-12),
+    "inside out": (inward(BALL), (f"all {len(T)} triangles reoriented: the surface was inside out",), 1e-12),
+    "twice": ((X, np.concatenate([T, T[:3]])), ("3 triangles removed as duplicates",), 1e-12),
+    "flat": ((X, FLAT), ("2 triangles without area removed",), 1e-12),
+    "flap": ((X, FLAP), ("2 triangles of walls without thickness removed",), 1e-12),
+    "holes": ((X, np.delete(T, [3, 200], axis=0)), ("2 holes closed, with 0.61 % of the area",), 1e-12),
+    "speck": (both(BALL, scaled(BALL, 0.05, (0.02, 0, 0))), ("1 speck removed, with 0.013 % of the volume",), 1e-12),
 }  # fmt: skip
 
 
@@ -100,7 +100,7 @@ def test_a_hole_over_many_triangles_is_closed_by_a_fan() -> None:
     fine = ball(4)
     cap = fine[0][fine[1]].mean(axis=1)[:, 2] > 0.0098
     found = close_surface(fine[0], fine[1][~cap])
-    assert found.repairs[0].startswith("1 hole of ")
+    assert found.repairs[0].startswith("1 hole closed, ")
     assert _watertight(found)
     short = 1.0 - found.volume / signed_volume(*fine)
     assert 0.0 < short < found.doubt
@@ -281,7 +281,7 @@ def test_nodes_are_moved_onto_the_surface(kept: Path, monkeypatch: pytest.Monkey
     assert mesh.filling.beside == 0
 
 
-@pytest.mark.parametrize(("code", "said"), [(-11, "ended by signal 11"), (1, "ImportError: no such thing")])
+@pytest.mark.parametrize(("code", "said"), [(-11, "terminated by signal 11"), (1, "ImportError: no such thing")])
 def test_a_mesher_that_fails_is_said_to(kept: Path, monkeypatch: pytest.MonkeyPatch, code: int, said: str) -> None:
     monkeypatch.setattr(tetrahedralization, "MESHER", "numpy")
     failed = subprocess.CompletedProcess([], code, "", "Traceback\nImportError: no such thing\n")

@@ -207,7 +207,7 @@ def test_a_cell_of_gmsh_in_several_groups_is_one_cell(tmp_path: Path) -> None:
 
 def test_a_cell_of_gmsh_twice_in_one_group_is_refused(tmp_path: Path) -> None:
     file = gmsh22(tmp_path, "4 2 2 1 1 2 3 4", "4 2 2 2 2 5 3 4", "4 2 2 2 2 5 3 4")
-    with pytest.raises(UnreadableMesh, match="given twice"):
+    with pytest.raises(UnreadableMesh, match="occur twice"):
         read_cells(str(file), 1.0)
 
 

@@ -83,7 +83,7 @@ class PreparedBeam(Meshless):
     def solve(self, watch: Watch) -> Solution:
         """Find the static equilibrium from rest."""
         problem, last = replace(self.problem, watch=watch), [self.problem.assembly]
-        remedy = "try more segments or a smaller load"
+        remedy = "use more segments or a smaller load"
         return static_result.solve_static(
             lambda: self._equilibrium(problem, last), remedy, lambda found: self._finish(found, last[-1])
         )
@@ -110,7 +110,7 @@ class PreparedBeam(Meshless):
         solution = static_result.solution_of(found, lambda X: displacement_at(found.x, self.rest, X, self.along))
         modes = frequencies_about(self.problem.assembly, found.x, self.mass, self.problem.linear)
         if self.along is not None:
-            modes = without_frequencies("those of curved beams are not known yet: `fem(...)` finds them")
+            modes = without_frequencies("frequencies of curved beams are not computed: use `fem(...)`")
         notes = (*static_result.doubts(self.declared, found), *self._pressed(found.x))
         seen = replace(solution, notes=notes, vibrations=modes if found.solved else None)
         solved = replace(self.problem, assembly=assembly)
@@ -285,5 +285,5 @@ def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Float
             ends = sorted(axis_station(case, p) or 0.0 for p in (begin, end))
             forces += np.outer(of_line(ends[0], ends[1], stations), q)
         case unknown:  # refused when a scene is checked
-            raise TypeError(f"no beam knows a load that acts as {type(unknown).__name__}")
+            raise TypeError(f"beams do not support loads of the type {type(unknown).__name__}")
     return forces

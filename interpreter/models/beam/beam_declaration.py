@@ -115,7 +115,8 @@ class Beam6Dof(Model):
                         load.at(_place(load.thing.action, case)),
                         f"`{declared.name}` cannot represent the load `{load.name}`",
                         reason,
-                        "beams take gravity, tendons, traction and torques on an end face, forces and lines along it",
+                        "use gravity, tendons, tractions and torques on an end face, or forces and "
+                        "lines of force along the beam",
                     )
                 )
         return found
@@ -128,12 +129,12 @@ class Beam6Dof(Model):
         if isinstance(action, TendonLoad):
             places, what = guides(case, action), "guided"
         elif isinstance(action, PointLoad) and axis_station(case, action.at) is None:
-            places, what = [section_station(case, action.at) or 0.0], "beside the axis"
+            places, what = [section_station(case, action.at) or 0.0], "off the axis"
         else:
             return ""
         nodes, slack = self.stations(case), 1e-6 * case.prism.length
         near = all(any(abs(s - place) <= slack for s in nodes) for place in places)
-        return "" if near else f"{what} where no node can be put: use more segments"
+        return "" if near else f"{what} where no node can be placed: use more segments"
 
     def _wound(self, case: Case, action: TendonLoad) -> str:
         """Return a message if a tendon winds too much within a segment, which sees only its middle; else empty."""
@@ -142,7 +143,7 @@ class Beam6Dof(Model):
         turn = abs(action.winding) * min(longest / abs(ends[1] - ends[0]), 1.0)
         if turn <= MOST_WOUND:
             return ""
-        return f"winds by {math.degrees(turn):.3g} deg along a segment, and 90 deg are the most: use more segments"
+        return f"winds by {math.degrees(turn):.3g} deg per segment, more than 90 deg: use more segments"
 
     def _supports(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors for supports that a beam cannot represent."""
@@ -158,13 +159,13 @@ class Beam6Dof(Model):
             reason = (
                 "follows tracked points, which do not move a section rigidly"
                 if support.thing.tracked is not None
-                else "takes only part of a cross-section"
+                else "selects only part of a cross-section"
                 if "some" in cover | between
                 else "selects no cross-section at a node"
                 if cover == {"none"}
                 else f"holds single components of {'an oblique' if straight else 'a curved'} beam"
                 if oblique
-                else "turns sections about an axis along which its components leave them free"
+                else "rotates sections about an axis that its components leave free"
                 if support.thing.turns and _turns_free(case, support)
                 else ""
             )
@@ -175,7 +176,7 @@ class Beam6Dof(Model):
                         support.at("where"),
                         f"`{declared.name}` cannot represent the support `{support.name}`",
                         reason,
-                        "a beam is held at whole cross-sections, where the condition holds at a node of its axis",
+                        "hold whole cross-sections: write a condition that holds at a node of the axis",
                     )
                 )
         return found
@@ -215,9 +216,11 @@ class Beam6Dof(Model):
             diagnostic(
                 "E533",
                 declared.at(off),
-                f"`{declared.name}` has no motion without {'shear' if off == 'shear' else 'stretch'}",
-                "a constraint",
-                f"leave `{off} = no` out: at rest it is a constraint, and in motion a spring that rings",
+                f"`{declared.name}` cannot move without {'shear' if off == 'shear' else 'stretch'} "
+                "deformation in a dynamic analysis",
+                "only in static analyses",
+                f"remove `{off} = no`: it is a static constraint, and in motion it would be a stiff "
+                "spring that vibrates",
             )
         ]
 
@@ -232,9 +235,9 @@ class Beam6Dof(Model):
             diagnostic(
                 "W304",
                 declared.at(),
-                f"a beam {ratio:.1f} times as long as deep is not slender",
-                "beam theory is crude here",
-                "below about 3 the section warps; compare with `fem(...)`",
+                f"the beam is only {ratio:.1f} times as long as deep",
+                "not slender: beam theory is inaccurate",
+                "below a ratio of about 3 sections warp: compare with `fem(...)`",
             )
         ]
 
@@ -281,13 +284,17 @@ def _no_axis(declared: Declared, case: Case) -> Diagnostic:
     """Return the error for a body without sections along an axis; a cone with a tip lacks only the last one."""
     name, body, use = declared.name, case.body.name, "or use `fem(...)`"
     if isinstance(case.shape, Cone):
-        code, problem, reason = "E348", f"`{name}` cannot end in the tip of `{body}`", "a section that is nothing"
-        remedy = f"give the cone an `end`, {use}"
+        code, problem, reason = (
+            "E348",
+            f"`{name}` cannot represent a body with a sharp tip, `{body}`",
+            "the section shrinks to a point",
+        )
+        remedy = f"add an `end` radius to the cone, {use}"
     elif isinstance(case.shape, Extruded):
-        code, problem, reason = "E349", f"`{name}` finds no straight axis in the outline of `{body}`", "no trapezoid"
-        remedy = f"give two ends straight across x, y or z, whose middles face each other, {use}"
+        code, problem, reason = "E349", f"`{name}` finds no straight axis in the outline of `{body}`", "not a trapezoid"
+        remedy = f"draw two parallel end faces normal to x, y or z whose centres face each other, {use}"
     else:
-        code, problem = "E501", f"`{name}` needs a body with sections along an axis"
+        code, problem = "E501", f"`{name}` needs a body with cross-sections along an axis"
         reason = f"`{body}` is not a cylinder, a tube, a box, an arc or a cone"
         remedy = "use `fem(...)` for this body"
     return diagnostic(code, declared.at(), problem, reason, remedy)
@@ -325,11 +332,13 @@ def _unfit(load: Declared, case: Case) -> str:
             return ""
         case PointLoad(at=at):
             return (
-                "" if axis_station(case, at) is not None or section_station(case, at) is not None else "not in the beam"
+                ""
+                if axis_station(case, at) is not None or section_station(case, at) is not None
+                else "outside the beam"
             )
         case LineForce(begin=begin, end=end):
             if begin == end:
-                return "a line without a length"
+                return "the line has no length"
             on = axis_station(case, begin) is not None and axis_station(case, end) is not None
             return "" if on else "not along the axis of the beam"
         case TendonLoad(begin=begin, end=end):
@@ -337,7 +346,7 @@ def _unfit(load: Declared, case: Case) -> str:
             if first is None or last is None:
                 return "beyond the ends of the beam"
             slack = 1e-6 * case.prism.length
-            return "" if abs(first - last) > slack else "a tendon that does not run along the beam"
+            return "" if abs(first - last) > slack else "the tendon does not run along the beam"
         case SurfaceTraction(where=where) | MomentLoad(where=where):
             return "" if end_of(where, case.prism) is not None else "not on one whole end face"
     return "not a load of beam theory"

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.beam.beam_declaration import Beam6Dof
     from softmark.solvers.statics.static_equilibrium import Watch
 
-NO_STRESS = "its stress is that of its past, which is not told of sections: ask for forces"
+NO_STRESS = "section stress of a viscoelastic beam is not available: use forces"
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class ViscoelasticBeam(Meshless):
 
     def solve(self, watch: Watch) -> Solution:
         """Solve step by step from the start to the present time."""
-        remedy = "try a shorter step, more segments or a smaller load"
+        remedy = "use a shorter step, more segments or a smaller load"
         problem = replace(self.static.problem, watch=watch)
         came: list[StateInTime] = []
 
@@ -112,7 +112,7 @@ class ViscoelasticBeam(Meshless):
         energies = {"work_J": state.work, "stored_J": state.stored, "dissipated_J": state.dissipated,
                     "time_s": state.time, "steps_in_time": len(state.times)}  # fmt: skip
         facts = solution.facts | {"energies_in_time": energies}
-        ring = vibrations.without_frequencies("what remembers has no stiffness that frequencies follow from")
+        ring = vibrations.without_frequencies("frequencies of a viscoelastic beam are not available")
         seen = replace(solution, facts=facts, notes=static_result.doubts(self.static.declared, found), vibrations=ring,
                        stress=Settled(None, NO_STRESS))  # fmt: skip
         return replace(seen, carried=cache(lambda: self._carried(state)))

@@ -28,13 +28,16 @@ def guide_warnings(declared: Declared, applied: Sequence[tuple[Declared, Energy]
     found = []
     for load, energy in applied:
         if isinstance(energy, RodTendons | GuidedTendon) and (least := float(energy.nearest(x).min())) < NEAR:
-            found.append(diagnostic(
-                "W367", declared.at(),
-                f"`{load.name}` pulls its guides together, to {100 * least:.2g} % of their distance, in "
-                f"`{declared.name}`",
-                "bent more sharply than its tendon lies away",
-                "guides would touch, which no model here knows: pull less, or nearer to the axis",
-            ))  # fmt: skip
+            found.append(
+                diagnostic(
+                    "W367",
+                    declared.at(),
+                    f"the guides of `{load.name}` come together, to {100 * least:.2g} % of their distance,"
+                    f" in `{declared.name}`",
+                    "bent too sharply for the tendon's offset",
+                    "contact between guides is not modelled: reduce the tension, or move the tendon closer to the axis",
+                )
+            )
     return tuple(found)
 
 

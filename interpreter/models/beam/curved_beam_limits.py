@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Swept
 
 HELP = (
-    "curved beams come to rest under gravity, forces, and traction and torques on an end, held whole; or use `fem(...)`"
+    "use a static analysis with gravity, forces, or tractions and torques on an end, and hold whole "
+    "sections; or use `fem(...)`"
 )
 
 
@@ -27,19 +28,19 @@ def refusals(declared: Declared, case: Case) -> list[Diagnostic]:
         return []
     found = []
     if isinstance(case.analysis, Dynamic):
-        found.append(_refused(declared, declared, "has no motion"))
+        found.append(_refused(declared, declared, "does not support dynamic analyses"))
     for load in case.loads:
         if not isinstance(load.thing.action, BodyForce | SurfaceTraction | PointLoad | MomentLoad):
-            found.append(_refused(declared, load, f"does not take the load `{load.name}`"))
+            found.append(_refused(declared, load, f"cannot represent the load `{load.name}`"))
     for support in case.supports:
         if type(support.thing) not in (Fixed, Displaced):
-            found.append(_refused(declared, support, f"does not take the support `{support.name}`"))
+            found.append(_refused(declared, support, f"cannot represent the support `{support.name}`"))
     return found
 
 
 def _refused(declared: Declared, at: Declared, what: str) -> Diagnostic:
-    problem = f"the axis of the body is curved, and of curved axes `{declared.name}` {what}"
-    return diagnostic("E317", at.at(), problem, "straight beams only", HELP)
+    problem = f"for a curved axis `{declared.name}` {what}"
+    return diagnostic("E317", at.at(), problem, "only for straight beams", HELP)
 
 
 def slender_rod_error(shape: Swept) -> float:

@@ -78,9 +78,9 @@ def curling_warning(declared: Declared, case: Case) -> Diagnostic | None:
     return diagnostic(
         "W382",
         declared.at(),
-        f"a section {wide / thin:.3g} times as wide as thick bends between a beam and a plate",
+        f"a section {wide / thin:.3g} times as wide as thick bends partly like a plate",
         f"up to {100 * most:.2g} % stiffer than this model",
-        "clamps and sharp bends keep it from curling across its width; compare with `fem(...)`",
+        "clamps and sharp bends keep the section from curling across its width: compare with `fem(...)`",
     )
 
 

@@ -66,7 +66,7 @@ class PreparedNetwork(Meshless):
         """Find the static equilibrium from rest."""
         problem = replace(self.problem, watch=watch)
         return static_result.solve_static(
-            lambda: equilibrium(problem), "try more segments or a smaller load", self._finish
+            lambda: equilibrium(problem), "use more segments or a smaller load", self._finish
         )
 
     def _finish(self, found: Equilibrium) -> Solution:
@@ -173,5 +173,5 @@ def _load(layout: Layout, load: Declared) -> Energy:
             number, first, last = frame_selection.line(layout.network, begin, end) or (0, 0.0, 0.0)
             forces[layout.nodes(number)] += np.outer(of_line(first, last, layout.stations(number)), q)
         case unknown:  # refused when a scene is checked
-            raise TypeError(f"no network knows a load that acts as {type(unknown).__name__}")
+            raise TypeError(f"frames do not support loads of the type {type(unknown).__name__}")
     return RodForces(layout.rest, forces)

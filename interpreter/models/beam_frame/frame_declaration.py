@@ -60,8 +60,9 @@ class Frame6Dof(Model):
         """Return errors and warnings about a frame model in a case."""
         if not case.shape.wired:
             return [
-                diagnostic("E344", declared.at(), f"`{declared.name}` is of networks, and `{case.body.name}` is none",
-                           "of networks alone", "use `beam6dof(...)` or `fem(...)`, or declare the body as "
+                diagnostic("E344", declared.at(), f"`{declared.name}` needs a body made by `network(...)`, "
+                                                  f"and `{case.body.name}` is none",
+                           "only for networks", "use `beam6dof(...)` or `fem(...)`, or declare the body as "
                            "`network(...)`")
             ]  # fmt: skip
         network: Network = case.shape  # type: ignore[assignment]
@@ -99,21 +100,21 @@ def _loads(declared: Declared, case: Case, network: Network) -> Iterator[Diagnos
     for load in case.loads:
         match load.thing.action:
             case PointLoad(at=at) if frame_selection.at(network, at) is None:
-                field, reason = "at", "beside the axes of its members"
+                field, reason = "at", "off the axes of the members"
             case LineForce(begin=begin, end=end) if begin == end:
-                field, reason = "from", "a line without a length"
+                field, reason = "from", "the line has no length"
             case LineForce(begin=begin, end=end) if frame_selection.line(network, begin, end) is None:
                 field, reason = "from", "not along the axis of one member"
             case MomentLoad() if isinstance(case.analysis, Dynamic):
-                field, reason = "where", "turns a section, which networks take at rest alone"
+                field, reason = "where", "torques only in static analyses"
             case MomentLoad(where=where) if (count := _points(network, where)) != 1:
                 many = "on more than one point"
-                field, reason = "where", many if count else "on no point where members begin or end"
+                field, reason = "where", many if count else "on no end point of a member"
             case _:
                 continue
         yield diagnostic("E345", load.at(field), f"`{declared.name}` cannot represent the load `{load.name}`", reason,
-                         "a network takes gravity, forces and lines of force on axes, and a torque at one of its "
-                         "points")  # fmt: skip
+                         "use gravity, forces and lines of force on axes, or a torque at a point of the "
+                         "network")  # fmt: skip
 
 
 def _points(network: Network, where: object) -> int:
@@ -131,15 +132,16 @@ def _supports(declared: Declared, case: Case, network: Network) -> Iterator[Diag
         field, reason = "where", ""
         if part:
             a, b = network.pairs[part[0]]
-            reason = f"takes a part of the member from point {a} to point {b}"
+            reason = f"selects only part of the member from point {a} to point {b}"
         elif not points:
-            reason = "selects no point where members begin or end"
+            reason = "selects no end point of a member"
         elif not isinstance(support.thing, Hinged) and len(support.thing.components) < 3:
-            field, reason = "components", "holds single components, and a section turns or does not"
+            field, reason = "components", "cannot hold single components"
         if reason:
             yield diagnostic("E343", support.at(field), f"`{declared.name}` cannot represent the support "
-                             f"`{support.name}`", reason, "points and whole members are held: put a point where a "
-                             "support ends, and use `pinned(...)` for what may turn")  # fmt: skip
+                             f"`{support.name}`", reason, "hold points and whole members: add a point where "
+                                                          "the support ends, and write `pinned(...)` for a "
+                                                          "joint that may rotate")  # fmt: skip
 
 
 def plainly_held(case: Case, network: Network) -> bool:
@@ -186,9 +188,13 @@ def _stocky(declared: Declared, network: Network) -> Iterator[Diagnostic]:
     for number, member in enumerate(network.members, start=1):
         ratio = member.length / max(member.section.extents)
         if ratio < SLENDER:
-            yield diagnostic("W304", declared.at(), f"member {number} is {ratio:.1f} times as long as deep, and not "
-                             "slender", "beam theory is crude here", "below about 3 sections warp, and joints are "
-                             "as large as members")  # fmt: skip
+            yield diagnostic(
+                "W304",
+                declared.at(),
+                f"member {number} is only {ratio:.1f} times as long as deep",
+                "not slender: beam theory is inaccurate",
+                "below a ratio of about 3 sections warp, and joints are as large as members: compare with `fem(...)`",
+            )
             return
 
 
@@ -198,7 +204,7 @@ def _crossing(declared: Declared, case: Case, network: Network) -> Iterator[Diag
     if pair is not None:
         one, other = pair
         shared = set(network.pairs[one - 1]) & set(network.pairs[other - 1])
-        where = f"lie on each other beyond point {min(shared)}" if shared else "cross where they share no point"
+        where = f"overlap beyond point {min(shared)}" if shared else "cross without a common point"
         yield diagnostic("W358", case.body.at(), f"members {one} and {other} of `{case.body.name}` {where}",
-                         "not joined there", "members are joined at points alone: put one where they cross or end, or "
-                         "leave them apart")  # fmt: skip
+                         "not joined there", "members are joined only at points: add a point where they "
+                                             "cross or end, or separate them")  # fmt: skip

@@ -37,7 +37,7 @@ class Layout:
     def of(case: Case, segments: int) -> Layout:
         """Return the layout of a case of a network. Raises TypeError."""
         if not isinstance(case.shape, Network):
-            raise TypeError(f"`{case.body.name}` is no network")
+            raise TypeError(f"`{case.body.name}` is not a network")
         return Layout(case, case.shape, segments)
 
     # ------------------------------------------------------------------ nodes and points

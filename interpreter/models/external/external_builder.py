@@ -57,7 +57,7 @@ HELD = 1e-6  # of the greatest displacement: how far a node that is held may be 
 VAGUE = 0.1  # of the loads: with a larger effect of its digits an answer cannot be checked
 TOLD = 3.0  # times what the digits of an answer leave, as one draw of their rounding has it
 OURS = ("iterations", "steps", "history", "started")  # facts of how we would have solved it
-NOT_KNOWN = "another program solved it, and of the stiffness in its state nothing is known"
+NOT_KNOWN = "an external program solved it, and its tangent stiffness is not available"
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class PreparedOutside:
     case: Case
     solid: PreparedSolid
     lost: ClassVar[Status] = "not_converged"  # where the program says itself that it found nothing
-    unsettled: ClassVar[str] = "{title} says so itself: {why}"
+    unsettled: ClassVar[str] = "{title} reports no solution: {why}"
 
     @property
     def size(self) -> Mapping[str, int]:
@@ -180,7 +180,7 @@ class PreparedOutside:
         moved = max(float(np.abs(u).max(initial=0.0)), float(np.abs(values).max(initial=0.0)))
         slipped = float(np.abs(x[held] - values).max(initial=0.0))
         if slipped > max(HELD, TOLD * answer.rounding) * moved:
-            return Solution("failed", f"{title}: what is held is {slipped:.2g} m from where it is held", known)
+            return Solution("failed", f"{title}: a supported node is {slipped:.2g} m from its imposed position", known)
         x = x.copy()
         x[held] = values  # to the last digit
         fixed = self.solid.problem.fixed
@@ -190,22 +190,27 @@ class PreparedOutside:
         known |= {"residual": residual, "residual_of_rounding": told}
         allowed = BALANCED + TOLD * told
         if answer.settled is False:
-            return Solution("not_converged", f"{title} says so itself: {answer.said or 'no reason is given'}", known)
+            return Solution(
+                "not_converged", f"{title} reports no convergence: {answer.said or 'no reason given'}", known
+            )
         if told > VAGUE:
-            words = f"its digits alone leave {told:.1e} of the loads in our equations, which tell nothing then"
-            return Solution("not_converged", f"{title} answers too few digits: {words}", known)
+            words = (
+                f"rounding of its printed digits alone leaves {told:.1e} of the loads in softmark's "
+                "equations, so the result cannot be checked"
+            )
+            return Solution("not_converged", f"{title} writes too few digits: {words}", known)
         if not residual <= allowed:
             return Solution("not_converged", self._unbalanced(residual, allowed), known)
-        state = Equilibrium(x, residual, (), 1, stable=None, linear_solver=f"that of {title}")
+        state = Equilibrium(x, residual, (), 1, stable=None, linear_solver=f"solved by {title}")
         return self._finished(self.solid.finish(state), known)
 
     def _unbalanced(self, residual: float, allowed: float) -> str:
         title = self.model.told.title
         if not np.isfinite(residual):
-            return f"the displacements of {title} are no state of our law: cells are inside out"
+            return f"the displacements of {title} are not valid: cells are inverted"
         return (
-            f"put into our equations, the displacements of {title} leave {residual:.1e} of the loads, and no more than "
-            f"{allowed:.1e} is taken for an equilibrium"
+            f"the displacements of {title} leave a residual of {residual:.1e} of the loads in "
+            f"softmark's equations, more than the allowed {allowed:.1e}"
         )
 
     def _of_rounding(self, answer: Answer, x: Floats, residual: float) -> float:
@@ -224,7 +229,7 @@ class PreparedOutside:
         """Return the solution with our description, without facts about how our solver would have solved it."""
         ours = {n: v for n, v in found.facts.items() if n not in OURS}
         facts = {**ours, **known, "stable": None}
-        facts |= {"criterion": "residual in our equations, of displacements that another program found"}
+        facts |= {"criterion": "residual of the program's displacements in softmark's equations"}
         return replace(found, facts=facts, vibrations=vibrations.without_frequencies(NOT_KNOWN))
 
 
@@ -234,7 +239,7 @@ class PreparedExternalDynamics(PreparedOutside):
 
     motion: Motion
     lost: ClassVar[Status] = "diverged"
-    unsettled: ClassVar[str] = "what {title} makes is no motion of the body: {why}; give it a shorter `step`"
+    unsettled: ClassVar[str] = "the result of {title} is not a valid motion of the body: {why}; use a shorter `step`"
 
     @property
     def assembly(self) -> Any:
@@ -256,7 +261,7 @@ class PreparedExternalDynamics(PreparedOutside):
         slipped = float(np.abs(u[:, node, component] - problem.values[moved]).max(initial=0.0))
         title, known = self.model.told.title, known | {"means": self.model.told.moves, "steps": self.motion.count}
         if slipped > HELD * float(np.abs(u).max(initial=0.0)):
-            return Solution("failed", f"{title}: what is held is {slipped:.2g} m from where it is held", known)
+            return Solution("failed", f"{title}: a supported node is {slipped:.2g} m from its imposed position", known)
         return dynamic_solution(self.motion, answer, self.seen(answer, u), known)
 
     def seen(self, answer: Answer, u: Floats) -> dict[str, Any]:
@@ -271,9 +276,9 @@ def states(answer: Answer, problem: Problem, count: int) -> Floats:
     u = np.asarray(answer.u)
     wanted = (count, *problem.points.shape)
     if u.shape != wanted:
-        raise NoAnswer(f"its result has displacements of shape {u.shape}, and {wanted} are asked for")
+        raise NoAnswer(f"its result has displacements of shape {u.shape}, and {wanted} were expected")
     if not np.all(np.isfinite(u)):
-        raise NoAnswer(f"{int((~np.isfinite(u)).sum())} of its {u.size} displacements are no numbers")
+        raise NoAnswer(f"{int((~np.isfinite(u)).sum())} of its {u.size} displacements are not finite numbers")
     found: Floats = np.asarray(u, dtype=np.float64)
     return found
 

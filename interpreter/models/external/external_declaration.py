@@ -148,24 +148,24 @@ class Outside(ExternalModel):
     def _of_program(self, case: Case) -> Iterator[Reason]:
         program = self.told
         if self.element not in program.elements:
-            yield f"element = {self.element}", f"its adapter has {', '.join(program.elements)}"
+            yield f"element = {self.element}", f"its adapter supports {', '.join(program.elements)}"
         if (why := program.save.get((self.element, self.strain))) is not None:
             yield f"{self.element} at {self.strain} strain", why
         laws = program.laws.get(self.strain, ())
         if not laws:
-            yield f"strain = {self.strain}", f"its adapter has strain = {' and '.join(program.laws)}"
+            yield f"strain = {self.strain}", f"its adapter supports strain = {' and '.join(program.laws)}"
             return
         for material in () if self.strain == "small" else case.materials:
             law = next((word for word, kind in MATERIALS.items() if type(material) is kind), type(material).__name__)
             if law not in laws:
-                yield f"the law {law}", f"in finite strain its adapter has {', '.join(laws)}"
+                yield f"the law {law}", f"in finite strain its adapter supports {', '.join(laws)}"
         if len(case.materials) > 1 and not program.several:
-            yield "several materials", "its adapter has one for the whole body"
+            yield "several materials", "its adapter supports one material for the whole body"
 
     def outline(self, case: Case) -> str:
         """Return a one-line description for the plan and the report."""
         means = f"; {self.told.moves}" if self.told.moves else ""
-        means += "" if self.told.tried else "; its adapter was never run with it"
+        means += "" if self.told.tried else "; this adapter has never been run with the program"
         return f"{self.told.title}: {self.solid.outline(case)}{means}"
 
     def kind(self, case: Case) -> ModelKind | None:

@@ -61,12 +61,12 @@ class End:
     @property
     def message(self) -> str:
         """Return the reason, with its last words."""
-        return f"{self.why}; {self.words}" if self.last else f"{self.why}; it said nothing"
+        return f"{self.why}; {self.words}" if self.last else f"{self.why}; it printed nothing"
 
     @property
     def words(self) -> str:
         """Last words on one line."""
-        return f"its last words: {' | '.join(self.last)}" if self.last else ""
+        return f"last output: {' | '.join(self.last)}" if self.last else ""
 
 
 def run(
@@ -190,9 +190,9 @@ def _end(
         how = "timed_out" if code in (-signal.SIGXCPU, -signal.SIGKILL) and (cpu or 0.0) > seconds else how
     why: Mapping[How, Callable[[], str]] = {
         "done": lambda: "it ended",
-        "timed_out": lambda: f"it was not done after {seconds:g} s, and was stopped",
-        "flooded": lambda: f"it said more than {most / 2**20:.3g} MiB, and was stopped",
-        "out_of_memory": lambda: f"it ran out of the {memory / 1e9:.3g} GB of memory that it was given",
+        "timed_out": lambda: f"it did not finish within {seconds:g} s and was stopped",
+        "flooded": lambda: f"it printed more than {most / 2**20:.3g} MiB and was stopped",
+        "out_of_memory": lambda: f"it ran out of memory (limit {memory / 1e9:.3g} GB)",
         "died": lambda: _died(code or 0),
     }
     return End(how, code, wall, cpu, last, why[how]())
@@ -202,9 +202,9 @@ def _died(code: int) -> str:
     if code > 0:
         return f"it ended with exit status {code}"
     try:
-        return f"it was ended by a signal ({signal.Signals(-code).name})"
+        return f"it was terminated by a signal ({signal.Signals(-code).name})"
     except ValueError:
-        return f"it was ended by signal {-code}"
+        return f"it was terminated by signal {-code}"
 
 
 def last_words(log: Path) -> tuple[str, ...]:

@@ -23,8 +23,8 @@ GB = 1e9  # bytes
 class ExternalModel(Model):
     """Model that an external program solves; its fields are `program`, process limits and time steps."""
 
-    unwalked = "another program solves it, which states no error that could be held against it"
-    instead = "`fem(...)` takes all of it"
+    unwalked = "an external program solves it and reports no error estimate to compare with"
+    instead = "use `fem(...)`, which supports all of this"
 
     program: str
     time: float
@@ -68,18 +68,18 @@ class ExternalModel(Model):
     def words_of(self, reasons: list[Reason]) -> str:
         """Describe why a program does not compute it."""
         each = dict.fromkeys(f"{what} ({why})" for what, why in reasons)
-        return f"{self.told.title} is not asked for {', '.join(each)}"
+        return f"{self.told.title} cannot represent {', '.join(each)}"
 
     def of_steps(self, case: Case) -> Iterator[Reason]:
         """Yield errors for time steps that it does not have, or that do not end with the motion."""
         if not self.told.moves:
             for name in ("step", "iterations"):
                 if getattr(self, name) is not None:
-                    yield name, "it is of programs that step through time"
+                    yield name, "only for programs that step through time"
         elif isinstance(case.analysis, Dynamic):
             count = case.analysis.duration / (self.step or case.analysis.step)
             if abs(count - round(count)) > 1e-6 * count or round(count) < 1:
-                yield "step", "the motion must last a whole number of steps"
+                yield "step", "the duration must be a whole number of steps"
 
 
 def _steps_of_others(case: Case) -> Case:

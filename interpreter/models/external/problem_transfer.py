@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 
 Reason = tuple[str, str]  # unsupported feature, and the reason
 
-_NO_TIME = "other programs are told of bodies at rest alone"
-_NO_PAST = "what a body remembers has no words in the neutral problem"
-_NO_REST = "it steps through time and solves for no state of rest: ask for the motion, by a dynamic analysis"
-_FROM_REST = "a motion is told from rest, under loads that act in full from the start"
-_NODAL = "what holds a body is told as displacements of its nodes"
-_DEAD = "forces are told as those on nodes of the undeformed body, and these would have to follow it"
+_NO_TIME = "external programs solve static analyses only"
+_NO_PAST = "the exchange format has no deformation history"
+_NO_REST = "it steps through time and solves no static equilibrium: use a dynamic analysis"
+_FROM_REST = "motions start from rest, under loads that act in full from the start"
+_NODAL = "supports are exchanged as imposed displacements of nodes"
+_DEAD = "loads are exchanged as dead forces on nodes of the undeformed body, and this load follows the body"
 
 
 class NotTransferable(Exception):
@@ -52,22 +52,28 @@ def reasons(model: Any, case: Case, moves: bool = False) -> list[Reason]:
 def reasons_of_mesh(model: Any, case: Case, moves: bool = False) -> list[Reason]:
     """Return such features of the mesh, supports and loads only, independent of the solver."""
     if not isinstance(model, Fem):
-        return [("the model", "`fem(...)` alone has cells, nodes and a law that other programs know")]
+        return [("the model", "only `fem(...)` has cells, nodes and a law that other programs know")]
     analysis = of_motion(case) if moves else _of_analysis(case)
     return [*analysis, *of_body(case), *_of_supports(case)]
 
 
 def _of_model(model: Fem) -> Iterator[Reason]:
     if model.strain == "corotational":
-        yield "strain = corotational", "it is an energy of our own: others have small strain, or a law at finite strain"
+        yield (
+            "strain = corotational",
+            "this energy is specific to softmark: other programs have small strain or laws at finite strain",
+        )
     if model.formulation != "displacement":
-        yield f"formulation = {model.formulation}", "other programs are told of displacements alone, without pressures"
+        yield f"formulation = {model.formulation}", "other programs get a displacement formulation, without pressures"
     if model.integration != "full":
-        yield f"integration = {model.integration}", "what others call reduced or selective is not the same"
+        yield (
+            f"integration = {model.integration}",
+            "reduced and selective integration mean different things in other programs",
+        )
     if model.max_iterations is not None or model.max_linear_iterations is not None:
         yield (
             "max_iterations" if model.max_iterations is not None else "max_linear_iterations",
-            "it leaves a state unsolved in a way of our own",
+            "other programs do not accept unconverged states in this way",
         )
 
 
@@ -77,9 +83,12 @@ def _of_analysis(case: Case) -> Iterator[Reason]:
     elif not isinstance(case.analysis, Static):
         yield "the quasistatic analysis", _NO_TIME
     elif case.analysis.path != "load":
-        yield f"path = {case.analysis.path}", "others are told of a load that is raised, and not of a path past its top"
+        yield (
+            f"path = {case.analysis.path}",
+            "other programs raise the load in steps and do not follow a path past a limit point",
+        )
     elif case.analysis.disturbed != "none":
-        yield f"disturbed = {case.analysis.disturbed}", "others start from rest"
+        yield f"disturbed = {case.analysis.disturbed}", "other programs start from rest"
 
 
 def of_motion(case: Case) -> Iterator[Reason]:
@@ -97,36 +106,39 @@ def of_motion(case: Case) -> Iterator[Reason]:
             yield f"load `{load.name}`", _FROM_REST
     for support in case.supports:
         if support.thing.moves:
-            yield f"support `{support.name}`", "what holds a body in motion is told as nodes that stay"
+            yield f"support `{support.name}`", "in a dynamic analysis supported nodes must stay at rest"
 
 
 def of_body(case: Case) -> Iterator[Reason]:
     """Yield unsupported features of a body and its material."""
     if case.planar in ("plane_stress", "axisymmetric"):
-        yield case.planar, "a slice of a plate or of a body of revolution is no solid of its own"
+        yield case.planar, "a plate or a body of revolution is not exchanged as a solid"
     for material in case.materials:
         name = type(material).__name__
         if not getattr(material, "uniform", True):
-            yield f"the graded {name}", "a material is told by one number for each of its constants"
+            yield f"the graded {name}", "the exchange format has one number for each material constant"
         if getattr(material, "directed", False):
-            yield f"the directed {name}", "fibres have no words in the neutral problem"
+            yield f"the directed {name}", "the exchange format has no fibres"
         if getattr(material, "pulls", False):
-            yield f"the muscle {name}", "what pulls within has no words in the neutral problem"
+            yield f"the muscle {name}", "the exchange format has no active stress"
     if case.porous:
-        yield "fluid that seeps", _NO_PAST
+        yield "poroelastic material", _NO_PAST
     elif case.remembers:
-        yield "stress that relaxes", _NO_PAST
+        yield "viscoelastic material", _NO_PAST
 
 
 def _of_supports(case: Case) -> Iterator[Reason]:
     for support in case.supports:
         if support.thing.turns:
-            yield f"support `{support.name}`", "it turns, and values of nodes grow with the load along straight lines"
+            yield (
+                f"support `{support.name}`",
+                "it rotates, and the exchange format has only displacements proportional to the load",
+            )
     for bed in (*case.beds, *case.drains):
         yield f"support `{bed.name}`", _NODAL
     names = [*(touch.name for touch in case.contacts), *(pair.name for pair in case.pairs)]
     for name in names:
-        yield f"contact `{name}`", "the neutral problem is of one body that touches nothing"
+        yield f"contact `{name}`", "the exchange format has one body without contact"
 
 
 def reasons_of_loads(model: Fem, case: Case) -> Iterator[Reason]:

@@ -60,17 +60,19 @@ def _fits(model: Fem, case: Case) -> Iterator[Clash]:
         return
     word = f"formulation = {model.formulation}"
     if model.formulation not in find_element(model.element).formulations:
-        yield "E551", "formulation", f"{word} is not one of {model.element}", *_element_words(model)
+        yield "E551", "formulation", f"{word} is not available for the element {model.element}", *_element_words(model)
     elif model.integration == "selective" or model.rotation == "element":
         other = "integration = selective" if model.integration == "selective" else "rotation = element"
         yield (
-            "E551", "formulation", f"{word} and {other} are two ways to keep the volume, or two energies",
-            f"not with {other}", "leave one of the two out",
+            "E551", "formulation", f"{word} and {other} cannot be combined",
+            f"not with {other}", "remove one of the two",
         )  # fmt: skip
     elif model.strain == "finite" and _no_split(case):
         yield (
-            "E551", "formulation", f"the law of `{case.body.name}` has no part of the volume for a pressure to take",
-            "needs a law that comes apart", "use another material, `strain = corotational`, or leave it out",
+            "E551", "formulation", f"the law of `{case.body.name}` has no separate volumetric part, which "
+                                   "the pressure unknowns need",
+            "needs an isochoric-volumetric split", "use another material or `strain = corotational`, or remove "
+                                            "`formulation`",
         )  # fmt: skip
     elif model.formulation == "mixed":
         yield from _mixed(model, case)
@@ -84,7 +86,10 @@ def _no_split(case: Case) -> bool:
 def _element_words(model: Fem) -> tuple[str, str]:
     """Return label and help of an error about an element without the formulation."""
     if model.formulation == "mixed":
-        return "no stable pressures", "use `tet10`, whose pressures are linear, or `hex8` with one in each cell"
+        return (
+            "no stable pressure interpolation",
+            "use `tet10`, which has linear pressures, or `hex8`, which has one pressure per cell",
+        )
     return "only with hex8", "use `hex8`, or `tet10` with `formulation = mixed`"
 
 
@@ -92,16 +97,18 @@ def _mixed(model: Fem, case: Case) -> Iterator[Clash]:
     """Yield errors for options that pressure unknowns exclude."""
     if isinstance(case.analysis, Dynamic):
         help = "use `hex8` with `formulation = mean_dilatation` and a Poisson's ratio below 0.5, or a static analysis"
-        problem = "pressures have no mass to move: mixed elements are for statics"
+        problem = "mixed elements work only in static analyses, since pressure unknowns have no mass"
         yield "E553", "formulation", problem, "not in a dynamic analysis", help
         return
     if case.analysis.disturbed != "none":
-        problem = "a disturbed start is followed downhill in energy, and with pressures there is no downhill"
-        help = "use `formulation = mean_dilatation` with hex8, or an analysis that is not disturbed"
+        problem = "a disturbed start is solved by energy minimization, which is not possible with pressure unknowns"
+        help = "use `formulation = mean_dilatation` with hex8, or remove `disturbed` from the analysis"
         yield "E554", "formulation", problem, "not with `disturbed`", help
     for field, values in DIRECT.items():
         if getattr(model, field) in values:
-            problem = f"{field} = {getattr(model, field)} cannot solve for pressures: their equations are a saddle"
+            problem = (
+                f"{field} = {getattr(model, field)} cannot solve the saddle point systems of the mixed formulation"
+            )
             help = "leave it out, or use `formulation = mean_dilatation` with hex8"
             yield "E554", field, problem, "not with formulation = mixed", help
 
@@ -112,11 +119,11 @@ def _incompressible(model: Fem, declared: Declared, case: Case) -> Iterator[Clas
         field = "formulation" if model.formulation != "displacement" else "element"
         where = f"the material of `{case.body.name}`"
         if model.material is not None:
-            field, where = "material", f"the material that `{declared.name}` takes"
-        problem = f"{where} is incompressible, and this element needs a compressible one"
+            field, where = "material", f"the material of the model `{declared.name}`"
+        problem = f"{where} is incompressible, but this element needs a compressible material"
         softer = "a Poisson's ratio below 0.5 such as 0.4999"
         if getattr(case.material, "directed", False):
-            softer = "a `bulk` modulus of its own"
+            softer = "a finite `bulk` modulus"
         help = f"use `tet10` or `hex8` with `formulation = mixed`, or {softer}"
         yield "E552", field, problem, "infinite bulk modulus", help
 
@@ -320,9 +327,9 @@ def must_determine_pressure(
     if B.size and np.abs(B.sum(axis=1)).max() > 1e-9 * abs(B).sum(axis=1).max():
         return
     at = case.supports[-1].at()
-    help = "leave a part of the surface free, or take a Poisson's ratio below 0.5 such as 0.4999"
-    raise fault("E555", at, f"the supports hold the incompressible `{case.body.name}` all around, which leaves its"
-                f" pressure in `{declared.name}` open", "nowhere to go", help)  # fmt: skip
+    help = "leave part of the surface free, or use a Poisson's ratio below 0.5 such as 0.4999"
+    raise fault("E555", at, f"the supports enclose the incompressible `{case.body.name}` completely, so its "
+                            f"pressure in `{declared.name}` is undetermined", "no room to deform", help)  # fmt: skip
 
 
 def saddle_point_solver(choice: Linear, assembly: Assembly) -> Linear:

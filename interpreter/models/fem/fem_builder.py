@@ -134,8 +134,8 @@ class PreparedSolid(MeshBasedModel):
 
     def solve(self, watch: Watch) -> Solution:
         """Find the static equilibrium from rest, from the state before, or from another model's solution."""
-        remedy = "try a smaller load, a finer mesh or another strain measure"
-        remedy = remedy if self.loose is None else f"hold it by a support or by what it touches, or {remedy}"
+        remedy = "use a smaller load, a finer mesh or another strain measure"
+        remedy = remedy if self.loose is None else f"add a support or a contact that holds the body, or {remedy}"
         problem = replace(self.problem, watch=watch)
         if self.before is not None:
             problem = replace(problem, start=self.unknowns.begun(self.before))
@@ -198,14 +198,15 @@ class PreparedSolid(MeshBasedModel):
             interaction_setup.assembly_without_stabilization(self, beside), found.x, self.mass, self.problem.linear
         )
         if not found.solved:
-            modes = vibrations.without_frequencies("it was stopped before it came to an equilibrium")
+            modes = vibrations.without_frequencies("it was stopped before it reached equilibrium")
         elif adrift:
-            modes = vibrations.without_frequencies(f"nothing brings it back: it is free to {adrift}")
+            modes = vibrations.without_frequencies(f"no restoring force acts: it is free to {adrift}")
         elif "rigid" in facts:
-            modes = vibrations.without_frequencies("a rigid body that loads press would move with it")
+            modes = vibrations.without_frequencies("a force-driven rigid body would move with it")
         elif self.model.strain == "small" and (self.applied or np.any(self.problem.target)):
             modes = vibrations.without_frequencies(
-                "loads do not change the tangent of small strain: leave them out, or use another"
+                "in small strain loads do not change the tangent stiffness: remove the loads, or use "
+                "another strain measure"
             )
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
         return replace(seen, carried=cache(lambda: self._carried(found.x, x, beside, met["rubbed"])))
@@ -236,7 +237,9 @@ class PreparedSolid(MeshBasedModel):
         from softmark.solvers.sparse import pardiso
 
         why = pardiso.missing_reason()
-        return f"`linear = pardiso` found no library ({why}): solved by {found.linear_solver}" if why else ""
+        return (
+            f"the library for `linear = pardiso` was not found ({why}): solved by {found.linear_solver}" if why else ""
+        )
 
     def _beyond_its_law(self, x: Floats) -> tuple[Diagnostic, ...]:
         """Return a warning if a St Venant-Kirchhoff solid is compressed beyond its limit of stability."""
@@ -247,9 +250,10 @@ class PreparedSolid(MeshBasedModel):
             diagnostic(
                 "W381",
                 self.declared.at("strain"),
-                f"`{self.declared.name}` squeezes a St Venant-Kirchhoff solid to {max(0.0, least):.2g} of its size",
-                f"the law gives way below {GIVES_WAY:.3g}",
-                "squeezed more it resists less, and stretched by sqrt(1 + 1 / nu) it is flat; use `neo_hookean`",
+                f"`{self.declared.name}` compresses a St Venant-Kirchhoff solid to {max(0.0, least):.2g} of its size",
+                f"the law is unstable below {GIVES_WAY:.3g}",
+                "use `neo_hookean`: further compressed this law softens, and stretched by sqrt(1 + 1 / "
+                "nu) it has no stiffness",
             ),
         )
 
@@ -272,10 +276,10 @@ class PreparedSolid(MeshBasedModel):
             diagnostic(
                 "W306",
                 self.declared.at("strain"),
-                f"`{self.declared.name}` took rotations of up to "
-                f"{units.format_value(angle, units.ANGLE)} for small ones",
-                "outside its range",
-                "its numbers are those of a model that does not apply",
+                f"`{self.declared.name}` uses small strain, but rotations reach "
+                f"{units.format_value(angle, units.ANGLE)}",
+                "outside the validity of small strain",
+                "do not use these results; write `strain = corotational` or `finite`",
             ),
         )
 

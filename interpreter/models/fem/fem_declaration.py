@@ -35,7 +35,7 @@ PLAIN: dict[str, Any] = {
     "factorisation": "fresh",
 }
 SHORTCUTS = ("max_iterations", "max_linear_iterations", "precision", "initial_guess")
-TOUCHED = "; few cells under what presses make its force too small, so that it may be off either way"
+TOUCHED = "; with few cells in contact the force is too small, so errors can have either sign"
 FORMULATIONS = {"mixed": "with pressures", "mean_dilatation": "mean dilatation"}  # in an outline
 
 
@@ -190,9 +190,7 @@ class Fem(HasMaterial, Model):
     def stress_law(self) -> tuple[str, str] | str:
         """Strain measure and volumetric formulation from which stress follows, or a message why there is no stress."""
         if self.rotation == "element":
-            return (
-                "its forces are those of one rotation for each cell, which belong to no stress: use `rotation = point`"
-            )
+            return "with one rotation per cell forces do not follow from a stress: use `rotation = point`"
         volume = "full" if self.integration == "full" else "selective"
         return self.strain, volume if self.formulation == "displacement" else self.formulation
 
@@ -263,7 +261,7 @@ class Fem(HasMaterial, Model):
             for doubt in self.doubts(declared, replace(case, other_material=material, parts=())):
                 if doubt.code == "W302" and material is not stiffest:
                     continue
-                note = () if part is None else (f"said of the material of the part `{part.name}`",)
+                note = () if part is None else (f"this is about the material of the region `{part.name}`",)
                 key = (doubt.code, doubt.span, doubt.message)
                 found.setdefault(key, replace(doubt, notes=(*doubt.notes, *note)))
         return list(found.values())
@@ -280,14 +278,14 @@ class Fem(HasMaterial, Model):
         if prebuilt and not both and not neither:
             return None
         problem, label, help = (
-            (f"`{declared.name}` has neither a `size` nor a `mesh`", "how fine?",
-             'give `size = 5 mm`, or a mesh: `mesh = mesh("file.msh", unit = 1 mm)`')
+            (f"`{declared.name}` needs a `size` or a `mesh`", "no cell size",
+             'add `size = 5 mm`, or a mesh: `mesh = mesh("file.msh", unit = 1 mm)`')
             if neither
-            else (f"`{declared.name}` has both a `size` and a `mesh`", "one of them only",
-                  "a mesh from a file has its own size; leave `size` out")
+            else (f"`{declared.name}` has both a `size` and a `mesh`", "only one of them",
+                  "remove `size`: a mesh from a file has its own")
             if both
-            else (f"the `mesh` of `{declared.name}` is a shape without cells", "not a mesh",
-                  'name a file: `mesh = mesh("file.msh", unit = 1 mm)`')
+            else (f"the `mesh` of `{declared.name}` is a shape, which has no cells", "not a mesh",
+                  'write a file: `mesh = mesh("file.msh", unit = 1 mm)`')
         )  # fmt: skip
         return diagnostic("E507", declared.at("mesh" if self.mesh is not None else "element"), problem, label, help)
 
@@ -300,8 +298,8 @@ class Fem(HasMaterial, Model):
             "E502",
             at,
             f"the material of `{body}` has no law for finite strain",
-            "needs such a law",
-            "declare a `neo_hookean(...)` or `st_venant_kirchhoff(...)`, or use `strain = corotational`",
+            "no finite-strain law",
+            "use a `neo_hookean(...)` or `st_venant_kirchhoff(...)` material, or `strain = corotational`",
         )
 
     def locks_at(self, poisson: float) -> bool:
@@ -324,8 +322,8 @@ class Fem(HasMaterial, Model):
             "W301",
             declared.at("element"),
             f"{element.briefly} lock at a Poisson's ratio of {nu:g}",
-            "too stiff here",
-            f"it gives way too little, the more so the coarser its mesh{TOUCHED if case.contacts else ''}: {cure}",
+            "too stiff",
+            f"displacements are too small, and more so on coarser meshes{TOUCHED if case.contacts else ''}: {cure}",
         )
 
     def _rotation(self, declared: Declared, case: Case) -> Diagnostic | None:
@@ -333,10 +331,10 @@ class Fem(HasMaterial, Model):
         if self.strain != "small":
             return None
         if (turned := max((math.hypot(*s.thing.rotation) for s in case.supports), default=0.0)) > LARGE_ANGLE:
-            return self._misread(declared, "this support makes", f"{math.degrees(turned):.0f} deg")
+            return self._misread(declared, "this support imposes", f"{math.degrees(turned):.0f} deg")
         if (angle := bending_angle(case)) is None or angle < LARGE_ANGLE:
             return None
-        far = f"about {math.degrees(angle):.0f} deg at the tip" if angle < 1.5 else "far beyond its range"
+        far = f"about {math.degrees(angle):.0f} deg at the tip" if angle < 1.5 else "far too large for small strain"
         return self._misread(declared, "this load causes", far)
 
     def _misread(self, declared: Declared, what: str, far: str) -> Diagnostic:
@@ -344,9 +342,9 @@ class Fem(HasMaterial, Model):
         return diagnostic(
             "W302",
             declared.at("strain"),
-            f"small strains cannot follow the rotation that {what}",
+            f"small strain cannot represent the rotation that {what}",
             far,
-            "the body will seem to grow as it turns; use `strain = corotational` or `finite`",
+            "rotation will appear as growth of the body: use `strain = corotational` or `finite`",
         )
 
     def coarse(self, declared: Declared, case: Case) -> Diagnostic | None:
@@ -368,7 +366,7 @@ class Fem(HasMaterial, Model):
             return diagnostic(
                 "E304",
                 at,
-                f"a mesh of about {cells:.0e} {element.family} does not fit in memory",
+                f"a mesh of about {cells:.0e} {element.family} does not fit into memory",
                 f"{size} for a body of {extent}",
                 "use a larger size",
             )
@@ -379,7 +377,7 @@ class Fem(HasMaterial, Model):
                 at,
                 f"the mesh of `{declared.name}` is coarser than the body",
                 f"the body is {units.format_value(least, units.LENGTH)} across",
-                "use a size of a fraction of that; bending needs four cells or more across",
+                "use a smaller size; bending needs four or more cells across the thickness",
             )
         return None
 

@@ -65,6 +65,6 @@ def _takes() -> str:
     hexahedra, tetrahedra = ([n for n, e in ELEMENTS.items() if e.family == f] for f in ("hexahedra", "tetrahedra"))
     takes = "takes" if len(hexahedra) == 1 else "take"
     return (
-        f"{solver_options.listed(hexahedra, 'and')} {takes} hexahedra; {solver_options.listed(tetrahedra, 'and')}"
-        " take tetrahedra, or hexahedra that are split"
+        f"{solver_options.listed(hexahedra, 'and')} {takes} hexahedra; "
+        f"{solver_options.listed(tetrahedra, 'and')} take tetrahedra, or hexahedra that are split"
     )

@@ -141,7 +141,7 @@ class PreparedViscoelastic(MeshBasedModel):
 
     def solve(self, watch: Watch) -> Solution:
         """Solve step by step from the start, or from the state before, to the present time."""
-        remedy = "try a shorter step, a smaller load, a finer mesh or another strain measure"
+        remedy = "use a shorter step, a smaller load, a finer mesh or another strain measure"
         problem = replace(self.static.problem, watch=watch)
         first = self.before if self.before is not None else state_at_rest(problem, self.memories)
         came: list[StateInTime] = [first]
@@ -176,7 +176,7 @@ class PreparedViscoelastic(MeshBasedModel):
         left = None if found.left is None else static.unknowns.moved(found.left).reshape(-1, 3)
         pressures = static.unknowns.pressed(static.solid, static.pieces, state.x)
         moved = MeshWithHistory(static.mesh, u, pressures=pressures, left=left, past=self._past(state), aged=state)
-        ring = vibrations.without_frequencies("what remembers has no stiffness that frequencies follow from")
+        ring = vibrations.without_frequencies("frequencies of a viscoelastic body are not available")
         seen = replace(solution, facts=facts, notes=notes, mesh=moved, vibrations=ring)
         return replace(seen, carried=cache(lambda: self._carried(state, x, stored, lost)))
 
@@ -189,7 +189,7 @@ class PreparedViscoelastic(MeshBasedModel):
         """Return the nodal forces in a state, with stored and dissipated energy."""
         small = self.static.model.strain == "small"
         if state.problem is None:
-            raise ValueError("nothing was solved")
+            raise ValueError("no step was solved")
         found = nodal_forces.on_mesh(self.mesh, state.x, u, state.problem.assembly, self.applied, small, True,
                                 self.static.axial, self.pulling)  # fmt: skip
         found = replace(found, energy=stored, dissipated=lost)

@@ -49,14 +49,14 @@ class InitialGuess:
         if self._used(found):
             return ()
         at, failed = declared.at("start"), self.x is None
-        why = f"`{self.model}` has no solution" if failed else "Newton's method does not come from there to a solution"
+        why = f"`{self.model}` has no solution" if failed else "Newton's method does not converge from there"
         return (
             diagnostic(
                 "W341",
                 at,
-                f"`{declared.name}` could not start from `{self.model}`",
+                f"`{declared.name}` could not start from the solution of `{self.model}`",
                 "it started from rest",
-                f"{why}: its cost is part of the time; remove `initial_guess`, or name a finer model",
+                f"{why}; the time includes this attempt: remove `initial_guess`, or start from a finer model",
             ),
         )
 
@@ -83,7 +83,7 @@ def start_of(declared: Declared, workshop: BuildContext) -> GuessModel:
     """Build the model that provides the initial guess, for the same scene. Raises Fault."""
     name = declared.thing.initial_guess
     if workshop.scene is None:
-        raise fault("E508", declared.at("start"), f"`{declared.name}` has no scene to find `{name}` in")
+        raise fault("E508", declared.at("start"), f"`{declared.name}` has no scene to look up `{name}` in")
     other = workshop.scene.declared[name]
     if workshop.build is None:
         raise ValueError("the workshop cannot build another model: make models by `builders.build`")

@@ -90,7 +90,7 @@ class PreparedPoroelastic(PreparedViscoelastic):
             moved: Any = solution.mesh
             seen = replace(moved, pore_pressure=nodal_pressures(self.mesh, pores.energy, state.x))
             return replace(solution, facts=facts, mesh=seen, notes=(*solution.notes, *self._unresolved(pores)))
-        reason = f"of the fluid that moved {pores.balance:.1e} is lost or made: its steps are not solved"
+        reason = f"the fluid volume is not conserved: {pores.balance:.1e} of the fluid that moved is lost or gained"
         return Solution("not_converged", reason, facts)
 
     def _unresolved(self, pores: PoreFluid) -> Iterator[Diagnostic]:
@@ -98,10 +98,13 @@ class PreparedPoroelastic(PreparedViscoelastic):
         if pores.unresolved <= COARSE:
             return
         declared, shown = self.static.declared, units.format_value(float(f"{self._now:.4g}"), units.TIME)
-        yield diagnostic("W394", declared.at(), f"the step that ends at {shown} does not show how fluid moved within it"
-                         f" in `{declared.name}`", "off by some 5 % of what has moved",
-                         "of what a load does at once the first step knows little: take shorter ones, or look"
-                         " later")  # fmt: skip
+        yield diagnostic(
+            "W394",
+            declared.at(),
+            f"the step that ends at {shown} does not resolve the fluid flow during it in `{declared.name}`",
+            "error of about 5 % of the fluid moved",
+            "use shorter steps, or evaluate later times: the first step after a load change is inaccurate",
+        )
 
     def _outflows(self, pores: PoreFluid) -> dict[str, float]:
         """Return the volume that has left through each drained support, m^3."""
@@ -169,9 +172,13 @@ def _held(case: Case, mesh: Mesh, energy: PoroelasticSolid) -> tuple[dict[int, D
             known = found.setdefault(int(number[node]), drain)
             _must_agree(known, drain, mesh.points[node])
         if not any(known is drain for known in found.values()):
-            raise fault("E376", drain.at("where"), f"all that `{drain.name}` lets fluid through is another's that"
-                        " stands before it", "has no outflow of its own", "leave one of them out, or select other parts"
-                        " of the surface")  # fmt: skip
+            raise fault(
+                "E376",
+                drain.at("where"),
+                f"the whole surface of `{drain.name}` belongs to another drained support declared before it",
+                "has no surface of its own",
+                "remove one of them, or select another part of the surface",
+            )
     return found, np.concatenate(drained)
 
 
@@ -180,9 +187,13 @@ def facets_of(drain: Declared, case: Case, mesh: Mesh) -> Ints:
     chosen = select_support(drain.thing.where, mesh).nodes
     facets: Ints = np.flatnonzero(chosen[mesh.facets].all(axis=1))
     if not len(facets):
-        raise fault("E376", drain.at("where"), f"`{drain.name}` has no facet of the surface of `{case.body.name}` as a"
-                    " whole", "lets nothing through",
-                    "select more of the surface, or use a finer mesh: fluid leaves through whole facets")  # fmt: skip
+        raise fault(
+            "E376",
+            drain.at("where"),
+            f"`{drain.name}` contains no whole surface facet of `{case.body.name}`",
+            "drains nothing",
+            "select more of the surface, or use a finer mesh: only whole facets are drained",
+        )
     X = mesh.points[mesh.facets[facets]]
     must_not_act_on_plane(case, drain, X, mesh.points)
     must_not_act_on_axis(case, drain, X, mesh.points, partly=True)
@@ -195,9 +206,9 @@ def _must_agree(known: Declared, other: Declared, place: Floats) -> None:
     far = abs(one.pressure - two.pressure) > ALIKE * max(abs(one.pressure), abs(two.pressure))
     if known is other or (not far and (one.amplitude == two.amplitude or not one.pressure)):
         return
-    raise fault("E376", other.at("where"), f"`{known.name}` and `{other.name}` hold the fluid at the same points to"
-                " different pressures", "contradicts the other",
-                "select other parts of the surface; both have "
+    raise fault("E376", other.at("where"), f"`{known.name}` and `{other.name}` prescribe different pore "
+                                           "pressures at the same points", "contradicts the other",
+                "select other parts of the surface; both contain "
                 f"{units.format_vector(place.tolist(), units.LENGTH)}")  # fmt: skip
 
 
@@ -216,11 +227,11 @@ def _check_step_size(made: PreparedPoroelastic, drained: Ints) -> PreparedPoroel
     note = diagnostic(
         "W393",
         static.declared.at("size" if static.model.size else "element"),
-        f"a step of {units.format_value(float(f'{min(steps):.3g}'), units.TIME)} is too short for the cells of"
-        f" `{static.declared.name}` where fluid leaves",
+        f"a step of {units.format_value(float(f'{min(steps):.3g}'), units.TIME)} is too short for the "
+        f"cell size of `{static.declared.name}` at the drained surface",
         "pressures may oscillate",
-        "soon after a load jumps fluid leaves a layer thinner than a cell: take steps of"
-        f" {shown} or more, or cells that are finer there",
+        f"use steps of {shown} or more, or smaller cells at the surface: just after a load change the "
+        "drained layer is thinner than a cell",
     )
     return replace(made, smallest=smallest, static=replace(static, notes=(*static.notes, note)))
 

@@ -64,8 +64,8 @@ def unused_size(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     if model.size is None or model.mesh is not None or not case.shape.prebuilt:
         return []
     at, body = declared.at("size"), case.body.name
-    problem = f"the `size` of `{declared.name}` is not used: `{body}` is a mesh already"
-    help = "its cells are taken as they are: leave `size` out, or mesh the body anew and name that file"
+    problem = f"the `size` of `{declared.name}` is not used: `{body}` already is a mesh"
+    help = "remove `size`, or mesh the body again with that size and name the new file"
     return [diagnostic("W376", at, problem, "has no effect", help)]
 
 
@@ -76,25 +76,28 @@ def check_grading(model: Fem, declared: Declared, case: Case) -> Diagnostic | No
         if given is None:
             return None
         help = (
-            "`refine_at = x <= 0 mm` says where"
+            "`refine_at = x <= 0 mm` tells where"
             if given == "refine_factor"
-            else "`refine_factor = 4` says how many times"
+            else "`refine_factor = 4` tells how many times"
         )
-        return diagnostic("E339", declared.at(given), f"`{declared.name}` has `{given}` alone", "how is it graded?",
-                          f"{help} cells are smaller: give both, or neither")  # fmt: skip
+        return diagnostic(
+            "E339",
+            declared.at(given),
+            f"`{declared.name}` has only `{given}`",
+            "mesh grading incomplete",
+            f"{help} cells are smaller: write both, or neither",
+        )
     shape = case.shape
     if model.mesh is not None or not (shape.gradable or shape.enclosed):
         return diagnostic("E340", declared.at("refine_factor"), f"the mesh of `{declared.name}` cannot be graded",
-                          "not of this shape", "boxes, cylinders, tubes, cones, extruded polygons, shells of "
-                          "spheres, quadrilaterals, quarter rings and filled surfaces have graded meshes; take a "
-                          "smaller `size`")  # fmt: skip
+                          "not for this shape", "use a smaller `size`: only boxes, cylinders, tubes, cones, "
+                                               "extruded polygons, spherical shells, quadrilaterals, "
+                                               "quarter rings and filled surfaces can be graded")  # fmt: skip
     if conforming_mesh.graded_cuts(model.refine_at, shape, model.refine_factor):
         return None
     ways = ", ".join(f"`{name}`" for name in shape.gradable)
-    problem = f"`{declared.name}` is graded towards nothing that its mesh follows"
-    help = (
-        f"cells can be finer where {ways} of the shape has a value, ends of the body included: `refine_at = x <= 0 mm`"
-    )
+    problem = f"`refine_at` of `{declared.name}` selects no border that its mesh can follow"
+    help = f"write a plane where {ways} of the shape has a value, its ends included, such as `refine_at = x <= 0 mm`"
     return diagnostic("E341", declared.at("refine_at"), problem, "no border there", help)
 
 
@@ -104,16 +107,21 @@ def _of_elements(model: Fem, case: Case) -> Iterator[Clash]:
     table = PLANE if model.element in PLANE else ELEMENTS
     fit = [name for name, element in table.items() if model.integration in element.integrations]
     if model.element not in fit:
-        problem = f"{model.integration} integration is one of {listed(fit, 'and')}, not of {model.element}"
+        problem = f"{model.integration} integration is available for {listed(fit, 'and')}, not for {model.element}"
         help = f"leave it out, or use {quoted(fit, 'or')}"
         yield "integration", problem, f"only with {listed(fit, 'and')}", help
     elif model.integration == "selective" and known and case.material.finite_parts() is None:
-        problem = f"the law of `{case.body.name}` does not come apart into shear and volume"
-        yield "integration", problem, "needs a law that does", "use `full`, or another material"
+        problem = f"the law of `{case.body.name}` has no separate isochoric and volumetric parts"
+        yield (
+            "integration",
+            problem,
+            "needs an isochoric-volumetric split",
+            "use `integration = full`, or another material",
+        )
     elif model.rotation == "element" and model.strain != "corotational":
         problem, help = (
-            f"strain = {model.strain} has no rotation to choose",
-            "leave it out, or measure strain by",
+            f"strain = {model.strain} has no `rotation` option",
+            "leave it out, or write",
         )
         yield "rotation", problem, "only with corotational", f"{help} `strain = corotational`"
 
@@ -122,11 +130,11 @@ def _of_motion(model: Fem, case: Case) -> Iterator[Clash]:
     """Yield errors for options that only static analyses have."""
     if not isinstance(case.analysis, Dynamic):
         return
-    steps = "time steps keep factors and start from the state before: "
+    steps = "time steps already reuse factors and start from the previous state: "
     usual = {"precision": "double", "linear": "auto", "factorisation": "fresh", "initial_guess": None}
     for field, value in usual.items():
         if getattr(model, field) != value:
-            help = "leave it out; what a time step costs is chosen by `step`, `tolerance` and `max_iterations`"
+            help = "leave it out; control the cost of time steps by `step`, `tolerance` and `max_iterations`"
             yield field, f"{steps}`{field}` is for static analyses", "not in a dynamic analysis", help
 
 
@@ -138,15 +146,15 @@ def explicit(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     found = [_dashpot_error(declared, bed, analysis) for bed in case.beds if bed.thing.damping]
     if model.mass != "consistent":
         return found
-    problem = f"`{declared.name}` needs a lumped mass for {analysis.integrator}"
-    help = "add `mass = lumped`, or use an implicit integrator"
-    return [*found, diagnostic("E508", declared.at("mass"), problem, "a matrix that would have to be inverted", help)]
+    problem = f"`{declared.name}` needs a lumped mass matrix for {analysis.integrator}"
+    help = "write `mass = lumped`, or use an implicit integrator"
+    return [*found, diagnostic("E508", declared.at("mass"), problem, "consistent mass would have to be inverted", help)]
 
 
 def _dashpot_error(declared: Declared, bed: Declared, analysis: Dynamic) -> Diagnostic:
     """Return the error for dashpots, which reduce the stable step of an explicit integrator."""
-    problem = f"`{declared.name}` cannot be marched by {analysis.integrator} on the dashpots of `{bed.name}`"
-    return diagnostic("E508", bed.at("damping"), problem, "not in explicit steps", "use an implicit integrator")
+    problem = f"`{declared.name}` cannot be integrated by {analysis.integrator} with the dashpots of `{bed.name}`"
+    return diagnostic("E508", bed.at("damping"), problem, "not with explicit integration", "use an implicit integrator")
 
 
 def _of_levers(model: Fem, case: Case) -> Iterator[Clash]:
@@ -157,24 +165,25 @@ def _of_levers(model: Fem, case: Case) -> Iterator[Clash]:
         help = "leave it out, or use `linear = conjugate_gradients`"
         yield (
             "max_linear_iterations",
-            f"linear = {model.linear} has no iterations to cap",
+            f"linear = {model.linear} has no iterations to limit",
             "only with conjugate_gradients",
             help,
         )
     if model.factorisation == "reused" and model.linear not in ("auto", "cholesky"):
         yield (
-            "factorisation", f"linear = {model.linear} keeps no factor from one step to the next", "nothing to reuse",
-            "leave one of the two out",
+            "factorisation", f"linear = {model.linear} keeps no factorization between steps", "nothing to reuse",
+            "remove one of the two",
         )  # fmt: skip
     if model.precision == "double":
         return
     if model.rotation == "element":
-        problem = "one rotation for each cell is computed in double precision only"
-        yield "precision", problem, "not with rotation = element", "leave one of the two out"
+        problem = "one rotation per cell is available only in double precision"
+        yield "precision", problem, "not with rotation = element", "remove one of the two"
     if model.factorisation == "reused":
         yield (
-            "precision", "reused factors are corrected by residuals in double precision",
-            "not with factorisation = reused", "leave one of the two out: reused factors are single already",
+            "precision", "reused factorizations are corrected by residuals in double precision",
+            "not with factorisation = reused", "remove one of the two: reused factorizations already use "
+                                               "single precision",
         )  # fmt: skip
     if model.linear in PACKAGES:
         help = "use `linear = auto`, `cholesky`, `superlu` or `conjugate_gradients`"
@@ -193,11 +202,14 @@ def _of_path(model: Fem, case: Case) -> Iterator[Clash]:
     usual = {"max_iterations": None, "precision": "double", "factorisation": "fresh", "initial_guess": None}
     for field, value in usual.items():
         if getattr(model, field) != value:
-            problem = f"`path = arc_length` goes from rest to full load with fresh factors: `{field}` has no part in it"
-            yield field, problem, "not along a path", "leave it out, or use `path = load`"
+            problem = (
+                "`path = arc_length` needs a new factorization in each step, in double precision, from "
+                f"rest: remove `{field}`"
+            )
+            yield field, problem, "not with arc length", "leave it out, or use `path = load`"
     if model.linear in ("conjugate_gradients", "multigrid"):
-        problem = f"`path = arc_length` passes states that are unstable, which linear = {model.linear} cannot solve"
-        yield "linear", problem, "not along a path", "use `linear = auto`, or `path = load`"
+        problem = f"`path = arc_length` passes through unstable states, which linear = {model.linear} cannot solve"
+        yield "linear", problem, "not with arc length", "use `linear = auto`, or `path = load`"
 
 
 def _of_forces(model: Fem, case: Case) -> Iterator[Clash]:
@@ -212,7 +224,7 @@ def _of_forces(model: Fem, case: Case) -> Iterator[Clash]:
     field = "linear" if capped else "factorisation"
     word = f"{field} = {getattr(model, field)}"
     help = "use `linear = auto`, `superlu` or `pardiso`" if capped else "leave it out"
-    yield field, f"{word} needs a symmetric matrix, and that of {why} is not", "not symmetric", help
+    yield field, f"{word} needs a symmetric matrix, but that of {why} is not symmetric", "not symmetric", help
 
 
 def _not_installed(model: Fem) -> Iterator[Clash]:
@@ -220,7 +232,7 @@ def _not_installed(model: Fem) -> Iterator[Clash]:
     package = PACKAGES.get(model.linear)
     if package is not None and find_spec(package) is None:
         problem, help = f"linear = {model.linear} needs the package {package}", "pip install 'softmark[fast]'"
-        yield "linear", problem, "not installed", f"{help}, or leave it out"
+        yield "linear", problem, "not installed", f"run {help}, or remove `linear`"
 
 
 def check_start(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
@@ -230,7 +242,9 @@ def check_start(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic
     first = scene.declared[declared.thing.initial_guess]
     if other_body(scene, first, case) is None:
         return []
-    problem = f"`{declared.name}` is about `{case.body.name}`, and `{first.name}` is not"
+    problem = f"`{declared.name}` is a model of `{case.body.name}`, and `{first.name}` is not"
     return [
-        diagnostic("E508", declared.at("initial_guess"), problem, "another body", "start from a model of the same body")
+        diagnostic(
+            "E508", declared.at("initial_guess"), problem, "different bodies", "start from a model of the same body"
+        )
     ]

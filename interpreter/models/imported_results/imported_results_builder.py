@@ -46,11 +46,11 @@ FEW, GAP = 4, 3.0  # moments by which a step is usual; times that: moments seem 
 SAME = 1e-6  # of a time or a state: the same
 FACTORS = (1e-3, 1e-2, 0.0254, 0.1, 1.0, 10.0, 100.0, 1e3)  # ratios of units of length
 NEAR = 0.05  # of a factor
-ROW = "write a row for each point of a probe"
+ROW = "add a row for each point of a probe"
 ROUGH, CLOSER = 1e-3, 0.1  # of the diagonal: a fit that is looked at; times the misfit: what fits better
 MOVED = (
-    "its points have moved already: less their displacements they are those of the body",
-    'take the points themselves, `at = "position"`, with `rest`, a file of them undeformed',
+    "its points already include the displacements: points minus displacements match the body",
+    'use the deformed points: write `at = "position"` and `rest`, a file with the undeformed points',
 )
 
 
@@ -98,9 +98,11 @@ class PreparedResults(Meshless):
         """
         far = float(self.found.outside(X).max(initial=0.0))
         if far > 0.0 and not self.found.spans:
-            away = f"a probe looks {units.format_value(far, units.LENGTH)} beside them"
+            away = f"a probe is {units.format_value(far, units.LENGTH)} away from them"
             if self.found.wired:
-                raise _unusable(self.declared, Unmatched(f"between its points a rod is bent, and {away}", ROW))
+                raise _unusable(
+                    self.declared, Unmatched(f"rods are not interpolated between points of the file, and {away}", ROW)
+                )
             raise _unusable(self.declared, Unmatched(f"its points span no volume, and {away}", f"{ROW}, or a mesh"))
         return far if far > _within(self.declared.thing, self.body) else 0.0
 
@@ -197,28 +199,34 @@ def _state(declared: Declared, case: Case, found: Matched) -> tuple[Floats | Non
     of = "time" if isinstance(analysis, Quasistatic) else "state"
     shown = units.format_value(at, units.TIME) if of == "time" else f"{100 * at:.6g} %"
     has = "it has no times" if times is None else f"it has {count}, from {times[0]:.6g} to {times[-1]:.6g}"
-    remedy = "write a series (.pvd) with one entry for each, or leave `states` out of the analysis"
+    remedy = "write a series (.pvd) with one entry for each state, or remove `states` from the analysis"
     if of == "time":
-        remedy = (
-            "write a series (.pvd) with a moment at each of the times that are asked for, in its unit, `time = 1 ms`"
-        )
+        remedy = "write a series (.pvd) with an entry for each requested time, and its unit, `time = 1 ms`"
     at_file = declared.at("path")
-    raise fault("E703", at_file, f"{Path(declared.thing.path).name} tells nothing of the {of} {shown}", has, remedy)
+    raise fault(
+        "E703", at_file, f"{Path(declared.thing.path).name} has no displacements for the {of} {shown}", has, remedy
+    )
 
 
 def _moving(declared: Declared, found: Matched, duration: float) -> tuple[Floats, Floats]:
     """Return times and displacements up to the end of a motion, interpolated linearly there. Raises Fault."""
     times, name = found.times, Path(declared.thing.path).name
     if times is None or len(times) < 2:
-        raise fault("E703", declared.at("path"), f"{name} is no motion", "one time, or none", "write a series (.pvd), "
-                    "or a table with a column of times")  # fmt: skip
+        raise fault(
+            "E703",
+            declared.at("path"),
+            f"{name} has no time history",
+            "fewer than two times",
+            "write a series (.pvd), or a table with a column of times",
+        )
     step = float(np.diff(times).max())
     if abs(times[0]) > SAME * duration or times[-1] < duration - SAME * duration:
         begin, end_time = (units.format_value(float(times[i]), units.TIME) for i in (0, -1))
         span = f"from {begin} to {end_time}"
-        raise fault("E703", declared.at("path"), f"{name} tells of the motion {span}",
-                    f"asked for: 0 to {units.format_value(duration, units.TIME)}",
-                    "`time = 1 ms` is one unit of its times; else write the whole motion, from rest on")  # fmt: skip
+        raise fault("E703", declared.at("path"), f"{name} covers the motion {span}",
+                    f"needed: 0 to {units.format_value(duration, units.TIME)}",
+                    "write `time = 1 ms` if that is the unit of its times; otherwise write the whole "
+                    "motion, from rest on")  # fmt: skip
     last = int(np.searchsorted(times, duration - SAME * step))
     if times[last] <= duration + SAME * step:
         return times[: last + 1], found.u[: last + 1]
@@ -235,9 +243,10 @@ def _gaps(declared: Declared, times: Floats | None) -> Iterator[Diagnostic]:
     usual, i = float(np.median(steps)), int(np.argmax(steps))
     if steps[i] > GAP * usual:
         start, end = (units.format_value(float(t), units.TIME) for t in times[i : i + 2])
-        yield diagnostic("W701", declared.at("path"), f"{Path(declared.thing.path).name} tells nothing between {start} "
-                         f"and {end}, {steps[i] / usual:.3g} times its usual step", "moments are missing?",
-                         "in between displacements are taken for linear: write all moments")  # fmt: skip
+        yield diagnostic("W701", declared.at("path"), f"{Path(declared.thing.path).name} has no "
+                                                      f"displacements between {start} and {end}, a gap of "
+                                                      f"{steps[i] / usual:.3g} times its usual step", "missing times?",
+                         "displacements are interpolated linearly in the gap: write all times")  # fmt: skip
 
 
 def _start_warning(declared: Declared, times: Floats | None, u: Floats) -> Iterator[Diagnostic]:
@@ -247,9 +256,9 @@ def _start_warning(declared: Declared, times: Floats | None, u: Floats) -> Itera
     start, most = (float(np.linalg.norm(own, axis=-1).max()) for own in (u[0], u))
     if start > MOVES * most:
         by, name = units.format_value(start, units.LENGTH), Path(declared.thing.path).name
-        problem = f"{name} has `{declared.name}` displaced by {by} at 0 s, where a motion begins undeformed"
-        remedy = "write the motion from its first moment on, at its own times"
-        yield diagnostic("W701", declared.at("path"), problem, "moments are missing?", remedy)
+        problem = f"{name} displaces `{declared.name}` by {by} at 0 s, but a motion starts undeformed"
+        remedy = "write the motion from its first time on"
+        yield diagnostic("W701", declared.at("path"), problem, "missing times?", remedy)
 
 
 def _end(times: Floats | None, which: int) -> float | None:
@@ -296,9 +305,13 @@ def _compare_with_body(
     told["volume"] = share
     if abs(share - 1.0) <= SIMILAR:
         return told, ()
-    note = diagnostic("W700", declared.at("path"), f"the mesh of `{declared.name}` has {100 * share:.3g} % of the "
-                      f"volume of `{case.body.name}`", "not the same body", "if it is a coarse mesh of it, that is "
-                      "its error; else judge it by a scene of its own body")  # fmt: skip
+    note = diagnostic(
+        "W700",
+        declared.at("path"),
+        f"the mesh of `{declared.name}` has {100 * share:.3g} % of the volume of `{case.body.name}`",
+        "different body?",
+        "if it is a coarse mesh of this body, this is its error; otherwise write a scene for its own body",
+    )
     return told, (note,)
 
 
@@ -320,13 +333,13 @@ def _outside_error(
     spans = (" x ".join(units.format_value(float(s), units.LENGTH) for s in np.ptp(X, axis=0)) for X in (found.X, body))
     ratio = _diagonal(body) / found.extent if found.extent else 0.0
     factor = next((f for f in FACTORS if f != 1.0 and abs(ratio / f - 1.0) <= NEAR), None)
-    remedy = "judge results of the same body, in the same place; `within` lets more pass"
+    remedy = "use results of the same body at the same position, or increase `within`"
     if factor is not None:
         unit = units.format_value(model.unit * factor, units.LENGTH)
-        remedy = f"is its unit another? with `unit = {unit}` it has the size"
+        remedy = f"wrong unit? write `unit = {unit}`, which gives the size of the body"
     return diagnostic(
         "E702", declared.at("unit") if factor is not None else declared.at("path"),
-        f"{Path(model.path).name} does not cover `{case.body.name}`: they are up to "
-        f"{units.format_value(most, units.LENGTH)} apart",
+        f"{Path(model.path).name} does not cover `{case.body.name}`: they differ by up to "
+        f"{units.format_value(most, units.LENGTH)}",
         "its points span {}, the body {}".format(*spans), remedy,
     )  # fmt: skip

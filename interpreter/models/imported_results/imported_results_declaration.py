@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
     from softmark.interpreter.problem.body_case import Case
 
-NOTHING = "nothing was solved here: a file of displacements says"
+NOTHING = "nothing was solved here: a file of displacements has"
 
 
 @dataclass(frozen=True)
@@ -51,8 +51,8 @@ class Results(Model):
     supports = (object,)
     bedded = touches = wired = composite = graded = directed = remembers = soaks = read = True
     timed = False
-    unwalked = "a file says what it says, whatever is walked"
-    forceless = f"{NOTHING} nothing of forces"
+    unwalked = "results from a file do not change with parameters"
+    forceless = f"{NOTHING} no forces"
 
     path: Annotated[str, "file", "the file: .vtu, .pvtu, .pvd, .vtk, .xdmf, .frd, .xplt or .csv"]
     unit: Annotated[float, "m in (0, inf)", "one unit of the file's lengths, such as 1 mm"]
@@ -68,15 +68,17 @@ class Results(Model):
     @property
     def stress_law(self) -> str:
         """Message why there is no stress."""
-        return f"{NOTHING} nothing of stress"
+        return f"{NOTHING} no stress"
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors about bodies and analyses that a file cannot be matched to."""
         if self.by == "nodes" and (case.planar or not case.shape.file):
-            why = "a slice of plane cells" if case.planar else "not a mesh file"
-            also = "" if case.planar or case.shape.wired else ", or make the body of the mesh file that was solved on"
-            remedy = f"match by place{also}"
-            return [diagnostic("E705", declared.at("by"), f"`{case.body.name}` has no nodes of its own", why, remedy)]
+            why = "a slice with plane cells" if case.planar else "not a mesh file"
+            also = "" if case.planar or case.shape.wired else ", or use the solved mesh file as the body"
+            remedy = f"write `by = place`{also}"
+            return [
+                diagnostic("E705", declared.at("by"), f"`{case.body.name}` has no node numbers to match", why, remedy)
+            ]
         return []
 
     def outline(self, case: Case) -> str:

@@ -18,7 +18,7 @@ from softmark.solvers.mesh.shapes import MeshFile
 HOLE = 3.0  # times the usual distance: farther from the next point some seem to be missing
 SAME = 1e-4  # of the extent: a row that is so near to a node is the node's, by its digits
 MOST = 0.5  # of the nodes of a body have rows: the table is one of its nodes
-WRITE = "there displacements are taken for linear: write all points, or a file with cells"
+WRITE = "displacements are interpolated linearly there: write all points, or a file with cells"
 
 
 def find_missing_points(
@@ -43,13 +43,14 @@ def find_missing_points(
             away = units.format_value(float(off.max()), units.LENGTH)
             problem = (
                 f"{file} has no row for {none.sum()} of the {len(none)} nodes of `{case.body.name}` "
-                f"({100 * none.mean():.3g} %): the farthest is {away} from the next row"
+                f"({100 * none.mean():.3g} %): the farthest node is {away} from the nearest row"
             )
-            return told, (diagnostic("W702", declared.at("path"), problem, "points are missing?", WRITE),)
+            return told, (diagnostic("W702", declared.at("path"), problem, "missing points?", WRITE),)
     if hole <= HOLE * usual:
         return told, ()
     away, near = (units.format_value(v, units.LENGTH) for v in (hole, usual))
     problem = (
-        f"{file} has no point within {away} of a place in `{case.body.name}`, where others are at most {near} apart"
+        f"{file} has no point within {away} of a place in `{case.body.name}`, but its points are "
+        f"usually at most {near} apart"
     )
-    return told, (diagnostic("W702", declared.at("path"), problem, "points are missing?", WRITE),)
+    return told, (diagnostic("W702", declared.at("path"), problem, "missing points?", WRITE),)

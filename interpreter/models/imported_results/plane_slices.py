@@ -15,7 +15,7 @@ from softmark.solvers.mesh.files.plane_cells import extrude_cells
 from softmark.solvers.mesh.mesh import Mesh
 
 Which = NDArray[np.int64]
-LAYERS = "give the cells or points of one plane, z = 0, or a slice that is one cell thick"
+LAYERS = "write the cells or points of one plane z = 0, or of a slice one cell thick"
 
 
 def slice_of(X: Floats, told: ResultFile, depth: float) -> tuple[Mesh, Which] | None:
@@ -29,7 +29,7 @@ def slice_of(X: Floats, told: ResultFile, depth: float) -> tuple[Mesh, Which] | 
     try:
         mesh = extrude_cells(X, cells, kind)
     except UnreadableMesh as error:
-        raise Unmatched(f"its plane cells are no slice: {error}", error.remedy or LAYERS) from None
+        raise Unmatched(f"its plane cells do not form a slice: {error}", error.remedy or LAYERS) from None
     which = _nodes(mesh, X, cells)
     mesh.points[:, 2] *= depth / np.ptp(mesh.points[:, 2])
     return mesh, which
@@ -50,8 +50,8 @@ def must_be_one_layer(X: Floats, mesh: Mesh | None) -> None:
     thick, extent = float(np.ptp(z)), float(np.linalg.norm(np.ptp(X, axis=0)))
     if mesh is None:
         if thick > SAME * extent:
-            raise Unmatched("its points lie in several planes, and the body is a slice of one", LAYERS)
+            raise Unmatched("its points lie in several planes, but the body is one slice", LAYERS)
         return
     own = z[mesh.cells]
     if float(np.ptp(own, axis=1).min()) < (1.0 - SAME) * thick:
-        raise Unmatched("its cells lie in several layers, and the body is a slice of one", LAYERS)
+        raise Unmatched("its cells lie in several layers, but the body is one slice", LAYERS)

@@ -144,8 +144,10 @@ class Matched:
         try:
             return Delaunay(self.X[:, : self.ways])
         except (QhullError, ValueError):
-            reason = "its points span next to no volume, and nothing can be told between them"
-            raise Unmatched(reason, "give a file with cells, or a table at the points of the probes alone") from None
+            reason = "its points span almost no volume, so nothing can be interpolated between them"
+            raise Unmatched(
+                reason, "write a file with cells, or a table with exactly the points of the probes"
+            ) from None
 
 
 def match_points(
@@ -167,11 +169,11 @@ def match_points(
     name, X, u = _displacements(told, at, rest)
     times = None if told.times is None else time * np.asarray(told.times, dtype=np.float64)
     if times is not None and np.any(np.diff(times) <= 0.0):
-        raise Unmatched("its times do not grow", "write the series in the order of time, each time once")
+        raise Unmatched("its times do not increase", "write the series in increasing time, each time once")
     if nodes is not None:
         if len(X) != len(nodes.points):
-            reason = f"it has {len(X)} points, and the mesh of the body has {len(nodes.points)} nodes"
-            raise Unmatched(reason, "match `by = place`, or give the file of the mesh that was solved on")
+            reason = f"it has {len(X)} points, but the mesh of the body has {len(nodes.points)} nodes"
+            raise Unmatched(reason, "write `by = place`, or name the file of the solved mesh")
         return Matched(nodes.points, unit * u, times, nodes, name)
     if depth is not None and (made := slice_of(unit * X, told, depth)) is not None:
         slab, which = made
@@ -189,12 +191,12 @@ def _displacements(told: ResultFile, at: str, rest: ResultFile | None) -> tuple[
     if at == POSITION:
         x = told.points[None] if told.moved is None else told.moved
         if rest is None and told.moved is None:
-            reason = "it has one set of points, and nothing says where they were undeformed"
-            raise Unmatched(reason, 'name a file with them undeformed: `rest = "..."`')
+            reason = "it has one set of points, and their undeformed positions are unknown"
+            raise Unmatched(reason, 'name a file with the undeformed points: `rest = "..."`')
         X = x[0] if rest is None else rest.points
         if len(X) != x.shape[1]:
-            reason = f"it has {x.shape[1]} points, and the undeformed file {len(X)}"
-            raise Unmatched(reason, "give files of the same mesh")
+            reason = f"it has {x.shape[1]} points, but the undeformed file has {len(X)}"
+            raise Unmatched(reason, "write files of the same mesh")
         return POSITION, X, x - X
     name = _name(told, at)
     u = told.fields[name]
@@ -202,14 +204,14 @@ def _displacements(told: ResultFile, at: str, rest: ResultFile | None) -> tuple[
         return name, told.points, u
     X = told.moved - u  # files of deformed meshes that have their displacements as well
     if np.abs(X - X[0]).max() > SAME * max(float(np.ptp(X[0], axis=0).max()), 1e-300):
-        reason = f"its points move from time to time, and not by `{name}`"
-        raise Unmatched(reason, 'take the points themselves: `at = "position"`')
+        reason = f"its points move over time, but not by `{name}`"
+        raise Unmatched(reason, 'use the moved points: `at = "position"`')
     return name, X[0], u
 
 
 def _name(told: ResultFile, at: str) -> str:
     """Return the name of the vectors that are displacements. Raises Unmatched."""
-    other = 'for points that moved `at = "position"`'
+    other = 'for moved points write `at = "position"`'
     if not told.fields:
         raise Unmatched("it has no vectors at its points", f"write displacements there; {other}")
     has = f"it has {', '.join(f'`{n}`' for n in told.fields)}"
@@ -222,7 +224,10 @@ def _name(told: ResultFile, at: str) -> str:
         return usual[0]
     if len(told.fields) == 1 and not (only := next(iter(told.fields))).lower().startswith(OTHERS):
         return only
-    raise Unmatched(f"it does not say which vectors are displacements: {has}", f'name them, `at = "..."`; {other}')
+    raise Unmatched(
+        f"it has several vectors, and none is known to be displacements: {has}",
+        f'write their name, `at = "..."`; {other}',
+    )
 
 
 def _must_be_unique(X: Floats, u: Floats) -> None:
@@ -233,8 +238,8 @@ def _must_be_unique(X: Floats, u: Floats) -> None:
     apart = np.abs(np.diff(u[:, order], axis=1)).max(axis=(0, 2)) > SAME * max(float(np.abs(u).max()), 1e-300)
     if len(wrong := np.flatnonzero(same & apart)):
         one, other = sorted(order[wrong[0] : wrong[0] + 2].tolist())
-        reason = f"its points {one} and {other}, counted from 0, lie in one place and move apart"
-        raise Unmatched(reason, "leave one of them out, or give a file with cells, which say whose they are")
+        reason = f"its points {one} and {other}, counted from 0, are at the same place but move differently"
+        raise Unmatched(reason, "remove one of them, or write a file with cells, which tell the points apart")
 
 
 def _mesh(X: Floats, told: ResultFile) -> Mesh | None:
@@ -244,6 +249,9 @@ def _mesh(X: Floats, told: ResultFile) -> Mesh | None:
     mesh = Mesh(np.ascontiguousarray(X), told.cells, told.kind)
     turned = int(np.count_nonzero(mesh.volumes <= 0.0))
     if turned:
-        reason = f"{turned} of its {len(mesh.cells)} cells are inside out or flat, undeformed"
-        raise Unmatched(reason, "its points may be deformed ones: name a file with them undeformed, `rest`, or mend it")
+        reason = f"{turned} of its {len(mesh.cells)} undeformed cells are inverted or flat"
+        raise Unmatched(
+            reason,
+            "if its points are deformed, name a file with the undeformed points, `rest`; otherwise repair the mesh",
+        )
     return mesh

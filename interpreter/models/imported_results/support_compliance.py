@@ -32,7 +32,8 @@ ROUND = 1e-4  # of the diagonal: points of a file that are so near to what a sup
 BESIDE = 1e-3  # of what says how a point moves may be points that a support does not select
 VAST = 10.0  # times the size of a static body: a larger displacement is suspicious
 ANOTHER = (
-    'are its displacements in another unit than its lengths? write both in one, or tell positions, `at = "position"`'
+    "if the displacements have another unit than the lengths, write both in one unit, or write "
+    'positions, `at = "position"`'
 )
 POWER = 0.1  # of a power of ten: a factor is taken for one
 
@@ -105,14 +106,15 @@ def compliance_warnings(
         file, body, name = Path(declared.thing.path).name, case.body.name, own.support.name
         far, told = units.format_value(own.far, units.LENGTH), units.format_value(own.told, units.LENGTH)
         remedy = (
-            f"the farthest it moves is {units.format_value(most, units.LENGTH)}: was it held so when it was solved?"
+            "check the supports of the solved problem: the largest displacement is "
+            f"{units.format_value(most, units.LENGTH)}"
         )
-        problem, label = f"{file} moves `{body}` by {far} where `{name}` holds it", "another problem?"
+        problem, label = f"{file} moves `{body}` by {far} where `{name}` holds it", "different supports?"
         if own.told:
-            problem = f"{file} is up to {far} off where `{name}` moves `{body}` by {told}"
-            remedy = f"it moves {own.times:.3g} times as far there: was it moved so when it was solved?"
+            problem = f"{file} deviates by up to {far} where `{name}` moves `{body}` by {told}"
+            remedy = f"check the supports of the solved problem: it moves {own.times:.3g} times as far there"
             if _decimal(own.times):
-                label = "another unit?"
+                label = "wrong unit?"
                 remedy = f"it moves {own.times:.3g} times as far there: {ANOTHER}"
         yield diagnostic("W703", declared.at("path"), problem, label, remedy)
 
@@ -122,10 +124,10 @@ def displacement_warnings(declared: Declared, case: Case, place: ProbePoints, mo
     size = float(np.linalg.norm(np.ptp(place.X, axis=0)))
     if not isinstance(case.analysis, Dynamic) and most > VAST * size:
         problem = (
-            f"{Path(declared.thing.path).name} moves `{case.body.name}` by {units.format_value(most, units.LENGTH)}, "
-            f"{most / size:.3g} times its diagonal"
+            f"{Path(declared.thing.path).name} moves `{case.body.name}` by "
+            f"{units.format_value(most, units.LENGTH)}, which is {most / size:.3g} times its diagonal"
         )
-        yield diagnostic("W704", declared.at("unit"), problem, "another unit?", ANOTHER)
+        yield diagnostic("W704", declared.at("unit"), problem, "wrong unit?", ANOTHER)
 
 
 def _decimal(times: float) -> bool:

@@ -26,10 +26,10 @@ AROUND = 16  # the same around a round body
 SAME = 1e-9  # relative: amounts that are nearer are one
 NAMES = "xyz"
 NEEDS = {
-    "uniaxial": "one pair of opposite faces held or pulled along its normal, and no other",
-    "equibiaxial": "two pairs of opposite faces pulled alike along their normals, and the third free",
-    "planar": "one pair of opposite faces pulled along its normal, one held still, and the third free",
-    "simple_shear": "two opposite faces held in all directions, one of them moved along the other",
+    "uniaxial": "one pair of opposite faces held or pulled along its normal, and no others",
+    "equibiaxial": "two pairs of opposite faces pulled equally along their normals, and the third pair free",
+    "planar": "one pair of opposite faces pulled along its normal, one held, and the third free",
+    "simple_shear": "two opposite faces held in all directions, with one moved parallel to the other",
     "confined": "all faces held along their normals, and one pair of them moved",
 }
 
@@ -99,8 +99,13 @@ def faces_of(case: Case, model: str) -> ImposedOnFaces:
                 amount = float(support.thing.displacement[c])
                 other = found.held.setdefault((face, c), (amount, support.name))
                 if abs(other[0] - amount) > SAME * case.shape.diagonal:
-                    raise fault("E356", support.at(), f"`{support.name}` and `{other[1]}` move one face by different "
-                                "amounts", "which?", "one support for each face")  # fmt: skip
+                    raise fault(
+                        "E356",
+                        support.at(),
+                        f"`{support.name}` and `{other[1]}` move the same face by different amounts",
+                        "ambiguous",
+                        "use one support for each face",
+                    )
     for load in case.loads:
         _pull(found, load, model)
     return found
@@ -114,9 +119,9 @@ def _pull(found: ImposedOnFaces, load: Declared, model: str) -> None:
     for axis, side in _whole(found.case, load, action.where, model):
         slack = SAME * max(abs(t) for t in action.traction)
         if isinstance(found.case.shape, RoundPrism) and abs(found.case.prism.axis[axis]) < 0.5:
-            raise _partly(load, model, "it pulls at a round side")
+            raise _partly(load, model, "it pulls on a round side")
         if any(abs(t) > slack for c, t in enumerate(action.traction) if c != axis):
-            raise _partly(load, model, "it does not pull along the normal of that face")
+            raise _partly(load, model, "it does not pull along the normal of the face")
         if ((axis, 1 - side), axis) not in found.held:
             raise _partly(load, model, "the opposite face is not held along its normal")
         pull = action.traction[axis] * (1.0 if side else -1.0)
@@ -127,7 +132,7 @@ def _whole(case: Case, declared: Declared, where: Condition, model: str) -> list
     """Return the whole faces that a condition selects. Raises Fault if it selects anything else."""
     found = _faces(case.shape, where)
     if not found:
-        raise _partly(declared, model, "it takes a part of the body, or none, that is no whole face")
+        raise _partly(declared, model, "it does not select a whole face")
     return found
 
 
@@ -153,7 +158,7 @@ def _faces(shape: Shape, where: Condition) -> list[Face]:
 def _partly(declared: Declared, model: str, why: str) -> Fault:
     kind = "load" if declared.kind == "load" else "support"
     return fault("E356", declared.at("where"), f"`{model}` cannot represent the {kind} `{declared.name}`", why,
-                 "one material point knows whole faces of the body alone: `where = x <= 0 mm`")  # fmt: skip
+                 "a material point supports only whole faces of the body, such as `where = x <= 0 mm`")  # fmt: skip
 
 
 @lru_cache(maxsize=16)
@@ -200,9 +205,9 @@ def imposed_state(case: Case, word: str, model: Declared) -> ImposedState:
             return _made(faces, [1.0, 1.0, 1.0], sheared, (sheared[0],))
     elif (moved := _moved(faces, stretches, word)) is not None:
         return _made(faces, stretches, None, tuple(moved))
-    raise fault("E356", model.at("state"), f"`{model.name}` is {word.replace('_', ' ')}, and what holds and loads "
-                f"`{case.body.name}` makes another state", _said(faces, stretches),
-                f"it needs {NEEDS[word]}")  # fmt: skip
+    raise fault("E356", model.at("state"), f"the supports and loads of `{case.body.name}` do not impose the "
+                                           f"{word.replace('_', ' ')} state of `{model.name}`", _said(faces, stretches),
+                f"hold or load the faces as follows: {NEEDS[word]}")  # fmt: skip
 
 
 def _moved(faces: ImposedOnFaces, stretches: list[float | None], word: str) -> list[int] | None:

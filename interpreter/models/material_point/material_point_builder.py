@@ -155,7 +155,8 @@ class PreparedPoint(Meshless):
             return None
         shear = units.format_value(float(across), units.PRESSURE)
         return (
-            f"its law has a shear stress of {shear} in such a state, for it has directions beside the axes: use `fem`"
+            f"its law has a shear stress of {shear} in this state, since its material axes are oblique "
+            "to the coordinate axes: use `fem`"
         )
 
     def _left(self, found: PointState) -> float:
@@ -191,11 +192,11 @@ class PreparedPoint(Meshless):
             diagnostic(
                 "W385",
                 self.declared.at("state"),
-                f"`{self.declared.name}` is past its {self._driven_words} of {self._amount(at)}, where its law is no "
-                "longer stable after Drucker",
-                "its stress falls while strain grows",
-                "Kirchhoff's stress against Hencky's strain: a body of that law may have several answers; use "
-                "constants that are fitted to such strains, or another law",
+                f"`{self.declared.name}` is beyond a {self._driven_words} of {self._amount(at)}, where "
+                "its law violates Drucker's stability",
+                "stress decreases as strain increases",
+                "this compares Kirchhoff stress with Hencky strain; the body may have several "
+                "equilibria: use constants fitted at such strains, or another law",
             ),
         )
 
@@ -203,7 +204,7 @@ class PreparedPoint(Meshless):
         if found.freed > FLAT:
             return ()
         at = self.point.first_lost(self.drive)
-        what = f"its {self._driven_words} of {self._amount(at)}"
+        what = f"a {self._driven_words} of {self._amount(at)}"
         a = self.made.driven[0]
         b = a if self.made.shear is None else self.made.shear[1]
         force = units.format_value(float(at.P[a, b]), units.PRESSURE)
@@ -211,10 +212,10 @@ class PreparedPoint(Meshless):
             diagnostic(
                 "W366",
                 self.declared.at("state"),
-                f"`{self.declared.name}` is past {what}, where its law gives way: a nominal stress of {force} pulls it "
-                "on without end",
-                "not stable under a force",
-                "it is a state where what moves the body is imposed; a body of that law thins out in one place",
+                f"`{self.declared.name}` is beyond {what}, where its law loses stability: a nominal "
+                f"stress of {force} deforms it without limit",
+                "unstable under an imposed force",
+                "this state exists only with imposed displacements; a real body localizes there",
             ),
         )
 
@@ -229,12 +230,17 @@ class PreparedPoint(Meshless):
     def _ended(self, none: NoState) -> str:
         """Return a message why there is no state."""
         axes = ", ".join(f"{NAMES[i]} {s:.4g}" for i, s in enumerate(none.stretches))
-        why = "the law ends there, or gives way across it"
+        why = "the law ends there, or becomes unstable transversely"
         if any(self.made.stresses):
             peak = none.share > 0.0 and self.point.state(self.drive.at(none.share)).freed < PEAK
-            why = "the force has its maximum there" if peak else "the force grows there, but by no step of 0.1 % of it"
+            why = (
+                "the force has its maximum there"
+                if peak
+                else "the force increases there, but less than 0.1 % of it per step"
+            )
         return (
-            f"no state of its law beyond {100.0 * none.share:.3g} % of what is imposed, at stretches of {axes}: {why}"
+            f"the law has no state beyond {100.0 * none.share:.3g} % of the imposed loading, at "
+            f"stretches of {axes}: {why}"
         )
 
 

@@ -77,7 +77,8 @@ class Homogeneous(Model):
         found = list(self.refusals(declared, case))
         if not is_block(case) or case.planar:
             return [
-                diagnostic("E355", declared.at(), f"`{declared.name}` is of a box, or a round body along x, y or z",
+                diagnostic("E355", declared.at(), f"`{declared.name}` needs a box, or a round body along x, "
+                                                  "y or z",
                            f"`{case.body.name}` is another shape", "use `fem(...)` for this body")
             ]  # fmt: skip
         if self.strain == "finite" and case.material.finite_law() is None:
@@ -88,10 +89,14 @@ class Homogeneous(Model):
             )  # fmt: skip
         if self.state == "confined" and case.largest_poisson >= 0.5:
             found.append(
-                diagnostic("E357", declared.at("state"), f"`{declared.name}` squeezes a solid that cannot change its "
-                           "volume between walls", "no such state", "use a Poisson's ratio below 0.5, or leave a side "
-                           "free: `planar`")
-            )  # fmt: skip
+                diagnostic(
+                    "E357",
+                    declared.at("state"),
+                    f"`{declared.name}` compresses an incompressible solid that is held on all sides",
+                    "no such state",
+                    "use a Poisson's ratio below 0.5, or leave a side free: `planar`",
+                )
+            )
         return found or list(self._made(declared, case))
 
     def _made(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
@@ -99,9 +104,13 @@ class Homogeneous(Model):
         from softmark.interpreter.models.material_point.imposed_deformation import NAMES, imposed_state
 
         if getattr(case.analysis, "path", "load") == "arc_length":
-            yield diagnostic("E501", declared.at(), f"`{declared.name}` follows no path of equilibria", "not by its "
-                             "length", "impose a stretch: past a maximum of its force that is a state, and said to "
-                             "be one")  # fmt: skip
+            yield diagnostic(
+                "E501",
+                declared.at(),
+                f"`{declared.name}` cannot follow an equilibrium path by arc length",
+                "no arc length",
+                "impose a stretch instead: states beyond the maximum force are then found, and reported as such",
+            )
             return
         try:
             made = imposed_state(case, self.state, declared)
@@ -111,9 +120,17 @@ class Homogeneous(Model):
         if made.let_go:
             names = " and ".join(f"`{n}`" for n in dict.fromkeys(name for name, _ in made.let_go))
             axes = " and ".join(sorted({NAMES[axis] for _, axis in made.let_go}))
-            yield diagnostic("W365", declared.at(), f"`{declared.name}` lets go what {names} hold: the width of "
-                             f"`{case.body.name}` along {axes}", "no ends", "near its ends a body that is gripped is "
-                             "stiffer: compare with `fem(...)`, or hold normals alone, `components = x`")  # fmt: skip
+            yield diagnostic(
+                "W365",
+                declared.at(),
+                f"`{declared.name}` leaves the width of `{case.body.name}` along {axes} free, which {names} hold",
+                "no grips in this model",
+                "a gripped body is stiffer near "
+                "its ends: compare with "
+                "`fem(...)`, or hold only "
+                "normal displacements, "
+                "`components = x`",
+            )
 
     def outline(self, case: Case) -> str:
         """Return a one-line description for the plan."""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from softmark.solvers.dynamics.trajectory import Trajectory
     from softmark.solvers.mesh.mesh import Mesh
 
-WHY = "reactions are those of a state of rest: in a motion what contacts do is followed alone"
+WHY = "reactions need a static analysis: a dynamic analysis records only contact forces"
 
 
 @dataclass(frozen=True)

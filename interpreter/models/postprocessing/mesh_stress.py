@@ -39,7 +39,7 @@ def add_stress(scene: Scene, declared: Declared, case: Case, solution: Solution)
 
 def _at_rest_alone(solution: Solution) -> Callable[[], Stresses] | None:
     """Return the stress function of a model without a mesh, which has stress only in static analyses."""
-    moved = Settled(None, "the stress of sections is known of beams at rest, and this is a motion")
+    moved = Settled(None, "section stress needs a static analysis of the beam")
     return solution.stress or (None if solution.displacement is None else moved)
 
 
@@ -79,10 +79,10 @@ class StressOfMesh:
         strain, way = how
         if case.porous:
             raise StressUnavailable(
-                "its stress is that of skeleton and fluid, which is not recovered to points: ask for forces"
+                "the stress of a poroelastic body (skeleton and fluid) is not recovered at points: use forces"
             )
         if case.remembers:
-            raise StressUnavailable("its stress is that of its past, which is not recovered to points: ask for forces")
+            raise StressUnavailable("the stress of a viscoelastic body is not recovered at points: use forces")
         u = mesh.displacement.astype(float)  # of single precision too
         around = case.depth > 0.0
         state = DeformedState(mesh.mesh, case.material, strain, u, way, mesh.pressures, bool(case.planar), around)

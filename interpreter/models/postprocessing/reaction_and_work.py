@@ -38,8 +38,8 @@ def _unknown(declared: Declared, case: Case, solution: Solution) -> str | None:
             found: str = declared.thing.forceless
             return found
         if isinstance(case.analysis, Dynamic):
-            return "reactions are those of a state of rest, and this is a motion"
+            return "reactions need a static analysis"
         if declared.thing.reduces is not None:
-            return "a reduced model balances forces along its fields alone, so that supports carry what it leaves"
-        return "this kind of model does not say what its supports carry"
+            return "a reduced model balances forces only within its basis, so its reactions are not reliable"
+        return "this kind of model does not provide reactions"
     return None

@@ -53,7 +53,9 @@ def _frequencies(assembly: Assembly, x: Floats, mass: Any, linear: Linear, count
     from softmark.solvers.linear.linear_solver import Linear, Systems
 
     if not assembly.conservative:
-        raise Undefined("its forces have no energy: what follows them may grow, and has no modes of its own")
+        raise Undefined(
+            "a follower load has no potential energy, so the linearized motion may grow and has no real frequencies"
+        )
     K, M = assembly.tangent(x.astype(np.float64), 1.0), matrix(mass, assembly)
     try:
         plain = Linear(modes=linear.modes, spare=linear.spare)
@@ -62,10 +64,12 @@ def _frequencies(assembly: Assembly, x: Floats, mass: Any, linear: Linear, count
         raise Undefined(str(error)) from error
     if (left := mode_residual(K, M, values, modes)) > CLOSE:
         what, remedy = (
-            (f"{count} modes were", "ask for fewer") if count > 1 else ("one mode was", "others are too stiff")
+            (f"{count} modes were", "use a smaller mode number")
+            if count > 1
+            else ("one mode was", "the other modes are too stiff")
         )
-        raise Undefined(f"{what} not found, to {left:.1g} of the forces only: {remedy}")
+        raise Undefined(f"{what} not found accurately, with a residual of {left:.1g} of the forces: {remedy}")
     if values[0] < -UNSTABLE * np.abs(values).max():
-        raise Undefined("the equilibrium is unstable: what moves away from it does not come back")
+        raise Undefined("the equilibrium is unstable, so it has no frequency of vibration")
     found: Floats = np.sqrt(np.maximum(values, 0.0)) / (2.0 * np.pi)
     return found

@@ -277,7 +277,7 @@ class PreparedReduced:
         if self.problem is None:
             return Solution("not_converged", self.failure, {"reduced": self.facts})
         problem = replace(self.problem, watch=watch)
-        remedy = "try a smaller load, more modes, or `cells = all`"
+        remedy = "use a smaller load, more modes, or `cells = all`"
         found = static_result.solve_static(lambda: equilibrium(problem), remedy, self._finish)
         return replace(found, facts=found.facts | {"reduced": self.facts})
 
@@ -292,7 +292,7 @@ class PreparedReduced:
     def problem_fields(self) -> Floats:
         """Displacement fields of the unknowns (dofs, r)."""
         if self.equations is None:
-            raise ValueError("there are no equations")
+            raise ValueError("the reduced model has no equations")
         return self.equations.basis.fields
 
 
@@ -365,9 +365,9 @@ def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: BuildC
         raise fault(
             "E532",
             declared.at("of"),
-            f"`{declared.name}` cannot be reduced about rest: its stiffness is singular there",
+            f"`{declared.name}` cannot be reduced: the stiffness of the undeformed body is singular",
             "free to move",
-            f"a support must hold `{own.body.name}`",
+            f"add a support that holds `{own.body.name}`",
         ) from loose
     return _moving(still, full, own, workshop) if isinstance(own.analysis, Dynamic) else still
 
@@ -410,7 +410,7 @@ def _moved(rest: Rest, basis: Basis) -> Basis:
     whole = np.linalg.norm(forces)
     inside = np.linalg.norm(np.array(forces) @ (basis.V / np.abs(basis.V).max(axis=0)))
     if basis.lift is None and inside <= IDLE * whole and whole > 0:
-        raise NotConverged("its loads move none of its fields: train on states under such loads")
+        raise NotConverged("the loads do no work on any mode: train on states under such loads")
     return basis
 
 

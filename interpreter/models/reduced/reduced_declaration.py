@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared, Scene
     from softmark.interpreter.problem.body_case import Case
 
-ADVICE = "such states are new to it: train on a range that holds the scene, and look at `full_residual`"
+ADVICE = "train on a range that contains the scene, and check `full_residual`"
 PARTS = (0.25, 0.5, 0.75, 1.0)  # of all loads: what a training goes through where the scene does not say
 
 
@@ -149,18 +149,20 @@ class Pod(Reduced):
         if self.training is not None and any(self.training.dimension):
             label, help = (
                 "has a unit",
-                "parts of the loads are numbers: `[0.5, 1]`; a sweep of a quantity is named by `over`",
+                "write fractions of the load as numbers, `[0.5, 1]`; to sweep a quantity use `over`",
             )
         elif not self.parts:
-            label, help = "empty", "give parts of all loads, such as `[0.25, 0.5, 0.75, 1]`"
+            label, help = "empty", "write fractions of the loads, such as `[0.25, 0.5, 0.75, 1]`"
         elif min(self.parts) <= 0.0:
             label, help = (
                 "not positive",
-                "at rest there is nothing to learn: give parts of all loads greater than 0",
+                "write fractions greater than 0: the unloaded state contains no information",
             )
         else:
             return None
-        return diagnostic("E532", declared.at("training"), f"`{declared.name}` cannot be trained on this", label, help)
+        return diagnostic(
+            "E532", declared.at("training"), f"`{declared.name}` cannot be trained on these load fractions", label, help
+        )
 
     def _too_many(self, declared: Declared) -> Diagnostic | None:
         states = len(set(self.parts))
@@ -169,9 +171,9 @@ class Pod(Reduced):
         return diagnostic(
             "E532",
             declared.at("modes"),
-            f"`{declared.name}` asks for {self.modes} modes of {states} training states",
-            "more than there are states",
-            "train on more parts of the load, or on a sweep; or ask for fewer modes",
+            f"`{declared.name}` asks for {self.modes} modes from {states} training states",
+            "more modes than training states",
+            "add load fractions or a sweep, or reduce `modes`",
         )
 
     def _beyond(self, declared: Declared) -> Diagnostic | None:
@@ -179,8 +181,8 @@ class Pod(Reduced):
         if not self.parts or max(self.parts) >= 1.0 or self._training(declared) is not None:
             return None
         at, most = declared.at("training"), 100 * max(self.parts)
-        problem = f"`{declared.name}` extrapolates: it is trained up to {most:g} % of the load"
-        return diagnostic("W331", at, problem, "below the full load", ADVICE)
+        problem = f"`{declared.name}` extrapolates: it is trained only up to {most:g} % of the load"
+        return diagnostic("W331", at, problem, "below full load", ADVICE)
 
     def _no_sweep(self, scene: Scene, declared: Declared) -> Diagnostic | None:
         if self.over is None:
@@ -189,8 +191,8 @@ class Pod(Reduced):
         if isinstance(study.thing, Sweep):
             return None
         word = study.constructor.name
-        problem = f"`{declared.name}` is trained over `{self.over}`, which is no sweep"
-        return diagnostic("E532", declared.at("over"), problem, f"a {word}", "name a `sweep(...)`, or leave `over` out")
+        problem = f"`{declared.name}` is trained over `{self.over}`, which is not a sweep"
+        return diagnostic("E532", declared.at("over"), problem, f"a {word}", "name a `sweep(...)`, or remove `over`")
 
     def outline(self, case: Case) -> str:
         """Return a one-line description for the plan and the report."""
@@ -214,11 +216,11 @@ def _not_reducible(scene: Scene, declared: Declared, case: Case) -> Diagnostic |
     if full.thing.formulation == "mixed":
         at, problem = declared.at("of"), f"`{declared.name}` cannot reduce `{full.name}`, which has pressures"
         help = "reduce `hex8` with `formulation = mean_dilatation`"
-        return diagnostic("E554", at, problem, "a saddle, not an energy", help)
+        return diagnostic("E554", at, problem, "saddle point system", help)
     if (body := other_body(scene, full, case)) is None:
         return None
-    problem = f"`{declared.name}` is about `{case.body.name}`, and `{full.name}` is not"
-    return diagnostic("E532", declared.at("of"), problem, "another body", f"say `body = {body}`")
+    problem = f"`{declared.name}` is a model of `{case.body.name}`, and `{full.name}` is not"
+    return diagnostic("E532", declared.at("of"), problem, "different bodies", f"write `body = {body}`")
 
 
 def _linear(scene: Scene, declared: Declared) -> Diagnostic | None:
@@ -226,8 +228,8 @@ def _linear(scene: Scene, declared: Declared) -> Diagnostic | None:
     full = scene.declared[declared.thing.of].thing
     if declared.thing.cells == "all" or not full.constant:
         return None
-    problem = f"`{declared.name}` samples the cells of a model whose stiffness is constant"
-    help = "leave `cells` out: small strain is reduced to one small matrix, and no cell is evaluated again"
+    problem = f"`{declared.name}` samples cells of a model with constant stiffness"
+    help = "remove `cells`: with small strain the reduced system is one small matrix, and no cell is evaluated again"
     return diagnostic("E532", declared.at("cells"), problem, "nothing to sample", help)
 
 
@@ -235,8 +237,8 @@ def _bedded(declared: Declared, case: Case) -> Diagnostic | None:
     """Return an error for sampled cells with an elastic foundation, whose springs are not cells."""
     if not case.beds:
         return None
-    problem = f"`{declared.name}` cannot reduce a body that lies on the springs of `{case.beds[0].name}`"
-    return diagnostic("E532", declared.at("of"), problem, "springs on a surface", f"use `{declared.thing.of}` itself")
+    problem = f"`{declared.name}` cannot reduce a body on the elastic foundation `{case.beds[0].name}`"
+    return diagnostic("E532", declared.at("of"), problem, "elastic foundation", f"use `{declared.thing.of}` directly")
 
 
 def _touching(declared: Declared, case: Case) -> Diagnostic | None:
@@ -245,7 +247,7 @@ def _touching(declared: Declared, case: Case) -> Diagnostic | None:
         return None
     touch = case.contacts[0]
     return diagnostic("E650", touch.at(), f"`{declared.name}` cannot represent the contact `{touch.name}`",
-                      "a contact", f"use `{declared.thing.of}` itself")  # fmt: skip
+                      "a contact", f"use `{declared.thing.of}` directly")  # fmt: skip
 
 
 def _driven(declared: Declared, case: Case) -> Diagnostic | None:
@@ -254,5 +256,5 @@ def _driven(declared: Declared, case: Case) -> Diagnostic | None:
     moved = any(s.thing.tracked is not None or any(s.thing.displacement) for s in case.supports)
     if not isinstance(analysis, Dynamic) or not analysis.explicit or not moved:
         return None
-    problem = f"`{declared.name}` cannot be marched by {analysis.integrator} while its supports move"
-    return diagnostic("E532", declared.at("of"), problem, "its mass is not diagonal", "use an implicit integrator")
+    problem = f"`{declared.name}` cannot be integrated by {analysis.integrator} with moving supports"
+    return diagnostic("E532", declared.at("of"), problem, "mass matrix not diagonal", "use an implicit integrator")

@@ -158,11 +158,11 @@ def pod_space(model: Pod, declared: Declared, rest: Rest, training: Training) ->
     _few_enough(model.modes or 1, declared, rest)
     if not len(training.states):
         reasons = "; ".join(training.failed[:3])
-        raise NotConverged(f"`{model.of}` has no equilibrium in training: {reasons}")
+        raise NotConverged(f"`{model.of}` found no equilibrium in training: {reasons}")
     held = training.states[:, rest.static.problem.fixed]
     own = np.array([x - rest.lift(t) for x, t in zip(training.states, held, strict=True)])[:, rest.free].T
     if not np.any(own):
-        raise NotConverged("it could not be trained: nothing deforms the body")
+        raise NotConverged("training failed: no training state deforms the body")
     found = principal_fields(own, rest.M if model.norm == "mass" else rest.K, model.modes, model.tolerance)
     V = found.V if model.norm == "mass" else orthonormalize(found.V, rest.M)[0]
     facts = {"captured_energy": found.captured, "projection_error": found.error}
@@ -183,7 +183,7 @@ def _few_enough(modes: int, declared: Declared, rest: Rest) -> None:
     raise fault(
         "E532",
         declared.at("modes"),
-        f"`{declared.name}` asks for {modes} modes of {len(rest.free)} unknowns",
-        "more than there are",
-        "ask for fewer, or refine the mesh",
+        f"`{declared.name}` asks for {modes} modes, but the model has {len(rest.free)} unknowns",
+        "more modes than unknowns",
+        "reduce `modes`, or refine the mesh",
     )

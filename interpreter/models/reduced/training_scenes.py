@@ -60,8 +60,11 @@ def remeshed(scene: Scene, declared: Declared) -> Diagnostic | None:
             other = _mesh(recompile(scene, [override])[0], model.of)
             if None not in (own, other) and own != other:
                 at, problem = declared.at("over"), f"`{model.over}` varies the mesh of `{model.of}`"
-                help = "fields of one mesh say nothing on another: sweep a load, a displacement or a material"
-                return diagnostic("E532", at, problem, "another mesh", help)
+                help = (
+                    "use a sweep of a load, a displacement or a material: the basis of one mesh cannot be "
+                    "used on another"
+                )
+                return diagnostic("E532", at, problem, "changes the mesh", help)
     return None
 
 

@@ -67,7 +67,7 @@ def known(workshop: BuildContext, key: Any) -> Training:
 def scene_of(workshop: BuildContext, declared: Declared) -> Scene:
     """Return the scene that is being run. Raises Fault if there is none."""
     if workshop.scene is None:
-        raise fault("E532", declared.at("of"), f"`{declared.name}` has no scene to find `{declared.thing.of}` in")
+        raise fault("E532", declared.at("of"), f"`{declared.name}` has no scene to look up `{declared.thing.of}` in")
     return workshop.scene
 
 
@@ -136,8 +136,8 @@ def extrapolates(declared: Declared, found: list[str]) -> tuple[Diagnostic, ...]
         diagnostic(
             "W331",
             at,
-            f"`{declared.name}` extrapolates: {' and '.join(targets)} {verb} outside its training",
-            "not seen in training",
+            f"`{declared.name}` extrapolates: {' and '.join(targets)} {verb} outside the training range",
+            "not in the training range",
             ADVICE,
         ),
     )

@@ -26,20 +26,29 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
     touch = case.contacts[0]
     if not model.touches:
         yield diagnostic("E650", touch.at(), f"`{declared.name}` cannot represent the contact `{touch.name}`",
-                         "a contact", "`fem(...)` takes it")  # fmt: skip
+                         "contact not supported", "use `fem(...)`, which supports contact")  # fmt: skip
         return
     for field, only in LEVERS.items():
         if getattr(model, field, only) != only:
-            yield diagnostic("E651", declared.at(field), f"`{declared.name}` solves states with contact to the end,"
-                             " from rest, in double precision", f"not with the contact `{touch.name}`",
-                             f"leave `{field}` out")  # fmt: skip
+            yield diagnostic(
+                "E651",
+                declared.at(field),
+                f"`{declared.name}` must solve states with contact to the tolerance, from rest, in double precision",
+                f"not with the contact `{touch.name}`",
+                f"remove `{field}`",
+            )
     if isinstance(case.analysis, Dynamic):
         return
     if case.analysis.path != "load" or case.analysis.disturbed != "none":
         word = "path" if case.analysis.path != "load" else "disturbed"
-        yield diagnostic("E651", touch.at(), f"what touches is driven by the share of the load, and `{word}` of the"
-                         " analysis goes another way", "not with a contact", f"leave `{word}` out")  # fmt: skip
+        yield diagnostic(
+            "E651",
+            touch.at(),
+            f"contact needs a load that is raised step by step, so `{word}` of the analysis cannot be used",
+            "not with a contact",
+            f"remove `{word}`",
+        )
     elif case.remembers:
-        yield diagnostic("E651", touch.at(), f"stress of `{case.body.name}` relaxes, or fluid seeps through it, and "
-                         "contacts of such bodies are not followed", "not with a contact",
-                         "use a material without a memory")  # fmt: skip
+        yield diagnostic("E651", touch.at(), f"`{case.body.name}` is viscoelastic or poroelastic, and "
+                                             "contact of such bodies is not supported", "not with a contact",
+                         "use an elastic material")  # fmt: skip

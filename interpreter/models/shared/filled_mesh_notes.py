@@ -74,19 +74,23 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
         yield from (d for d in said if d is not None)
     if abs(found["facets_m3"]) > COARSE * found["surface_m3"]:
         share = units.format_value(float(f"{100 * found['facets_m3'] / found['surface_m3']:.2g}"), units.NONE)
-        yield diagnostic("W354", declared.at(), f"the facets of `{case.body.name}` miss {share} % of its volume in "
-                         f"`{declared.name}`", "its curved sides are made of flat facets",
-                         "take a smaller `size`, or smaller `facets` of the shape")  # fmt: skip
+        yield diagnostic(
+            "W354",
+            declared.at(),
+            f"flat facets of `{case.body.name}` miss {share} % of its volume in `{declared.name}`",
+            "curved surface approximated by flat facets",
+            "use a smaller `size`, or smaller `facets` of the shape",
+        )
     away = max(found["mesh_to_surface_m"], found["surface_to_mesh_m"])
     if away > AWAY * how.tolerance:
         place = units.format_vector(found["farthest_m"], units.LENGTH)
         yield diagnostic(
             "W349",
             declared.at(),
-            f"the mesh of `{declared.name}` is not the body that its surface has",
+            f"the mesh of `{declared.name}` deviates from the surface of the body",
             f"up to {units.format_value(float(f'{away:.3g}'), units.LENGTH)} apart, near {place}",
-            f"{units.format_value(how.tolerance, units.LENGTH)} was to be met: thin or sharp parts were lost; "
-            "take a smaller `size`, or a smaller `tolerance` of `tetrahedralized`",
+            "use a smaller `size`, or a smaller `tolerance` of `tetrahedralized`: thin or sharp parts were lost, "
+            f"and the tolerance of {units.format_value(how.tolerance, units.LENGTH)} is not met",
         )
 
 
@@ -95,11 +99,13 @@ def repair_warning(case: Case, surface: ClosedSurface) -> Diagnostic | None:
     if not surface.repairs:
         return None
     volume = units.format_value(float(f"{surface.volume:.5g}"), VOLUME)
-    open_ = f", give or take {100 * surface.doubt:.2g} % for what was closed" if surface.capped else ""
-    twice = ", of which what passes through itself counts twice" if surface.crossings else ""
-    return diagnostic("W348", case.body.at("shape"), f"the surface of `{case.body.name}` is repaired to be filled",
+    open_ = f", with an uncertainty of {100 * surface.doubt:.2g} % due to closed holes" if surface.capped else ""
+    twice = ", counting overlapping parts twice" if surface.crossings else ""
+    return diagnostic("W348", case.body.at("shape"), f"the surface of `{case.body.name}` was repaired "
+                                                     "before it was filled",
                       f"it encloses {volume}{twice}{open_}",
-                      "look at it there, in the program that made it; the report has the volume of the mesh",
+                      "check these places in the program that made the surface; the report contains the "
+                      "volume of the mesh",
                       surface.repairs)  # fmt: skip
 
 
@@ -111,6 +117,8 @@ def thickness_warning(declared: Declared, case: Case, surface: ClosedSurface) ->
     thick, size = 2.0 * surface.volume / surface.area, declared.thing.size
     if size is None or size <= thick:
         return None
-    return diagnostic("W350", declared.at("size"), f"the cells of `{declared.name}` are large for `{case.body.name}`",
+    return diagnostic("W350", declared.at("size"), f"the cells of `{declared.name}` are larger than the "
+                                                   f"thickness of `{case.body.name}`",
                       f"twice its volume over its area is {units.format_value(float(f'{thick:.3g}'), units.LENGTH)}",
-                      "a plate is that thick, a ball three times that; one cell across hardly bends")  # fmt: skip
+                      "use a smaller `size`: this value is the thickness of a plate, or a third of the "
+                      "diameter of a sphere, and one cell across is too stiff in bending")  # fmt: skip

@@ -33,24 +33,38 @@ LINEAR = ("conjugate_gradients", "multigrid")
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors of a model of a body that contains fluid."""
     if case.planar == "plane_stress":
-        yield diagnostic("E435", case.body.at("material"), f"`{case.body.name}` is in plane stress, which is not known"
-                         " of a material full of fluid", "not in plane stress", "use `plane_strain`, a `solid` as thick"
-                         " as the plate, or the drained law by itself")  # fmt: skip
+        yield diagnostic(
+            "E435",
+            case.body.at("material"),
+            f"`{case.body.name}` is in plane stress, which a poroelastic material does not support",
+            "not in plane stress",
+            "use `plane_strain`, a `solid` as thick as the plate, or only the drained law",
+        )
         return
     if problem := next(filter(None, map(_invalid_material, case.typical)), None):
-        yield diagnostic("E370", case.body.at("material"), f"the material of `{case.body.name}` holds no fluid:"
-                         f" {problem[0]}", problem[1], problem[2])  # fmt: skip
+        yield diagnostic(
+            "E370",
+            case.body.at("material"),
+            f"the poroelastic material of `{case.body.name}` is invalid: {problem[0]}",
+            problem[1],
+            problem[2],
+        )
     elif not getattr(model, "soaks", False):
-        yield diagnostic("E372", declared.at(), f"`{declared.name}` knows no fluid, and `{case.body.name}` is full of"
-                         " it", "a model of solids alone",
-                         "use `fem(tet10, ...)`, or the drained law by itself")  # fmt: skip
+        yield diagnostic("E372", declared.at(), f"`{declared.name}` does not support fluid, but `{case.body.name}` "
+                                                "is poroelastic", "for solids without fluid",
+                         "use `fem(tet10, ...)`, or only the drained law")  # fmt: skip
     elif not isinstance(case.analysis, Quasistatic):
-        yield diagnostic("E373", declared.at(), f"fluid seeps through `{case.body.name}` in time, and the analysis"
-                         " follows none without inertia", "needs a time history",
-                         f"declare {TIMED}, or use the drained law by itself")  # fmt: skip
+        yield diagnostic("E373", declared.at(), f"`{case.body.name}` is poroelastic, which needs a "
+                                                "quasistatic analysis", "needs a quasistatic analysis",
+                         f"write {TIMED}, or use only the drained law")  # fmt: skip
     elif case.parts or not case.uniform or getattr(case.material.law, "turning", False):
-        yield diagnostic("E375", case.body.at("material"), f"`{case.body.name}` is full of fluid, and not the same"
-                         " everywhere", "of one material", "leave out its parts and fields")  # fmt: skip
+        yield diagnostic(
+            "E375",
+            case.body.at("material"),
+            f"`{case.body.name}` is poroelastic, but its material varies in space",
+            "needs one material",
+            "remove its regions and fields",
+        )
     else:
         yield from _refuse_solid_options(model, declared, case)
 
@@ -58,9 +72,13 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
 def refuse_unused_drains(case: Case) -> Iterator[Diagnostic]:
     """Yield errors for fluid supports on a body without fluid."""
     for drain in case.drains:
-        yield diagnostic("E371", drain.at(), f"`{drain.name}` lets fluid through `{case.body.name}`, and there is none"
-                         " in it", "no fluid", "make it of `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`, or leave"
-                         " the support out")  # fmt: skip
+        yield diagnostic(
+            "E371",
+            drain.at(),
+            f"`{drain.name}` drains `{case.body.name}`, which contains no fluid",
+            "no fluid",
+            "use the material `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`, or remove the support",
+        )
 
 
 def _invalid_material(material: Any) -> tuple[str, str, str] | None:
@@ -69,14 +87,18 @@ def _invalid_material(material: Any) -> tuple[str, str, str] | None:
         return None
     law = material.law
     if porous(law) or not hasattr(material, "permeable_slope"):
-        return "it is biphasic within another material", "one in another", "use `biphasic(LAW, ...)` of an elastic law"
+        return (
+            "`biphasic` is nested in another material",
+            "nested biphasic material",
+            "write `biphasic(LAW, ...)` with an elastic law",
+        )
     if law.branches:
-        return "the law of its skeleton relaxes", "not together", "use an elastic law for the skeleton"
+        return "its skeleton is viscoelastic", "cannot be combined", "use an elastic law for the skeleton"
     if hasattr(law, "passive"):
-        return "the law of its skeleton pulls", "not together", "use an elastic law for the skeleton"
+        return "its skeleton is an active material", "cannot be combined", "use an elastic law for the skeleton"
     if law.incompressible:
-        return ("its skeleton keeps its volume, so that nothing can leave it", "no drained volume",
-                "give the law the Poisson's ratio that it has once drained, such as 0.2")  # fmt: skip
+        return ("its skeleton is incompressible, so no fluid can leave it", "no drained volume",
+                "write the drained Poisson's ratio of the law, such as 0.2")  # fmt: skip
     return None
 
 
@@ -85,33 +107,50 @@ def _refuse_solid_options(model: Any, declared: Declared, case: Case) -> Iterato
     if find_element(model.element).pressures != "corners":
         flat = case.planar != ""
         help = "use `tri6` or `quad9`" if flat else "use `tet10`, `hex20` or `hex27`"
-        yield diagnostic("E374", declared.at("element"), f"{model.element} has no pressures that are continuous, and"
-                         " those of fluid are", "no Taylor-Hood element", help)  # fmt: skip
+        yield diagnostic(
+            "E374",
+            declared.at("element"),
+            f"{model.element} has no continuous pressure interpolation, which pore pressure needs",
+            "no Taylor-Hood element",
+            help,
+        )
     for lever, plain in PLAIN.items():
         if (given := getattr(model, lever)) != plain:
             yield _refuse_option(declared, lever, given, case)
     if model.linear in LINEAR:
         yield _refuse_option(declared, "linear", model.linear, case)
     if model.strain == "corotational":
-        yield diagnostic("E374", declared.at("strain"), f"`{declared.name}` turns with its cells, and fluid in them is"
-                         " not followed", "not with fluid", "use `strain = finite` or `small`")  # fmt: skip
+        yield diagnostic(
+            "E374",
+            declared.at("strain"),
+            f"`{declared.name}` with corotational strain does not support fluid",
+            "not with fluid",
+            "use `strain = finite` or `small`",
+        )
     if model.strain == "small" and (case.material.exponent or case.material.stiffening):
-        yield diagnostic("E374", declared.at("strain"), f"the permeability of `{case.body.name}` changes with the"
-                         f" volume, and small strain knows of no such change", "not followed",
-                         "use `strain = finite`, or leave `exponent` and `stiffening` out")  # fmt: skip
+        yield diagnostic("E374", declared.at("strain"), f"the permeability of `{case.body.name}` depends on "
+                                                        "the volume change, which small strain does not "
+                                                        "represent", "ignored by small strain",
+                         "use `strain = finite`, or remove `exponent` and `stiffening`")  # fmt: skip
     if turning := next((s for s in case.supports if s.thing.turns), None):
-        yield diagnostic("E374", turning.at(), f"`{turning.name}` turns a body full of fluid", "not with fluid",
-                         "move it by `displaced(...)`")  # fmt: skip
+        yield diagnostic("E374", turning.at(), f"`{turning.name}` rotates a poroelastic body", "not with fluid",
+                         "use `displaced(...)` instead")  # fmt: skip
     if not case.drains:
         yield diagnostic("W395", case.body.at(), f"no fluid can leave `{case.body.name}`: all its faces are sealed",
                          "keeps its volume", "let it out: `support open = drained("
                          f"{case.body.name}, where = z >= 10 mm)`")  # fmt: skip
     if case.planar == "plane_stress":
-        yield diagnostic("E374", case.body.at(), f"`{case.body.name}` is a plate, whose fluid would leave by its faces",
-                         "not in plane stress", "use a solid that is thin, or `plane_strain`")  # fmt: skip
+        yield diagnostic("E374", case.body.at(), f"`{case.body.name}` is in plane stress, so fluid would "
+                                                 "leave through its faces",
+                         "not in plane stress", "use a thin solid, or `plane_strain`")  # fmt: skip
 
 
 def _refuse_option(declared: Declared, lever: str, given: Any, case: Case) -> Diagnostic:
     """Return the error for an option of the model that does not support fluid."""
-    return diagnostic("E374", declared.at(lever), f"`{lever} = {given}` does not go with the fluid in"
-                      f" `{case.body.name}`", "not with fluid", "leave it out")  # fmt: skip
+    return diagnostic(
+        "E374",
+        declared.at(lever),
+        f"`{lever} = {given}` cannot be used with the poroelastic body `{case.body.name}`",
+        "not with fluid",
+        "leave it out",
+    )

@@ -85,14 +85,19 @@ def _plane_keeping_springs(case: Case, plate: Declared, mesh: Mesh) -> ElasticFo
     facets, N, dA, normal = _quadrature_points(surface_of(case, plate, plate.thing.where, mesh), case.depth)
     along = int(np.abs(normal.sum(axis=0)).argmax())
     if float(np.abs(normal[:, along].mean() - normal[:, along]).max()) > PLANE or abs(normal[0, along]) < 1.0 - PLANE:
-        raise fault("E411", plate.at("where"), f"`{plate.name}` lies on no face of `{case.body.name}` that is normal to"
-                    " x, y or z", "no such plane face", "select one plane side of the body, and turn the scene so that"
-                    " it is normal to x, y or z")  # fmt: skip
+        raise fault(
+            "E411",
+            plate.at("where"),
+            f"`{plate.name}` selects no face of `{case.body.name}` that is normal to x, y or z",
+            "no such plane face",
+            "select one plane face of the body, and orient the scene so that it is normal to x, y or z",
+        )
     nodes, place = np.unique(facets, return_inverse=True)
     place = place.reshape(facets.shape)
     if len(nodes) > MOST:
-        raise fault("E412", plate.at("where"), f"`{plate.name}` holds {len(nodes)} nodes level, each with all others",
-                    f"more than {MOST}", "use a larger size, or a plane or revolved body")  # fmt: skip
+        raise fault("E412", plate.at("where"), f"`{plate.name}` couples {len(nodes)} nodes, each with all "
+                                               "others",
+                    f"more than {MOST} nodes", "use a larger size, or a plane or revolved body")  # fmt: skip
     M = np.zeros((len(nodes), len(nodes)))
     np.add.at(M, (place[:, :, None], place[:, None, :]), np.einsum("p,pa,pb->pab", dA, N, N, optimize=True))
     m, area = M.sum(axis=1), float(dA.sum())

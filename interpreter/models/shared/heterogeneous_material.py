@@ -196,13 +196,13 @@ def with_fiber_directions(case: Case, mesh: Mesh, X: Floats) -> Any:
             "" if error.place is None else f" at {units.format_vector(tuple(map(float, error.place)), units.LENGTH)}"
         )
         raise fault(
-            "E366", at, f"the material of `{case.body.name}` has no direction of fibres{where}: {error.reason}",
-            "no direction", "expressions must not all be zero at once, a rule must hold all over the body, and sheets"
-            " must lie across fibres",
+            "E366", at, f"the material of `{case.body.name}` has no fibre direction{where}: {error.reason}",
+            "no direction", "components must not all be zero at one point, a rule must be defined in the "
+                            "whole body, and sheets must not be parallel to fibres",
         ) from error  # fmt: skip
     except Unreadable as error:
-        raise fault("E410", at, f"the field of the fibres of `{case.body.name}` cannot be used: {error.name}: "
-                    f"{error.reason}", "cannot be used", error.remedy) from error  # fmt: skip
+        raise fault("E410", at, f"the fibre field of `{case.body.name}` cannot be used: {error.name}: "
+                                f"{error.reason}", "cannot be used", error.remedy) from error  # fmt: skip
 
 
 def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
@@ -241,8 +241,8 @@ def must_be_compressible(declared: Declared, own: Part) -> None:
     if isinstance(nu, np.ndarray) and nu.max() >= 0.5:
         raise fault(
             "E552", declared.at("formulation" if declared.thing.formulation != "displacement" else "element"),
-            f"the material of `{own.case.body.name}` is incompressible at points, and this element needs a compressible"
-            " one", "infinite bulk modulus",
+            f"the material of `{own.case.body.name}` is incompressible at some points, but this element "
+            "needs a compressible material", "infinite bulk modulus",
             "use `tet10` or `hex8` with `formulation = mixed`, or a Poisson's ratio below 0.5 everywhere",
         )  # fmt: skip
 
@@ -462,32 +462,30 @@ def notes(declared: Declared, case: Case, mesh: Mesh, parts: Parts) -> Iterator[
             low, high = (units.format_value(float(f"{v:.4g}"), profile.dimension) for v in spread.there)
             got = low if low == high else f"{low} to {high}"
             yield diagnostic(
-                "W336", profile.at, f"{100 * spread.outside:.3g} % of the volume of `{of}` lies outside of the field of"
-                f" its `{profile.name}`", f"it has {got} there",
-                "places outside have the value of the nearest place that has one: look at `origin`, `x`, `z` and"
-                " `length` of the field, or at the body's place",
+                "W336", profile.at, f"{100 * spread.outside:.3g} % of the volume of `{of}` lies outside the "
+                                    f"field of its `{profile.name}`", f"has the value {got} there",
+                "the nearest value of the field is used outside it: check `origin`, `x`, `z` and `length` "
+                "of the field, and the position of the body",
             )  # fmt: skip
         if profile.name == "poisson":
             yield from _locks(declared, case, spread.most)
         if spread.lost > MISSED:
             yield diagnostic(
                 "W402", declared.at("size" if declared.thing.own_mesh is None else "mesh"),
-                f"`{profile.name}` of `{of}` varies too much within cells of `{declared.name}` for its integrals over"
-                " them",
-                f"up to {100 * spread.lost:.2g} % of them may be missed",
-                "its stated error has that part: use a finer mesh, or an expression or image without such fine"
-                " features",
+                f"`{profile.name}` of `{of}` varies too much inside cells of `{declared.name}` to be "
+                "integrated accurately",
+                f"up to {100 * spread.lost:.2g} % of the integrals may be missed",
+                "use a finer mesh, or an expression or image without such fine features; the stated error "
+                "includes this",
             )  # fmt: skip
         pressed = profile.name == "poisson" and declared.thing.formulation == "mixed"  # which takes any
         if spread.steep > MANY and not pressed:
-            what = (
-                "what resists a change of volume, by `poisson`," if profile.name == "poisson" else f"`{profile.name}`"
-            )
+            what = "the bulk modulus (by `poisson`)" if profile.name == "poisson" else f"`{profile.name}`"
             yield diagnostic(
                 "W337", declared.at("size" if declared.thing.own_mesh is None else "mesh"),
-                f"{what} changes by more than {STEEP:g} times within cells of `{declared.name}` with"
-                f" {100 * spread.steep:.3g} % of the volume of `{of}`",
-                f"up to {spread.contrast:.3g} times in one cell",
-                "a cell has a polynomial for its displacements, whatever its material does: use a finer mesh, or a"
-                " region with nodes where the constant jumps",
+                f"{what} changes by more than a factor {STEEP:g} inside cells of `{declared.name}` that "
+                f"fill {100 * spread.steep:.3g} % of the volume of `{of}`",
+                f"up to a factor {spread.contrast:.3g} in one cell",
+                "use a finer mesh, or a region with nodes where the constant jumps: the displacement of a "
+                "cell cannot follow such changes",
             )  # fmt: skip

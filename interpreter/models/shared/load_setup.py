@@ -91,7 +91,7 @@ def _load(case: Case, load: Declared, mesh: Mesh, parts: Integration, small: boo
         case LineForce():
             _add_line_force(dead, case, load, mesh)
         case unknown:  # refused when a scene is checked
-            raise TypeError(f"no solid knows a load that acts as {type(unknown).__name__}")
+            raise TypeError(f"solids do not support loads of the type {type(unknown).__name__}")
     return DeadForces(dead.ravel())
 
 
@@ -102,7 +102,7 @@ def _surface_moment(case: Case, load: Declared, where: Condition, moment: Floats
         raise fault(
             "E520",
             load.at("where"),
-            f"`{load.name}` acts on {count} nodes of the mesh of `{case.body.name}`, of which each feels all others",
+            f"`{load.name}` acts on {count} nodes of the mesh of `{case.body.name}`, each coupled to all others",
             f"at most {MOST_NODES}",
             "use a coarser mesh, a smaller part of the face, or `rotated(...)`, which imposes the angle instead",
         )
@@ -169,8 +169,8 @@ def _add_point_force(dead: Floats, case: Case, load: Declared, at: Vector3, forc
             "E504",
             load.at("at"),
             f"`{load.name}` acts at a point about {away} outside `{case.body.name}`",
-            "not in the body",
-            "give coordinates of the undeformed body",
+            "outside the body",
+            "write coordinates of the undeformed body",
         )
     if case.planar:  # spread along z, exactly for what elements have there: all z move as one
         half = 0.5 * case.body.thing.thickness / np.sqrt(3.0)
@@ -189,9 +189,9 @@ def _add_line_force(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> Non
         raise fault(
             "E504",
             load.at("from"),
-            f"`{load.name}` goes up to {units.format_value(away, units.LENGTH)} outside `{case.body.name}`",
-            "not in the body",
-            "give ends between which the undeformed body has no gap",
+            f"`{load.name}` extends up to {units.format_value(away, units.LENGTH)} outside `{case.body.name}`",
+            "outside the body",
+            "write end points with no gap of the undeformed body between them",
         )
     np.add.at(dead, place.nodes, (w[:, None] * place.N)[:, :, None] * np.array(line.force))
 

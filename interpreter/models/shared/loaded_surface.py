@@ -26,7 +26,7 @@ def surface_of(case: Case, acting: Declared, where: Condition, mesh: Mesh) -> Lo
             acting.at("where"),
             f"`{acting.name}` selects no part of the surface of `{case.body.name}`",
             "selects nothing",
-            "the condition must hold on a part of the surface that has an area",
+            "write a condition that holds on a part of the surface with an area",
         )
     if case.planar:
         _must_be_edge(case, acting, mesh.points[found.touched])
@@ -40,7 +40,8 @@ def _must_be_edge(case: Case, load: Declared, X: Floats) -> None:
         raise fault(
             "E544",
             load.at("where"),
-            f"`{load.name}` acts on the faces of `{case.body.name}`, and a plane body is loaded on its edge",
-            "holds within the region too",
-            "write a condition that holds on the edge alone, such as `x >= 48 mm` of a body that ends there",
+            f"`{load.name}` acts on the faces of the plane body `{case.body.name}`, which can be loaded "
+            "only on its edge",
+            "also holds inside the region",
+            "write a condition that holds only on the edge, such as `x >= 48 mm` for a body that ends there",
         )

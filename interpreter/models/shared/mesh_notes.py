@@ -35,9 +35,9 @@ def with_quality(mesh: Mesh, model: Fem, declared: Declared) -> Mesh:
         raise fault(
             "E508",
             declared.at("quality"),
-            f"the worst cell of the mesh of `{declared.name}` has a quality of {has} already",
-            f"{model.quality:g} is asked for",
-            "nodes are moved to make cells worse, never better: take a smaller number, or leave it out",
+            f"the worst cell of the mesh of `{declared.name}` already has a quality of {has}",
+            f"{model.quality:g} is higher",
+            "write a smaller number, or remove it: `quality` only makes cells worse",
         ) from has
 
 
@@ -76,9 +76,10 @@ def _corner_notes(declared: Declared, mesh: Mesh) -> tuple[Diagnostic, ...]:
     many = "1 hexahedron has" if len(cells) == 1 else f"{len(cells)} hexahedra have"
     return (
         diagnostic(
-            "W756", at, f"in the mesh of `{declared.name}`, {many} a corner that is inside out",
+            "W756", at, f"in the mesh of `{declared.name}`, {many} an inverted corner",
             f"the first is cell {cells[0]} at ({place})",
-            "its integrals are right, stress near that corner is not: move the nodes around it if it is wanted there",
+            "move the nodes around it if you need the stress there: integrals are correct, but the stress "
+            "near that corner is not",
         ),
     )  # fmt: skip
 
@@ -99,7 +100,7 @@ def _sliver_notes(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnos
             at,
             f"the mesh of `{declared.name}` has slivers: {cells} with a quality below {SLIVER:g}",
             f"the worst, {found[cell]:.1e}, at ({place})",
-            "nearly flat cells are stiff, cost digits and make explicit steps tiny: repair the mesh where they are",
+            "repair the mesh there: flat cells are too stiff, reduce accuracy and need tiny explicit time steps",
         ),
     )
 
@@ -133,9 +134,9 @@ def volume_note(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic,
         diagnostic(
             "W305",
             declared.at("mesh" if given else "size"),
-            f"the mesh of `{declared.name}` holds {100 * abs(lost):.1f} % {'less' if lost > 0 else 'more'} volume "
-            "than the body",
-            "not the same body" if given else "too coarse for the curved surface",
+            f"the mesh of `{declared.name}` has {100 * abs(lost):.1f} % "
+            f"{'less' if lost > 0 else 'more'} volume than the body",
+            "different body?" if given else "too coarse for the curved surface",
             "check the file and its unit" if given else "use a smaller size",
         ),
     )

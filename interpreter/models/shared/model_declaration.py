@@ -34,14 +34,16 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.run_report import ModelKind
     from softmark.solvers.mesh.shape import Shape
 
-MOST = "`fem(...)` takes all"
-OF_NETWORKS = "networks take gravity, forces and lines of force on axes, and torques; `fixed`, `displaced` and `pinned`"
-UNKNOWN = "not a load that it takes"
+MOST = "use a model that supports it, such as `fem(...)`"
+OF_NETWORKS = (
+    "use gravity, forces and lines of force on axes, or torques; and the supports `fixed`, `displaced` and `pinned`"
+)
+UNKNOWN = "load not supported"
 _SOME: dict[type, tuple[str, str]] = {  # loads that only some models support: reason and remedy
-    LineForce: (UNKNOWN, "use a traction on a strip; `fem(...)` and beams take lines"),
+    LineForce: (UNKNOWN, "use a traction on a strip; lines of force are supported by `fem(...)` and beams"),
     TendonLoad: (
-        "it pulls at points and presses along a line, which has no limit in a solid",
-        "tendons are of beams: `beam6dof(...)`; of a solid, what its end pulls may be a traction on a face",
+        "point and line forces of a tendon are singular in a solid",
+        "use `beam6dof(...)` for tendons; in a solid, replace the pull at the end by a traction on a face",
     ),
 }
 
@@ -149,7 +151,7 @@ class Model:
         """Yield errors for the analysis, loads and supports that the model does not support."""
         if not self.moves and isinstance(case.analysis, Dynamic):
             yield diagnostic("E501", declared.at(),
-                             f"`{declared.name}` knows no motion, only the state of rest", "a static model",
+                             f"`{declared.name}` supports only static analyses", "static model",
                              "use `fem(...)` or `beam6dof(...)` in a dynamic analysis")  # fmt: skip
         for load in case.loads:
             if not isinstance(load.thing.action, self.loads):
@@ -159,19 +161,24 @@ class Model:
                                  label, help)  # fmt: skip
         for support in case.supports:
             if not isinstance(support.thing, self.supports):
-                hinge = "a hinge holds points of a `network(...)`, and `frame6dof(...)` takes it"
+                hinge = "use `frame6dof(...)` with a `network(...)` for hinged points"
                 yield diagnostic("E501", support.at(),
                                  f"`{declared.name}` cannot represent the support `{support.name}`",
-                                 "not a support that it takes",
+                                 "support not available",
                                  hinge if isinstance(support.thing, Hinged) else self._most)  # fmt: skip
         for bed in () if self.bedded else case.beds:
-            yield diagnostic("E501", bed.at(), f"`{declared.name}` cannot represent the support `{bed.name}`",
-                             "springs on a surface", "`fem(...)` takes them")  # fmt: skip
+            yield diagnostic("E501", bed.at(), f"`{declared.name}` cannot represent the elastic foundation "
+                                               f"`{bed.name}`",
+                             "elastic foundation", "use `fem(...)`")  # fmt: skip
         for plate in case.beds if isinstance(case.analysis, Dynamic) else ():
             if isinstance(plate.thing, Level):
-                yield diagnostic("E413", plate.at(), f"`{plate.name}` has no mass to move with, and the analysis is"
-                                 " dynamic", "not in motion", "use it at rest or with `quasistatic(...)`, or move the"
-                                 " face by `displaced(...)`")  # fmt: skip
+                yield diagnostic(
+                    "E413",
+                    plate.at(),
+                    f"`{plate.name}` is massless, and the analysis is dynamic",
+                    "not in a dynamic analysis",
+                    "use a static analysis or `quasistatic(...)`, or move the face by `displaced(...)`",
+                )
         if case.contacts:
             from softmark.interpreter.models.shared import contact_capabilities
 

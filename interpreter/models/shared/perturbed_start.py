@@ -39,20 +39,20 @@ def doubts(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         return []
     model, word = declared.thing, f"`disturbed = {known.kind}`"
     if not model.recovers:
-        few = "has no meaning for", "which knows a few fields of displacements only"
-        does, why = few if model.reduces is not None else ("is not known of", "which starts from rest")
-        help_ = "leave it out: networks start from rest" if model.wired else "use `fem`, `mass_spring` or `beam6dof`"
+        few = "cannot be used with", "which has only a few displacement modes"
+        does, why = few if model.reduces is not None else ("cannot be used with", "which starts undeformed")
+        help_ = "leave it out: networks start undeformed" if model.wired else "use `fem`, `mass_spring` or `beam6dof`"
         return [
-            diagnostic("E571", declared.at(), f"{word} {does} `{declared.name}`, {why}", "cannot be disturbed", help_)
+            diagnostic("E571", declared.at(), f"{word} {does} `{declared.name}`, {why}", "no disturbed start", help_)
         ]
     found = []
     for field in model.shortcuts:
-        problem = f"{word} needs every step solved, in double precision, from the disturbed state: not `{field}`"
-        found.append(diagnostic("E571", declared.at(field), problem, "not here", "leave it out"))
+        problem = f"{word} needs every step solved in double precision from the disturbed state: remove `{field}`"
+        found.append(diagnostic("E571", declared.at(field), problem, "not with `disturbed`", "leave it out"))
     if case.analysis.path != "load":
-        problem = f"`path = arc_length` follows equilibria from rest, and {word} starts far from any"
+        problem = f"`path = arc_length` follows equilibria from rest, but {word} starts far from equilibrium"
         analysis = next(iter(scene.of_kind("analysis").values()))
-        found.append(diagnostic("E571", analysis.at("path"), problem, "one of the two", "leave one of the two out"))
+        found.append(diagnostic("E571", analysis.at("path"), problem, "only one of the two", "remove one of the two"))
     return found
 
 

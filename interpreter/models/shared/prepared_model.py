@@ -105,7 +105,7 @@ class ElapsedTime:
     @property
     def basis(self) -> str:
         """Description of the clock."""
-        return "of its whole process: an upper bound" if self.most else "by the program's own clock"
+        return "of the whole process, an upper bound" if self.most else "measured by the program itself"
 
 
 @dataclass(frozen=True)

@@ -174,7 +174,7 @@ def _region_volume(part: Declared, sizes: Floats, share: Floats, own: Any, along
     if asked <= SMALL * float(sizes.sum()):
         raise fault(
             "E302", part.at("where"), f"`{part.name}` selects no part of `{part.thing.body}`", "selects nothing",
-            "a part with a material of its own has a volume within the body, and not under another part alone",
+            "a region must have a volume inside the body that is not covered by other regions",
         )  # fmt: skip
     wrong = np.where(own, 1.0 - share, share) * sizes
     missed, beyond, bent = (float(wrong[which].sum()) for which in (~own, own, along))
@@ -189,7 +189,7 @@ def _must_be_disjoint(case: Case, mesh: Mesh) -> None:
         both = fractions(Condition.junction("and", a.thing.where, b.thing.where), kind, mesh)
         shared = float(both @ kind.sizes)
         if shared > SMALL * float(kind.sizes.sum()):
-            raise overlap_fault(a, b, f"they share {units.format_value(shared, CUBIC)}")
+            raise overlap_fault(a, b, f"common volume {units.format_value(shared, CUBIC)}")
 
 
 # ------------------------------------------------------------------ what is said of it
@@ -211,13 +211,13 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
         if own.off <= MISSED:
             continue
         at = declared.at("size" if declared.thing.own_mesh is None else "mesh")
-        of = f"`{part.name}`" if own.asked <= own.beside else f"what lies beside `{part.name}`"
+        of = f"`{part.name}`" if own.asked <= own.beside else f"the body outside `{part.name}`"
         yield diagnostic(
             "W391", at,
-            f"cells of `{declared.name}` with {100 * own.off:.3g} % of the volume of {of} are of the wrong material",
-            f"{100 * own.missed / own.asked:.3g} % missed, {100 * own.beyond / own.asked:.3g} % too much",
-            "its cells do not end at the border of the part: use a finer mesh, or one with nodes along the border; "
-            "`--stated` says what it makes",
+            f"cells of `{declared.name}` with {100 * own.off:.3g} % of the volume of {of} have the wrong "
+            "material",
+            f"{100 * own.missed / own.asked:.3g} % missing, {100 * own.beyond / own.asked:.3g} % too much",
+            "use a finer mesh, or one with nodes along the border of the region; `--stated` tells the effect",
         )  # fmt: skip
 
 

@@ -37,16 +37,17 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
     """Yield errors of a model of a viscoelastic body, and a warning if time steps are too long."""
     bad = [_invalid_series(material) for material in case.materials if isinstance(material, Viscous)]
     if problem := next(filter(None, bad), None):
-        yield diagnostic("E360", case.body.at("material"), f"the series of `{case.body.name}` is none: {problem[0]}",
+        yield diagnostic("E360", case.body.at("material"), f"the Prony series of `{case.body.name}` is "
+                                                           f"invalid: {problem[0]}",
                          problem[1], problem[2])  # fmt: skip
     elif not model.remembers:
-        yield diagnostic("E358", declared.at(), f"`{declared.name}` knows no stress that relaxes, and that of"
-                         f" `{case.body.name}` does", "an elastic model",
-                         "use `fem(...)` or `beam6dof(...)`, or the elastic law by itself")  # fmt: skip
+        yield diagnostic("E358", declared.at(), f"`{declared.name}` does not support stress relaxation, but "
+                                                f"`{case.body.name}` is viscoelastic", "for elastic materials",
+                         "use `fem(...)` or `beam6dof(...)`, or only the elastic law")  # fmt: skip
     elif not isinstance(case.analysis, Quasistatic | Dynamic):
-        yield diagnostic("E359", declared.at(), f"the stress of `{case.body.name}` relaxes in time, and the analysis"
-                         " follows none", "needs a time history",
-                         f"declare {TIMED}, or use the elastic law by itself")  # fmt: skip
+        yield diagnostic("E359", declared.at(), f"`{case.body.name}` is viscoelastic, which needs an "
+                                                "analysis over time", "needs an analysis over time",
+                         f"write {TIMED}, or use only the elastic law")  # fmt: skip
     else:
         yield from _incompatible_options(model, declared, case)
         yield from (_of_solid if model.mesh_key() is not None else _of_beam)(model, declared, case)
@@ -57,13 +58,13 @@ def _invalid_series(material: Viscous) -> tuple[str, str, str] | None:
     """Return the problem, label and help of an error about a Prony series; None if it is valid."""
     g, tau = material.g.values, material.tau.values
     if isinstance(material.law, Viscous):
-        return "its law relaxes already", "a series of a series", "give it the terms of both"
+        return "its law already is viscoelastic", "nested Prony series", "write the terms of both in one series"
     if len(g) != len(tau):
         shares, times = (f"{n} {what}{'' if n == 1 else 's'}" for n, what in ((len(g), "share"), (len(tau), "time")))
-        return (f"it has {shares} and {times}", "not one for each",
-                "give as many: `g = [0.3, 0.2], tau = [1, 10] s`")  # fmt: skip
+        return (f"it has {shares} and {times}", "numbers differ",
+                "write as many of each: `g = [0.3, 0.2], tau = [1, 10] s`")  # fmt: skip
     if sum(g) > 1.0 + TOGETHER:
-        return f"its shares are {sum(g):.3g} in all", "more than all of it", "at most the whole stress relaxes: 1"
+        return f"the sum of its shares is {sum(g):.3g}", "greater than 1", "write shares whose sum is at most 1"
     return None
 
 
@@ -72,12 +73,17 @@ def _incompatible_options(model: Any, declared: Declared, case: Case) -> Iterato
     for lever, plain in PLAIN.items():
         if getattr(model, lever, plain) != plain:
             given = f"{lever} = {getattr(model, lever)}"
-            problem = f"`{declared.name}` remembers its past, and not with `{given}`"
-            yield diagnostic("E362", declared.at(lever), problem, "not of what relaxes", "leave it out")  # fmt: skip
+            problem = f"`{declared.name}` is viscoelastic, which cannot be combined with `{given}`"
+            yield diagnostic("E362", declared.at(lever), problem, "not with viscoelasticity", "leave it out")
     if any(support.thing.turns for support in case.supports):
         support = next(s for s in case.supports if s.thing.turns)
-        yield diagnostic("E362", support.at(), f"`{support.name}` turns a body that relaxes", "not of what relaxes",
-                         "move it by `displaced(...)`")  # fmt: skip
+        yield diagnostic(
+            "E362",
+            support.at(),
+            f"`{support.name}` rotates a viscoelastic body",
+            "not with viscoelasticity",
+            "use `displaced(...)` instead",
+        )
 
 
 def _of_whom(declared: Declared, case: Case) -> tuple[Location, str]:
@@ -91,20 +97,30 @@ def _of_beam(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
     """Yield errors for a viscoelastic beam."""
     if not case.uniform:
         at, named = _of_whom(declared, case)
-        yield diagnostic("E362", at, f"the constants of `{named}` vary, and it relaxes",
-                         "not together", "use constants that are the same everywhere")  # fmt: skip
+        yield diagnostic("E362", at, f"`{named}` is viscoelastic with varying constants",
+                         "cannot be combined", "use constants that do not vary")  # fmt: skip
 
 
 def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors for a viscoelastic solid."""
     if case.planar == "plane_stress":
-        yield diagnostic("E362", case.body.at(), f"`{case.body.name}` is a plate that relaxes", "not in plane stress",
-                         "use a solid that is thin, or `plane_strain`")  # fmt: skip
+        yield diagnostic(
+            "E362",
+            case.body.at(),
+            f"`{case.body.name}` is viscoelastic and in plane stress",
+            "not in plane stress",
+            "use a thin solid, or `plane_strain`",
+        )
         return
     if not case.uniform:
         at, named = _of_whom(declared, case)
-        yield diagnostic("E362", at, f"the constants of `{named}` vary, and it relaxes",
-                         "not together", "use parts of constant material: `region stiff = part(...)`")  # fmt: skip
+        yield diagnostic(
+            "E362",
+            at,
+            f"`{named}` is viscoelastic with varying constants",
+            "cannot be combined",
+            "use regions of constant material: `region stiff = part(...)`",
+        )
         return
     for material in case.materials:
         if isinstance(material, Viscous):
@@ -117,16 +133,21 @@ def _of_law(model: Any, declared: Declared, case: Case, material: Viscous) -> It
 
     if material.of == "whole" and model.formulation != "displacement":
         whose = _of_whom(declared, case)[1]
-        yield diagnostic("E362", declared.at("formulation"), f"all stress of `{whose}` relaxes, and the"
-                         f" pressures of `{declared.name}` do not", "not with `of = whole`",
-                         "leave `of` out: the stress of shape relaxes")  # fmt: skip
+        yield diagnostic("E362", declared.at("formulation"), f"all stress of `{whose}` relaxes (`of = "
+                                                             f"whole`), but the pressures of `{declared.name}` "
+                                                             "cannot relax", "not with `of = whole`",
+                         "remove `of`, so that only the deviatoric stress relaxes")  # fmt: skip
     elif (
         model.strain == "finite" and material.law.finite_law() is not None and relaxing_part(material, "finite") is None
     ):
         at, named = _of_whom(declared, case)
-        yield diagnostic("E362", at, f"the law of `{named}` has no stress of shape"
-                         " alone",
-                         "needs one that comes apart", "use `neo_hookean_isochoric(...)`, or `of = whole`")  # fmt: skip
+        yield diagnostic(
+            "E362",
+            at,
+            f"the law of `{named}` has no separate deviatoric stress",
+            "needs an isochoric-volumetric split",
+            "use `neo_hookean_isochoric(...)`, or `of = whole`",
+        )
 
 
 def _steps(case: Case) -> Iterator[Diagnostic]:
@@ -139,9 +160,9 @@ def _steps(case: Case) -> Iterator[Diagnostic]:
         yield diagnostic(
             "W369",
             case.body.at("material"),
-            f"a step of {units.format_value(analysis.step, units.TIME)} does not show what relaxes within {shown}",
-            "resolved in the mean",
-            "what follows slowly is right, and how it comes there is not seen: compare with half the step",
+            f"a step of {units.format_value(analysis.step, units.TIME)} does not resolve the relaxation time {shown}",
+            "only the average is accurate",
+            "compare with half the step: slow relaxation is accurate, the fast one is not resolved",
         )
 
 
@@ -153,13 +174,18 @@ def dissipation_warnings(declared: Declared, lost: Floats, work: float, unknown:
     from softmark.solvers.energies.viscoelastic_memory import largest_decrease
 
     if unknown:
-        yield diagnostic("W368", declared.at(), f"what `{declared.name}` stores and has dissipated is not known",
-                         "its law is not convex there", "forces are those of the law: read them alone, or use another"
-                         " law, `of = shape` of rubber")  # fmt: skip
+        yield diagnostic("W368", declared.at(), f"the stored and dissipated energy of `{declared.name}` is "
+                                                "not known",
+                         "its law is not convex there", "use only forces, which follow the law; or another "
+                                                        "law, for rubber with `of = shape`")  # fmt: skip
         return
     fall, most = largest_decrease(lost), float(abs(lost).max())
     if fall <= FALLS * most + ROUNDED * work:
         return
-    yield diagnostic("W368", declared.at(), f"of the energy that `{declared.name}` has dissipated"
-                     f" {100.0 * fall / most:.2g} % comes back", "no body does that",
-                     "its law makes work of nothing there: use another law, `of = shape` of rubber")  # fmt: skip
+    yield diagnostic(
+        "W368",
+        declared.at(),
+        f"{100.0 * fall / most:.2g} % of the energy dissipated by `{declared.name}` is recovered",
+        "physically impossible",
+        "use another law, for rubber with `of = shape`: this one creates energy",
+    )

@@ -60,9 +60,9 @@ def _must_be_once(case: Case, mesh: Mesh) -> None:
             raise fault(
                 "E616",
                 later.at("where" if "where" in later.declared.fields else ""),
-                f"`{later.name}` selects facets of `{case.body.name}` that `{first.name}` selects as well",
-                f"both between them and `{later.rigid.name}`",
-                "leave one of them out, or give each a part of the surface that the other has not",
+                f"`{later.name}` selects facets of `{case.body.name}` that `{first.name}` selects too",
+                f"same facets, same rigid body `{later.rigid.name}`",
+                "remove one of them, or select different parts of the surface",
             )
 
 
@@ -252,9 +252,9 @@ def _must_be_apart(case: Case, touch: Touch, made: RigidContact) -> None:
     raise fault(
         "E611",
         touch.at(),
-        f"`{touch.rigid.name}` overlaps `{case.body.name}` before anything has moved: by {deep} at {at}",
-        "overlap at the start",
-        "move it away, so that it touches at most, and let a support bring it: `displaced(..., by = ...)`",
+        f"`{touch.rigid.name}` overlaps `{case.body.name}` in the undeformed state by {deep} at {at}",
+        "initial overlap",
+        "move it away until it just touches, and let a support move it: `displaced(..., by = ...)`",
     )
 
 
@@ -277,7 +277,7 @@ def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
             touch.at("where" if "where" in touch.declared.fields else ""),
             f"`{touch.name}` selects no part of the surface of `{case.body.name}` that is free to move",
             "selects nothing",
-            "the condition must hold on a part of the surface that no support holds",
+            "write a condition that holds on a part of the surface without support",
         )
     return facets
 

@@ -84,8 +84,8 @@ def _met(one: Thing, other: Thing, times: Floats) -> Diagnostic | None:
             return diagnostic(
                 "W639",
                 first.at(),
-                f"`{first.name}` passes through `{second.name}`: rigid bodies do not keep clear of each other",
-                f"in each other at {units.format_value(time, units.TIME)}",
-                "let one of them deform, or end the motion before",
+                f"`{first.name}` passes through `{second.name}`: there is no contact between rigid bodies",
+                f"penetration at {units.format_value(time, units.TIME)}",
+                "make one of them deformable, or end the motion earlier",
             )
     return None

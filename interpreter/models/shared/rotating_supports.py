@@ -85,21 +85,25 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
     """Yield errors if a rotation cannot be followed in load steps from rest."""
     for support in case.supports:
         if support.thing.turns and (why := _why(model, case)):
-            yield diagnostic("E519", support.at(), f"`{declared.name}` cannot turn `{support.name}`: {why[0]}",
-                             "followed in steps from rest", why[1])  # fmt: skip
+            yield diagnostic("E519", support.at(), f"`{declared.name}` does not support the rotation `{support.name}`: "
+                                                   f"{why[0]}",
+                             "needs load steps from rest", why[1])  # fmt: skip
 
 
 def _why(model: Any, case: Case) -> tuple[str, str] | None:
     """Return the reason and the remedy; None if the rotation is supported."""
     analysis = case.analysis
     if model.reduces is not None:
-        return "its fields are straight, and points that turn move on circles", f"use `{model.reduces}`"
+        return (
+            "its displacement modes are straight lines, but rotating points move on circles",
+            f"use `{model.reduces}`",
+        )
     if isinstance(analysis, Dynamic):
         return None
     if model.unsolved:
-        return "a cap leaves no room for steps", "leave `max_iterations` and `max_linear_iterations` out"
+        return "an iteration limit leaves no room for load steps", "remove `max_iterations` and `max_linear_iterations`"
     if analysis.path != "load":
-        return "`path = arc_length` imposes motions in proportion to the load", "use `path = load`"
+        return "`path = arc_length` imposes displacements in proportion to the load", "use `path = load`"
     if analysis.disturbed != "none":
-        return "a disturbed start may find back by another way round", "leave `disturbed` out"
+        return "a disturbed start may return by another path", "remove `disturbed`"
     return None

@@ -19,27 +19,31 @@ def refusals(surfaced: bool, declared: Declared, case: Case) -> Iterator[Diagnos
     """Yield errors for models without a mesh surface (not `surfaced`), viscoelastic bodies and dynamics."""
     for pair in case.pairs:
         if not surfaced:
-            yield _error(pair, f"`{declared.name}` has no surface that could touch", "no finite elements",
-                         "`fem(...)` takes it")  # fmt: skip
+            yield _error(pair, f"`{declared.name}` has no surface for contact", "no finite elements",
+                         "use `fem(...)`")  # fmt: skip
         elif not (case.remembers or case.porous or isinstance(case.analysis, Static | Dynamic)):
-            yield _error(pair, f"`{pair.name}` is found at rest and in motion, and not in `quasistatic(...)`",
+            yield _error(pair, f"`{pair.name}` is not supported in `quasistatic(...)` analyses",
                          "not in this analysis", "use `static(...)` or `dynamic(...)`")  # fmt: skip
         elif case.remembers or case.porous:
-            yield _error(pair, f"`{pair.name}` is found of what has no past alone", "stress relaxes, or fluid seeps",
-                         "use `static(...)` or `dynamic(...)`, and a material without memory or fluid")  # fmt: skip
+            yield _error(
+                pair,
+                f"`{pair.name}` does not support viscoelastic or poroelastic bodies",
+                "viscoelastic or poroelastic",
+                "use `static(...)` or `dynamic(...)`, with an elastic material",
+            )
         elif isinstance(pair.thing, Tied) and isinstance(case.analysis, Dynamic):
-            yield _error(pair, f"`{pair.name}` glues what is at rest alone: what turns would turn against it",
-                         "not in motion", "use `static(...)`, or make one piece of them: `union(...)`")  # fmt: skip
+            yield _error(pair, f"the tie constraint `{pair.name}` works only in static analyses",
+                         "not in a dynamic analysis", "use `static(...)`, or make one piece: `union(...)`")  # fmt: skip
         elif isinstance(case.analysis, Dynamic) and declared.thing.capped_at is not None:
             yield diagnostic(
                 "E651",
                 declared.at("max_iterations"),
-                f"`{declared.name}` solves states with contact to the end, from rest, in double precision",
+                f"`{declared.name}` must solve states with contact to the tolerance, from rest, in double precision",
                 f"not with the contact `{pair.name}`",
-                "leave `max_iterations` out",
+                "remove `max_iterations`",
             )
         elif case.planar == "plane_stress":
-            yield _error(pair, f"`{pair.name}` is asked of a plate in plane stress, whose thickness changes",
+            yield _error(pair, f"`{pair.name}` does not support plane stress, since the thickness changes",
                          "not in plane stress", "use `plane_strain(...)` or `solid(...)`")  # fmt: skip
 
 

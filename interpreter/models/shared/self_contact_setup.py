@@ -71,10 +71,10 @@ def _pressing(case: Case, pair: Declared, mesh: Mesh) -> IpcContact:
     raise fault(
         "E631",
         pair.at("distance"),
-        f"`{pair.name}` presses from {units.format_value(asked, units.LENGTH)} on, and its surfaces are"
-        f" {units.format_value(left, units.LENGTH)} apart before anything has moved",
-        "pressed from the start",
-        "take less than that, or leave `distance` out: it is then no more than the gap",
+        f"`distance` of `{pair.name}` is {units.format_value(asked, units.LENGTH)}, more than the "
+        f"initial gap of {units.format_value(left, units.LENGTH)} between its surfaces",
+        "pressure in the undeformed state",
+        "write a smaller `distance`, or remove it: the default is at most the gap",
     )
 
 
@@ -94,10 +94,10 @@ def _gap(pair: Declared, made: IpcContact, size: float) -> float:
     raise fault(
         "E631",
         pair.at(),
-        f"surfaces that `{pair.name}` is to keep apart touch or overlap before anything has moved",
-        "no gap at the start",
-        "leave a gap between the shapes, be it a thousandth of their size: flat facets of curved sides need more of it;"
-        " surfaces that are to hold together are `tied(...)`",
+        f"the surfaces of `{pair.name}` touch or overlap in the undeformed state",
+        "no initial gap",
+        "leave a gap of about 1/1000 of the size between the shapes, more for curved surfaces with flat "
+        "facets; write `tied(...)` for surfaces that are joined",
     )
 
 
@@ -110,8 +110,8 @@ def _must_be_installed(pair: Declared) -> None:
             "E630",
             pair.at(),
             f"`{pair.name}` needs the package ipctk, which is not installed",
-            "no contact of bodies that deform",
-            'install it: pip install "softmark[contact]"',
+            "no contact between deformable bodies",
+            'run pip install "softmark[contact]"',
         ) from error
 
 
@@ -131,11 +131,10 @@ def _tied(case: Case, pair: Declared, mesh: Mesh) -> TieConstraint:
         raise fault(
             "E632",
             pair.at("where" if "where" in pair.fields else ""),
-            f"`{pair.name}` finds no surfaces of `{case.body.name}` that lie on each other",
+            f"`{pair.name}` finds no surfaces of `{case.body.name}` that face each other",
             "ties nothing",
-            "two pieces of the body must have sides that face each other within "
-            f"{units.format_value(reach, units.LENGTH)}:"
-            " give a larger `reach`, or another `where`",
+            "write a larger `reach`, or another `where`: two pieces of the body must have surfaces "
+            f"within {units.format_value(reach, units.LENGTH)} of each other",
         )
     return TieConstraint(
         np.concatenate([t.nodes for t in each]),
@@ -161,6 +160,6 @@ def _facets(case: Case, pair: Declared, mesh: Mesh) -> Ints:
             pair.at("where" if "where" in pair.fields else ""),
             f"`{pair.name}` selects no part of the surface of `{case.body.name}`",
             "selects nothing",
-            "the condition must hold on a part of the surface of the body",
+            "write a condition that holds on a part of the surface of the body",
         )
     return found

@@ -30,6 +30,10 @@ def intersection_warnings(declared: Declared, facts: Mapping[str, Any]) -> Itera
     """Yield a warning for every contact whose surfaces pass through each other."""
     for name, count in facts.get("crossings", {}).items():
         if count:
-            yield diagnostic("W630", declared.at(),
-                             f"surfaces of `{name}` pass through each other in `{declared.name}`",
-                             f"{count} pairs of faces", "this is no answer: please report it")  # fmt: skip
+            yield diagnostic(
+                "W630",
+                declared.at(),
+                f"surfaces of the contact `{name}` intersect in `{declared.name}`",
+                f"{count} pairs of faces intersect",
+                "please report this: the result is invalid",
+            )

@@ -45,7 +45,7 @@ LOOKED = 10  # of the FRAMES in which faces that pass through each other are loo
 MOMENTS = 200  # of the energies that a report keeps
 BOUNCES = 50  # impacts that a report keeps
 KEEPS = "trapezoidal"  # the integrator that takes least energy
-REMEDY = "try a smaller step, another integrator or more damping"
+REMEDY = "use a smaller step, another integrator or more damping"
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ class PreparedMotion:
         try:
             track = march(self.problem, self.analysis.duration, self.analysis.step, keep)
         except StepTooLong as refused:
-            message = f"{refused}; take a smaller step or an implicit integrator"
+            message = f"{refused}; use a smaller step or an implicit integrator"
             return Solution("failed", message, {"critical_step_s": refused.critical})
         except Diverged as gained:
             return Solution("diverged", f"{gained.reason}; {REMEDY}", _facts(gained.trajectory, self.problem.tolerance))
@@ -178,7 +178,11 @@ class PreparedMotion:
             energies={name: values[kept] for name, values in track.energies.items()},
         )
         missed = int((~track.solved).sum())
-        message = f"{missed} of {len(track.solved)} steps were accepted unsolved" if missed else None
+        message = (
+            f"{missed} of {len(track.solved)} time steps were accepted without reaching the tolerance"
+            if missed
+            else None
+        )
         found = self._resolution()
         facts = (
             _facts(track, self.problem.tolerance)
@@ -330,14 +334,14 @@ def _unbalanced(declared: Declared, analysis: Dynamic, track: Trajectory) -> tup
     """Return a warning if energy appears without a source, or if numerical damping has removed most of it."""
     found, at = track.balance, declared.at()
     if found.gained:
-        problem = f"{100 * found.gain:.0f} % of the largest came from nowhere"
+        problem = f"{100 * found.gain:.0f} % of the largest energy was created"
         return (
             diagnostic(
                 "W318",
                 at,
-                f"the energies of `{declared.name}` do not balance: {problem}",
+                f"the energy of `{declared.name}` is not conserved: {problem}",
                 "the step is too long",
-                "try a smaller step, or give loads and supports that act at once an `amplitude`",
+                "use a smaller step, or write an `amplitude` for loads and supports that act suddenly",
             ),
         )
     if found.loss <= LOSS:
@@ -347,9 +351,9 @@ def _unbalanced(declared: Declared, analysis: Dynamic, track: Trajectory) -> tup
         diagnostic(
             "W361",
             at,
-            f"the integrator has taken {100 * found.loss:.0f} % of the energy of `{declared.name}`",
+            f"the integrator dissipated {100 * found.loss:.0f} % of the energy of `{declared.name}`",
             "numerical damping",
-            f"where it comes to rest is right, how it gets there is not: try a smaller step{other}",
+            f"use a smaller step{other}: the final state at rest is accurate, the motion towards it is not",
         ),
     )
 
@@ -368,17 +372,17 @@ def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None)
     """Return a warning if the time step is too long for the slowest vibration that loads excite."""
     if found is None or not found.doubtful:
         return ()
-    moves = {"vibration": "slowest vibration", "turn": "turning", "return": "way back to rest"}[found.motion]
+    moves = {"vibration": "slowest vibration", "turn": "turning", "return": "return to rest"}[found.motion]
     of = "time" if found.motion == "return" else "period"
     period = units.format_value(float(f"{found.period:.3g}"), units.TIME)
     problem = (
-        f"{found.steps:.2g} steps to a {of} of {period}"
+        f"{found.steps:.2g} steps per {of} of {period}"
         if found.steps < found.few
-        else f"at the end it is off by {100 * min(found.error, 1.0):.0f} % of its swing ({of} {period})"
+        else f"at the end its error is {100 * min(found.error, 1.0):.0f} % of the amplitude ({of} {period})"
     )
-    message = f"the {moves} of `{declared.name}` is not resolved: {problem}"
+    message = f"the {moves} of `{declared.name}` is not resolved by the time step: {problem}"
     step, shorter = units.format_value(analysis.step, units.TIME), _suggested_step(found, analysis)
-    remedy = f"what has come to rest is right, and what moves is not: try a step of {shorter} or less"
+    remedy = f"use a step of {shorter} or less: states at rest are accurate, the motion is not"
     return (diagnostic("W362", declared.at(), message, f"a step of {step}", remedy),)
 
 
@@ -398,7 +402,7 @@ def _events(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]:
         diagnostic(
             "W315",
             at,
-            f"`{declared.name}` had to halve its step {len(track.events)} times",
+            f"`{declared.name}` halved its time step {len(track.events)} times",
             f"first at {units.format_value(first.time, units.TIME)}",
             first.text,
         ),

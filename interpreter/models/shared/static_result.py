@@ -18,8 +18,8 @@ from softmark.solvers.statics.static_equilibrium import Equilibrium, Iteration, 
 CRITERIA = {
     "residual": "residual",
     "energy": "error in the energy norm, since rounding limits the residual",
-    "rounding": "rounding limits the residual, and the last Newton step was below 1e-4 of the motion",
-    "cap": "stopped by a cap, not solved",
+    "rounding": "rounding limits the residual, and the last Newton step was below 1e-4 of the displacement",
+    "cap": "stopped at the iteration limit, not solved",
 }
 
 
@@ -31,9 +31,9 @@ def doubts(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
             diagnostic(
                 "W314",
                 at,
-                f"`{declared.name}` found back to another state than without the disturbance, of the same energy",
+                f"`{declared.name}` recovered to another state than without the disturbance, with the same energy",
                 "one of several states",
-                "which one is found is arbitrary; an imperfection decides it",
+                "add an imperfection to select one: which state is found is arbitrary",
             ),
         )
     if found.facts.get("pressed", {}).get("gave_way"):
@@ -41,9 +41,10 @@ def doubts(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
             diagnostic(
                 "W314",
                 at,
-                f"`{declared.name}` gave way to the rigid body that loads press, which went on to where it is held",
+                f"`{declared.name}` could not resist the force-driven rigid body, which moved on to "
+                "another equilibrium",
                 "one of several states",
-                "before that it may be held as well, by less than all of the load: raise it in `states`",
+                "raise the load in `states`: an earlier equilibrium may exist at part of the load",
             ),
         )
     if found.critical is not None or any(i.phase == "aside" for i in found.history):
@@ -54,7 +55,7 @@ def doubts(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
                 at,
                 f"`{declared.name}` buckled{part}: the straight equilibrium is unstable",
                 "one of several states",
-                "the direction in which it went is arbitrary; an imperfection decides it",
+                "add an imperfection to select one: the direction of buckling is arbitrary",
             ),
         )
     if found.stable is None and found.solved and found.follower:
@@ -62,9 +63,9 @@ def doubts(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
             diagnostic(  # no admission: it says nothing of this state, unlike W314
                 "W319",
                 at,
-                f"whether the equilibrium of `{declared.name}` is stable could not be established",
-                "a load has no energy",
-                "there may be another state; vary the load and compare",
+                f"the stability of the equilibrium of `{declared.name}` could not be determined",
+                "a load has no potential energy",
+                "vary the load and compare: there may be other equilibria",
             ),
         )
     return ()
@@ -95,7 +96,7 @@ def unresisted(X: Floats, d: Floats) -> str:
     moving = np.flatnonzero(size > 0.5 * size.max())
     first = ", ".join(units.format_vector(X[n].tolist(), units.LENGTH) for n in moving[:3])
     more = ", ..." if len(moving) > 3 else ""
-    return f"nothing resists a motion of {len(moving)} of its {len(X)} nodes, at {first}{more}"
+    return f"no stiffness against a motion of {len(moving)} of its {len(X)} nodes, at {first}{more}"
 
 
 def facts(history: tuple[Iteration, ...], residual: float | None, steps: int) -> dict[str, object]:
@@ -129,6 +130,6 @@ def solution_of(state: Equilibrium, displacement: Callable[[Floats], Floats]) ->
     known |= state.facts
     if state.solved:
         return Solution("converged", None, known, displacement)
-    reason = f"stopped by its cap at a residual of {state.residual:.1e}"
+    reason = f"stopped at the iteration limit with a residual of {state.residual:.1e}"
     inverted = "" if state.sound else ", with inverted cells"
     return Solution("capped", reason + inverted, known, displacement)

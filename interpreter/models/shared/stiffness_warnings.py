@@ -80,19 +80,19 @@ def softness_note(
     if stiffer > SOFTER:
         yield diagnostic(
             "W401", declared.at("formulation"),
-            f"`{declared.name}` may take `{parts[0].case.body.name}` for softer than it is, for its moduli vary within"
-            " cells and pressures do not follow them",
-            f"its stiffness may lack up to {100 * stiffer:.3g} %",
-            "pressures in cells have the harmonic mean of the bulk modulus: use a mesh whose cells are smaller than"
-            " what varies, or leave out `formulation` where Poisson's ratio is not near 0.5",
+            f"`{declared.name}` may underestimate the stiffness of `{parts[0].case.body.name}`, since its "
+            "moduli vary inside cells and the pressure interpolation does not follow them",
+            f"up to {100 * stiffer:.3g} % too soft",
+            "use cells smaller than the variation, or remove `formulation` where Poisson's ratio is not "
+            "near 0.5",
         )  # fmt: skip
     share = softer_by(u, parts, pressures)
     if share > SOFTER:
         yield diagnostic(
             "W401", declared.at("size" if declared.thing.own_mesh is None else "mesh"),
-            f"`{declared.name}` may take `{parts[0].case.body.name}` for up to {100 * share / (1.0 - share):.3g} %"
-            " stiffer than it is, for its moduli vary within cells",
+            f"`{declared.name}` may overestimate the stiffness of `{parts[0].case.body.name}` by up to "
+            f"{100 * share / (1.0 - share):.3g} %, since its moduli vary inside cells",
             f"up to {100 * share:.3g} % of its stiffness",
-            "cells cannot strain as softer and stiffer layers behind one another do: use a mesh whose cells are smaller"
-            " than what varies",
+            "use cells smaller than the variation: one cell cannot strain like soft and stiff layers in "
+            "series",
         )  # fmt: skip

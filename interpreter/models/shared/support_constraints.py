@@ -40,7 +40,7 @@ def selected(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
             owner.at("where"),
             f"`{owner.name}` selects no point of the mesh of `{case.body.name}`",
             "selects nothing",
-            f"the mesh spans {spans}, and a thin selection may lie between its points",
+            f"the mesh spans {spans}; a thin selection may lie between its nodes",
         )
     return own.wide if case.wide else own.nodes
 
@@ -103,9 +103,9 @@ class Constraints:
         return fault(
             "E303",
             last.at("where"),
-            f"`{last.name}` leaves no point of the mesh of `{self.case.body.name}` free",
+            f"`{last.name}` leaves no node of the mesh of `{self.case.body.name}` free",
             "selects everything",
-            "nothing would be left to deform; select a part of the body, leave components free, or use a finer mesh",
+            "select a part of the body, leave components free, or use a finer mesh",
         )
 
 
@@ -204,7 +204,7 @@ def _followed(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floa
     thing = support.thing
     if thing.of not in measured:
         at, problem = support.at("of"), f"`{support.name}` follows `{thing.of}`, which could not be read"
-        raise fault("E406", at, problem, help="the report of the reference says why")
+        raise fault("E406", at, problem, help="see the reason in the report of the reference")
     data = measured[thing.of]
     near = cKDTree(X).query(data.X)[0] <= thing.reach
     points = data.X[near]
@@ -213,9 +213,9 @@ def _followed(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floa
         raise fault(
             "E302",
             support.at("reach"),
-            f"`{support.name}` finds {len(points)} tracked points near the part that it moves",
-            "too few to tell how it moves",
-            "use a larger `reach`, or another `where`",
+            f"`{support.name}` finds only {len(points)} tracked points near the part that it moves",
+            "too few to define the motion",
+            "write a larger `reach`, or another `where`",
         )
     # nearly in one plane, as a layer of beads is, only their place within the plane says anything
     centre, axes = points.mean(axis=0), np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
@@ -227,9 +227,9 @@ def _followed(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floa
         raise fault(
             "E302",
             support.at("reach"),
-            f"`{support.name}` finds tracked points that lie above one another",
-            "no one motion of the part that it moves",
-            "use a smaller `reach`, so that one layer is left",
+            f"`{support.name}` finds tracked points at the same place in different layers",
+            "motion not unique",
+            "write a smaller `reach`, so that only one layer is used",
         ) from None
     u: Floats = spline((X - centre) @ frame)
     return u
@@ -244,13 +244,13 @@ def conflict(first: tuple[Declared, float], second: tuple[Declared, float], plac
     found = fault(
         "E305",
         other.at("where"),
-        f"`{one.name}` and `{other.name}` hold the same points to different values",
+        f"`{one.name}` and `{other.name}` prescribe different values at the same points",
         "contradicts the other",
-        f"select other points, or leave {along} out of one of them: `components = ({_others(along)})`",
+        f"select other points, or remove {along} from one of them: `components = ({_others(along)})`",
     )
     span = one.at("where").span
     line = f" (line {span.line})" if span is not None else ""
-    note = f"at {at} `{one.name}`{line} wants {by[0]}, `{other.name}` {by[1]}"
+    note = f"at {at} `{one.name}`{line} prescribes {by[0]}, `{other.name}` {by[1]}"
     return Fault(replace(found.diagnostic, notes=(note,)))
 
 
@@ -274,6 +274,6 @@ def unsupported_fault(case: Case, what: str, motions: list[str]) -> Fault:
         "E306",
         at,
         f"the supports of `{case.body.name}` leave {what} free to {join_motions(motions)}",
-        "not held enough",
+        "not enough supports",
         "hold more components, or more of the body",
     )

@@ -93,19 +93,19 @@ def _note(declared: Declared, name: str, own: SupportSelection) -> Diagnostic:
         return diagnostic(
             "W375",
             at,
-            f"`{name}` selects {asked:.2g} % of the mesh of `{declared.name}`, a layer thinner than its cells, "
-            f"and cells with {held:.2g} % are held",
-            "cells all of whose nodes are held are held as a whole",
-            "select the surface alone, or use cells as thin as the layer; `--stated` says what it makes",
+            f"`{name}` selects {asked:.2g} % of the mesh of `{declared.name}`, a layer thinner than its "
+            f"cells, so cells with {held:.2g} % are held",
+            "cells with only held nodes cannot deform",
+            "select only the surface, or use cells as thin as the layer; `--stated` tells the effect",
         )
-    parts = [f"{100 * own.held:.3g} % of what `{name}` selects"] if 1.0 - own.held > MISSED else []
+    parts = [f"{100 * own.held:.3g} % of the part that `{name}` selects"] if 1.0 - own.held > MISSED else []
     parts += [f"{100 * own.beyond:.3g} % more than `{name}` selects"] if own.beyond > MISSED else []
     return diagnostic(
         "W375",
         at,
         f"the mesh of `{declared.name}` holds {' and '.join(parts)}",
-        "its facets and cells do not end there",
-        "use a finer mesh, or one with nodes along the border of the selection; `--stated` says what it makes",
+        "the selection ends inside facets or cells",
+        "use a finer mesh, or one with nodes along the border of the selection; `--stated` tells the effect",
     )
 
 

@@ -158,11 +158,11 @@ def must_have_directions(case: Case, mesh: Mesh) -> None:
             raise fault(
                 "E383",
                 case.body.at("material"),
-                f"the fibres of `{case.body.name}` have no direction in at least "
-                f"{units.format_volume_fraction(found.without)} of "
-                f"its volume: `{rule}` vanishes there, or has no value",
-                f"as around {_shown(found)}",
-                "give a direction that is never nothing, or a region of its own without fibres",
+                f"the fibre direction of `{case.body.name}` is undefined in at least "
+                f"{units.format_volume_fraction(found.without)} of its volume: `{rule}` is zero or has "
+                "no value there",
+                f"for example around {_shown(found)}",
+                "write a direction that is nowhere zero, or add a region without fibres there",
             )
 
 
@@ -173,12 +173,11 @@ def notes(case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
             yield diagnostic(
                 "W389",
                 case.body.at("material"),
-                f"`{rule}` vanishes, or has no value, within cells that are "
-                f"{units.format_volume_fraction(found.touched)} of the "
-                f"volume of `{case.body.name}`",
-                f"as near {_shown(found)}",
-                "fibres turn there within one cell, and what is found depends on the mesh: give that place a region "
-                "without fibres, or leave it out of the body",
+                f"the fibre direction `{rule}` is zero or undefined inside cells that fill "
+                f"{units.format_volume_fraction(found.touched)} of the volume of `{case.body.name}`",
+                f"for example near {_shown(found)}",
+                "add a region without fibres there, or cut that place out of the body: the direction "
+                "changes abruptly inside a cell, so results depend on the mesh",
             )
 
 

@@ -70,11 +70,13 @@ class UnsupportedBody:
         what = body if self.whole else f"a piece of {body}"
         problem = f"supports leave {what} free to {join_motions(left_free(self.held, piece, []))}: "
         problem += f"{by} {'hold' if len(pressing) > 1 else 'holds'} it" if by else "nothing touches it"
-        stays = f"; free to {adrift} still, it stays where it was" if adrift else ""
-        remedy = "a spring keeps it where it is; what is to hold it must come nearer"
+        stays = f"; it is still free to {adrift} and stays at its initial position there" if adrift else ""
+        remedy = "move the body or surface that should hold it closer: only an artificial spring holds it in place"
         if by:
-            remedy = f"a spring kept it on the way, and bears less than {GONE:.0e} of the forces now{stays}"
-        label = "held by what it touches" if by else "held by nothing"
+            remedy = (
+                f"an artificial spring held it while solving, and now carries less than {GONE:.0e} of the forces{stays}"
+            )
+        label = "held only by contact" if by else "not held"
         return diagnostic("W613", declared.at(), problem, label, remedy), adrift
 
     def _rows(self, contact: Any, u: Floats, piece: Bools) -> Floats:

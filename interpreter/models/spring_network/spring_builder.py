@@ -85,9 +85,9 @@ class PreparedSprings(MeshBasedModel):
     def solve(self, watch: Watch) -> Solution:
         """Find the static equilibrium from rest, or from the state before."""
         if isinstance(self.fit, NoFit):
-            return Solution("not_converged", f"it could not be fitted: {self.fit.reason}", self.facts)
+            return Solution("not_converged", f"its stiffness could not be calibrated: {self.fit.reason}", self.facts)
         problem = replace(self.problem, watch=watch, start=self.before)
-        remedy = "the network may have collapsed: try a smaller load, stiffer springs or another mesh"
+        remedy = "use a smaller load, stiffer springs or another mesh: the network may have collapsed"
         solution = static_result.solve_static(lambda: self._found(problem), remedy, self._finish, self._loose)
         return replace(solution, facts=solution.facts | self.facts | mesh_facts(self.mesh))
 
@@ -128,9 +128,9 @@ class PreparedSprings(MeshBasedModel):
             diagnostic(
                 "W324",
                 self.declared.at(),
-                f"`{self.declared.name}` has {cells} inside out",
-                "folded",
-                "springs do not resist that; near those cells the displacements are those of no solid",
+                f"{cells} of `{self.declared.name}` are inverted",
+                "inverted cells",
+                "springs do not resist inversion; do not trust the displacements near these cells",
             ),
         )
 
@@ -245,7 +245,7 @@ def statics_of(case: Case, mesh: Mesh, parts: Integration, springs: Springs, mea
 def _fitted(built: PreparedSprings, case: Case, workshop: BuildContext) -> PreparedSprings:
     """Return the network with its stiffness times the best factor. Raises Fault."""
     if workshop.scene is None:
-        raise fault("E521", built.declared.at("stiffness"), f"`{built.declared.name}` has no scene to be fitted to")
+        raise fault("E521", built.declared.at("stiffness"), f"`{built.declared.name}` has no scene for its calibration")
     target = target_of(workshop.scene, built.declared, case, workshop.measured)
     trial = statics_of(target.case, built.mesh, built.parts, built.springs, workshop.measured)
     fit = least(lambda factor: _error(factor, built, trial, target))
@@ -277,4 +277,4 @@ class _Patience:
         """Count an iteration. Raises NotConverged after PATIENCE iterations."""
         self.iterations += 1
         if self.iterations > PATIENCE:
-            raise NotConverged("the network seems to collapse")
+            raise NotConverged("the network seems to have collapsed")

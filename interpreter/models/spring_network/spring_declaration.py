@@ -143,9 +143,9 @@ class MassSpring(Model):
         return diagnostic(
             "W321",
             declared.at(),
-            f"springs have a Poisson's ratio of 0.25, and the material of `{case.body.name}` has {nu:g}",
-            "another material",
-            "springs obey the Cauchy relation, which no stiffness mends; `fem(...)` takes any Poisson's ratio",
+            f"springs have a Poisson's ratio of 0.25, but the material of `{case.body.name}` has {nu:g}",
+            "not representable by springs",
+            "use `fem(...)`, which supports any Poisson's ratio: no spring stiffness can change that of springs",
         )
 
     def _law(self, declared: Declared, case: Case) -> Diagnostic | None:
@@ -154,9 +154,9 @@ class MassSpring(Model):
         return diagnostic(
             "W322",
             declared.at(),
-            f"`{declared.name}` does not know the law of the material of `{case.body.name}`",
+            f"`{declared.name}` does not use the finite-strain law of `{case.body.name}`",
             "linear springs",
-            "of the material springs take Young's modulus at rest alone; in large strain they go their own way",
+            "springs use only the initial Young's modulus, so results at large strain differ from the law",
         )
 
     def _same(self, declared: Declared) -> Diagnostic | None:
@@ -165,10 +165,10 @@ class MassSpring(Model):
         return diagnostic(
             "W323",
             declared.at("stiffness"),
-            f"`{declared.name}` is fitted to what it is judged by",
+            f"`{declared.name}` is calibrated with the same metric that assesses it",
             "at full load",
-            f"`{self.stiffness.metric}` of this model says how well one factor fits, and not how well it predicts;"
-            " fit at `load = 50 %`",
+            f"calibrate at `load = 50 %`: otherwise `{self.stiffness.metric}` shows the quality of the "
+            "fit, not of the prediction",
         )
 
     def outline(self, case: Case) -> str:

@@ -89,14 +89,15 @@ def _checked(scene: Scene, model: Declared, case: Case) -> tuple[Declared, Decla
     metric = scene.declared[calibrated.metric]
     names = [metric.thing.looked_at, metric.thing.measured_from]
     if None in names:
-        raise fault("E521", at, f"`{model.name}` cannot be fitted to `{metric.name}`",
-                    "compares with no reference" if names[1] is None else "looks at no probe",
-                    "take a metric that is an error against a reference, such as `relative_l2_error(...)`")  # fmt: skip
+        raise fault("E521", at, f"`{model.name}` cannot be calibrated with `{metric.name}`",
+                    "compares with no reference" if names[1] is None else "uses no probe",
+                    "use a metric that is an error against a reference, such as `relative_l2_error(...)`")  # fmt: skip
     probe, reference = (scene.declared[str(name)] for name in names)
     if {probe.thing.body, body_of(scene, reference)} != {case.body.name}:
-        raise fault("E505", at, f"`{model.name}` is about `{case.body.name}`, and `{metric.name}` is not",
+        raise fault("E505", at, f"`{model.name}` is a model of `{case.body.name}`, and `{metric.name}` is "
+                                "not about that body",
                     "different bodies",
-                    f"fit to a metric whose probe and reference are of `{case.body.name}`")  # fmt: skip
+                    f"use a metric whose probe and reference belong to `{case.body.name}`")  # fmt: skip
     _scalable(model, reference, case)
     return metric, probe, reference
 
@@ -106,24 +107,29 @@ def _scalable(model: Declared, reference: Declared, case: Case) -> None:
     load, at = model.thing.stiffness.load, model.at("stiffness")
     how = "computed" if reference.kind == "model" else reference.thing.how
     if how not in ("solved", "measured"):
-        what = {"computed": "a model", "refined": "refines models", "scanned": "scans a model"}[how]
-        raise fault("E521", at, f"`{model.name}` cannot be fitted to `{reference.name}`",
-                    what, "models are computed after the fit; take a metric against another reference")  # fmt: skip
+        what = {"computed": "a model", "refined": "uses refined models", "scanned": "scans a model"}[how]
+        raise fault(
+            "E521",
+            at,
+            f"`{model.name}` cannot be calibrated against `{reference.name}`",
+            what,
+            "use a metric against another reference: models are computed after the calibration",
+        )
     if reference.thing.registered == "icp":
-        raise fault("E521", at, f"`{model.name}` cannot be fitted to `{reference.name}`",
-                    "moved onto each computed surface", "register it by `clamp`, or not at all")  # fmt: skip
+        raise fault("E521", at, f"`{model.name}` cannot be calibrated against `{reference.name}`",
+                    "registered to each computed surface", "register it by `clamp`, or not at all")  # fmt: skip
     if load == 1.0:
         return
     part = units.format_value(load, units.NONE)
     if how != "solved":
-        raise fault("E521", at, f"`{reference.name}` was measured under the full load, not at {part} of it",
-                    "not known there",
-                    "fit to a reference that can be solved, such as `simo_reissner(...)`, or at"
-                    " `load = 100 %`")  # fmt: skip
+        raise fault("E521", at, f"`{reference.name}` was measured at full load, not at {part} of it",
+                    "not known at this load",
+                    "calibrate against a reference that can be solved, such as `simo_reissner(...)`, or at "
+                    "`load = 100 %`")  # fmt: skip
     for support in case.supports:
         if support.thing.tracked is not None:
             raise fault("E521", at, f"the motion of `{support.name}` was measured at full load, not at {part} of it",
-                        "not known there", "fit at `load = 100 %`")  # fmt: skip
+                        "not known at this load", "calibrate at `load = 100 %`")  # fmt: skip
 
 
 # ------------------------------------------------------------------ the same case at a part of the load
@@ -167,8 +173,8 @@ def _data(reference: Declared, measured: Mapping[str, Any], model: Declared) -> 
     if reference.thing.how != "measured":
         return None
     if reference.name not in measured:
-        problem = f"`{model.name}` is fitted to `{reference.name}`, which could not be read"
-        raise fault("E406", model.at("stiffness"), problem, help="the report of the reference says why")
+        problem = f"`{model.name}` is calibrated against `{reference.name}`, which could not be read"
+        raise fault("E406", model.at("stiffness"), problem, help="see the reason in the report of the reference")
     return measured[reference.name]
 
 
@@ -221,18 +227,18 @@ def least(error: Callable[[float], float | None]) -> Fit | NoFit:
     while at(start) >= UNUSABLE and start < REACH:  # too soft a network collapses
         start += STRIDE
     if at(start) >= UNUSABLE:
-        return NoFit("there is no equilibrium with any factor that was tried", at.listed)
+        return NoFit("no equilibrium was found with any tested stiffness factor", at.listed)
     middle = _lowest(at, start)
     minimize_scalar(at, bounds=(middle - STRIDE, middle + STRIDE), method="bounded", options={"xatol": CLOSE})
     best = min(at.found, key=at.found.__getitem__)
     order = sorted(at.found)
     beside = (order[i] for i in (order.index(best) - 1, order.index(best) + 1) if 0 <= i < len(order))
     if any(at.found[s] >= UNUSABLE for s in beside):
-        reason = f"the metric falls towards factors near {math.exp(best):.2g}, with which no equilibrium was found"
+        reason = f"the metric decreases towards factors near {math.exp(best):.2g}, where no equilibrium was found"
         return NoFit(reason, at.listed)
     if abs(best) > REACH:
-        end = f"the metric only falls towards a factor of {math.exp(best):.2g}, the end of the range"
-        return NoFit(f"{end}; look at what is compared", at.listed)
+        end = f"the metric keeps decreasing up to a factor of {math.exp(best):.2g}, the end of the range"
+        return NoFit(f"{end}; check what is compared", at.listed)
     return Fit(math.exp(best), at.found[best], at.listed)
 
 

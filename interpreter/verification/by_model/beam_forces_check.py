@@ -114,7 +114,7 @@ class BeamLine:
                     for node in range(len(self.s)):
                         f[node] += np.interp(s, self.s, np.eye(len(self.s))[node]) * np.array(force)
                 case _:
-                    raise NoIndependentFormula(f"there is no other formula for `{load.name}`")
+                    raise NoIndependentFormula(f"no independent formula is available for the load `{load.name}`")
         return both
 
     def _line(self, begin: Floats, end: Floats) -> Floats:
@@ -288,7 +288,7 @@ def _compute_forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np
     """Compute the forces of `_forces`. Raises NoIndependentFormula."""
     beam, model = line_of(found), found.declared.thing
     if found.solution.displacement is None or (len(beam.s) > 200 and not (model.shear and model.axial)):
-        raise NoIndependentFormula("constraints of so many elements are not looked at again")
+        raise NoIndependentFormula("the model has too many elements for the constraint forces to be verified")
     rod, arm = rod_of(found)
     inside, by = rod.forces()
     scale, fixed = _per_length(found), beam.held()

@@ -79,16 +79,14 @@ class BeamVerifier(Verifier):
             found.append((solution, segments / fewer))
             segments = fewer
         if not found:
-            raise NoErrorEstimate("a beam of one segment has no coarser one")
+            raise NoErrorEstimate("a beam of one segment cannot be coarsened")
         return found
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
         """Return the error of the theory. Raises NoErrorEstimate."""
         tensors = isinstance(seen.metric, TensorMetric)
         if not (seen.in_forces or seen.in_displacements or tensors):
-            raise NoErrorEstimate(
-                f"{NO_ERROR}: what the theory of {self.theory} leaves out is known of displacements alone"
-            )
+            raise NoErrorEstimate(f"{NO_ERROR}: the error of {self.theory} theory is known for displacements only")
         missing = self.left_out(answer)
         if tensors:
             leans = max(map(taper_error, self.pieces(answer.case)))
@@ -142,7 +140,7 @@ def section_stress_scale(answer: SolutionUnderTest, seen: ProbeResultUnderTest) 
     from softmark.interpreter.models.beam.end_effect_zones import nearby_disturbance
 
     if place := nearby_disturbance(answer.case, answer.declared.thing, seen.X):
-        raise NoErrorEstimate(f"it looks within a width of {place}, where the theory of sections is crude")
+        raise NoErrorEstimate(f"the probe is within one section width of {place}, where beam theory is inaccurate")
     return seen.size
 
 

@@ -12,7 +12,7 @@ from softmark.interpreter.verification.probe_errors import NoErrorEstimate, Prob
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.solvers.independent_forces.solid_forces import ForceBalance
 
-UNCHECKED = "another program solved it: state the error of `fem(...)` of the same element and size"
+UNCHECKED = "an external program solved it: use the stated error of `fem(...)` with the same element and size"
 
 
 def as_own_solution(found: VerifiedSolution) -> VerifiedSolution:

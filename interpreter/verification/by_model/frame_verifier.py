@@ -136,7 +136,7 @@ class DeformedNetwork:
                     if ends and number == self._first_at(at):
                         found[ends[0], 3:] = moment
                 case _:
-                    raise NoIndependentFormula(f"there is no other formula for `{load.name}`")
+                    raise NoIndependentFormula(f"no independent formula is available for the load `{load.name}`")
             yield found
 
     def _first_at(self, point: tuple[float, float, float]) -> int:
@@ -260,7 +260,7 @@ class FrameVerifier(BeamVerifier):
         missing = max(_member_theory_error(network, i, poisson, curvature) for i in range(len(network.members)))
         strained = BENT * bent**2 + STRETCHED * stretched
         if missing + strained > COARSE:
-            raise NoErrorEstimate(f"the network is too {'thick' if missing > strained else 'strained'} for its theory")
+            raise NoErrorEstimate(f"the frame is too {'thick' if missing > strained else 'strained'} for its theory")
         return missing + strained
 
     def pieces(self, case: Case) -> Sequence[Swept]:

@@ -67,19 +67,17 @@ class MaterialPointVerifier(Verifier):
         thing: Homogeneous = answer.declared.thing
         if imposed_state(answer.case, thing.state, answer.declared).let_go:
             raise NoErrorEstimate(
-                "its supports hold a width that one material point lets go, and what that does is not known"
+                "the supports hold a width that one material point leaves free, and the effect of that is not known"
             )
         if thing.state == "simple_shear":
-            raise NoErrorEstimate(
-                "its sides are taken to be held as simple shear needs, and what they do otherwise is not known"
-            )
+            raise NoErrorEstimate("simple shear assumes how the sides are held, and the effect of that is not known")
         best = "corotational" if answer.own.material.finite_law() is None else "finite"
         if thing.strain == best:
             return 0.0
         other = replace(answer.declared, thing=thing.plain(strain=best))
         right = seen.of(answer.solved("best", other, case_for(answer.scene, other), slight=True)[0])
         if not (apart := right.apart(seen)) <= HOPELESS * right.size:
-            raise NoErrorEstimate("the best strain of its material leads to quite another state")
+            raise NoErrorEstimate("the most accurate strain measure of its material gives a very different state")
         return apart
 
 

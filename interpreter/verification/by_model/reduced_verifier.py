@@ -59,13 +59,13 @@ def check_reduced_solution(declared: Declared, solution: Solution) -> Solution:
     except Exception as stopped:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
-        reason = f"its error in the full model could not be found ({type(stopped).__name__}: {stopped})"
+        reason = f"its error in the full model could not be computed ({type(stopped).__name__}: {stopped})"
         return Solution("failed", reason, solution.facts, notes=solution.notes)
     reduced = (solution.facts.get("reduced") or {}) | error.facts
     facts = solution.facts | {"reduced": to_plain_json(reduced)}
     of = declared.thing.reduces
     if _too_large(error):
-        reason = f"its fields cannot represent the state: {_in_words(error, of)}; {MEASURES.format(of=of)}"
+        reason = f"the reduced basis cannot represent this state: {_in_words(error, of)}; {MEASURES.format(of=of)}"
         return Solution("not_converged", reason, facts, notes=solution.notes)
     return replace(solution, facts=facts, notes=(*solution.notes, *_doubts(declared, error, of)))
 
@@ -81,15 +81,15 @@ def _doubts(declared: Declared, error: ReductionError, of: str) -> list[Diagnost
     if (error.relative or 0.0) <= DOUBTFUL and error.residual <= DOUBTFUL_RESIDUAL:
         return []
     problem = f"`{declared.name}` does not balance the forces of the full model: {_in_words(error, of)}"
-    return [diagnostic("W419", declared.at(), problem, "a reduced model", MEASURES.format(of=of))]
+    return [diagnostic("W419", declared.at(), problem, "large residual in the full model", MEASURES.format(of=of))]
 
 
 def _in_words(error: ReductionError, of: str) -> str:
     """Return the residual and the estimated error of a reduced model, as text."""
-    residual = f"the equations of `{of}` keep a residual of {_share(error.residual)} the forces"
+    residual = f"the residual in the equations of `{of}` is {_share(error.residual)} the forces"
     if error.relative is None:
         return residual
-    return f"{residual}, which stands for an error of about {_share(error.relative)} its displacement"
+    return f"{residual}, which corresponds to a displacement error of about {_share(error.relative)} its displacement"
 
 
 def _share(part: float) -> str:

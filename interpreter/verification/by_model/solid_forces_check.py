@@ -166,7 +166,7 @@ class SolidState:
 def solid_state(model: Fem, case: Case, mesh: DeformedMesh | None) -> SolidState:
     """Return the state of a mesh. Raises NoIndependentFormula."""
     if mesh is None or mesh.kind not in CELLS:
-        raise NoIndependentFormula(f"there is no other formula for {model.element}")
+        raise NoIndependentFormula(f"no independent formula is available for the element {model.element}")
     return SolidState(model, case, mesh)
 
 
@@ -231,10 +231,10 @@ def mixed_solid(model: Fem, case: Case, mesh: DeformedMesh, which: Any = slice(N
     u, own = np.asarray(mesh.displacement, dtype=np.float64), None
     if model.formulation == "mixed":
         if mesh.pressures is None:
-            raise NoIndependentFormula("its pressures are not known")
+            raise NoIndependentFormula("the pressures of the mixed formulation are not available")
         own = mesh.pressures[which]
     elif model.formulation != "mean_dilatation":
-        raise NoIndependentFormula(f"there is no other formula for formulation = {model.formulation}")
+        raise NoIndependentFormula(f"no independent formula is available for formulation = {model.formulation}")
     case = _passive_case(case)
     material, body = case.plain.material, (mesh.points, mesh.cells[which], mesh.kind, u)
     rules = own_points(case, mesh.mesh, which, True)
@@ -246,7 +246,9 @@ def mixed_solid(model: Fem, case: Case, mesh: DeformedMesh, which: Any = slice(N
     E, nu = material.young, material.poisson
     split, mu = split_law(material, model.strain, E, nu), E / (2.0 * (1.0 + nu))
     if split is None:
-        raise NoIndependentFormula(f"a {type(case.material).__name__} does not come apart into shape and volume")
+        raise NoIndependentFormula(
+            f"the material {type(case.material).__name__} cannot be split into isochoric and volumetric parts"
+        )
     if case.uniform:
         return MixedBody(*body, split, mu, own, case.depth)
     from softmark.interpreter.verification.heterogeneous_constants_check import constants_of
@@ -284,7 +286,8 @@ def checked_body(
     own = heterogeneous_forces.stress_terms(case.plain.material, strain, model.integration == "selective")
     if model.integration not in ("full", "selective") or own is None:
         raise NoIndependentFormula(
-            f"there is no other formula for a {type(case.material).__name__} whose constants vary"
+            f"no independent formula is available for the material {type(case.material).__name__} with "
+            "varying constants"
         )
     if case.material.thin:
         own = tuple(heterogeneous_forces.plane_stress_term(term) for term in own)
@@ -318,7 +321,7 @@ def _of_solid(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
     mu, lam = E / (2.0 * (1.0 + nu)), E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
     stiff = 6.0 * mu + 9.0 * abs(lam)
     if model.integration not in ("full", "selective"):
-        raise NoIndependentFormula(f"there is no other formula for {model.integration} integration")
+        raise NoIndependentFormula(f"no independent formula is available for {model.integration} integration")
     selective, strain = model.integration == "selective", "small" if model.rotation == "element" else model.strain
     if strain == "finite":
         return _finite_terms(case.material, selective), stiff
@@ -336,7 +339,10 @@ def _finite_terms(material: Any, selective: bool) -> tuple[StressTerm, ...]:
     of = material.of if material.thin else material  # of a plate: the solid that it is made of
     law, parts = of.finite_law(), of.finite_parts() if selective else None
     if law is None or (selective and parts is None):
-        raise NoIndependentFormula(f"a {type(of).__name__} has no energy of finite strain that comes apart")
+        raise NoIndependentFormula(
+            f"the material {type(of).__name__} has no finite-strain energy that splits into isochoric and "
+            "volumetric parts"
+        )
     if parts is None:
         return (StressTerm(EnergyStress(law.psi)),)
     shear = parts[0]

@@ -131,7 +131,7 @@ class SolidVerifier(SizedMeshVerifier):
         if isinstance(seen, FrequencyUnderTest):
             fine = replace(seen, vibrations=lambda count: self._tones(answer, count))
         elif seen.in_forces and (answer.case.contacts or answer.case.pairs):
-            raise NoErrorEstimate("how bodies touch on a finer space over the same cells is not known")
+            raise NoErrorEstimate("the contact on a finer space over the same cells is not computed")
         else:
             fine = seen.of(self._above(answer).solution)
         apart = fine.change(seen)
@@ -141,7 +141,8 @@ class SolidVerifier(SizedMeshVerifier):
         left = self._leaves(answer) * apart
         if not left <= HOPELESS * size:
             raise NoErrorEstimate(
-                f"the mesh is too coarse to say: a finer space is {100 * apart / (size or apart):.3g} % away"
+                "the mesh is too coarse for an error estimate: the solution on a finer space differs by "
+                f"{100 * apart / (size or apart):.3g} %"
             )
         return left
 
@@ -226,7 +227,7 @@ class SolidVerifier(SizedMeshVerifier):
         """Return the discretisation error from one or two coarser meshes. Raises NoErrorEstimate."""
         thing: Fem = answer.solid.thing
         if not answer.own.material.thin and thing.locks_at(_largest_poisson(answer)):
-            raise NoErrorEstimate("its element locks at this Poisson's ratio, and coarse meshes agree on what is wrong")
+            raise NoErrorEstimate("the element locks at this Poisson's ratio, so coarser meshes share the same error")
         order = SEEPING if answer.case.porous else float(thing.order)
         return from_coarser(self.coarser(answer), seen, order, answer)
 
@@ -265,14 +266,12 @@ class SolidVerifier(SizedMeshVerifier):
         materials = whole.materials
         finite = [material.finite_law() is not None for material in materials]
         if whole.porous and thing.strain != "finite" and not all(finite):
-            raise NoErrorEstimate(
-                "fluid seeps through it, and what another measure of strain makes of that is not tried"
-            )
+            raise NoErrorEstimate("the body is poroelastic, and the error of its strain measure is not estimated")
         if any(finite) and not all(finite):
-            raise NoErrorEstimate("its materials have no measure of strain in common that is the best of each")
+            raise NoErrorEstimate("no strain measure is the most accurate one for all its materials")
         strain = "finite" if all(finite) else "corotational"
         if whole.remembers and not whole.porous and thing.strain != strain:
-            raise NoErrorEstimate("its stress relaxes, and what another measure of strain makes of that is not tried")
+            raise NoErrorEstimate("the body is viscoelastic, and the error of its strain measure is not estimated")
         best: dict[str, Any] = {"strain": strain, "rotation": "point"}
         best |= {"mass": "consistent"} if thing.mass == "uniform" else {}
         if thing.integration == "selective" and strain == "finite" and any(m.finite_parts() is None for m in materials):
@@ -289,7 +288,7 @@ class SolidVerifier(SizedMeshVerifier):
             own = self._another(answer, seen, "alike", thing, **alike)
         apart = right.change(own)
         if not apart <= HOPELESS * right.beside(apart):
-            raise NoErrorEstimate("the best strain of its material leads to quite another state")
+            raise NoErrorEstimate("the most accurate strain measure of its material gives a very different state")
         return apart
 
     def _likened(self, answer: SolutionUnderTest, thing: Fem, best: Mapping[str, Any]) -> dict[str, Any]:

@@ -44,7 +44,7 @@ class SpringVerifier(SizedMeshVerifier):
         if SpringVerifier not in found.known:
             built, mesh = cast("PreparedSprings", found.prepared), found.solution.mesh  # at rest, as it says
             if mesh is None:
-                raise NoIndependentFormula("the displacements of its nodes are not known")
+                raise NoIndependentFormula("the nodal displacements are not known")
             springs, u = built.springs, np.asarray(mesh.displacement, dtype=np.float64)
             inside, noise = solid_forces.spring_forces(mesh.points, springs.edges, springs.k, u)
             outside, unsure = load_forces(found.case, mesh, u, False, "lumped")
@@ -54,7 +54,7 @@ class SpringVerifier(SizedMeshVerifier):
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
         """Raise NoErrorEstimate: the model error is not known."""
-        raise NoErrorEstimate("springs are no solid: no estimate of what they cannot do is known")
+        raise NoErrorEstimate("the modelling error of a spring network cannot be estimated")
 
 
 VERIFIER = SpringVerifier()

@@ -47,14 +47,16 @@ class Verifier:
 
     def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
         """Return the force balance by independent formulas, and the solver's residual. Raises NoIndependentFormula."""
-        raise NoIndependentFormula(found.declared.thing.forceless or "there is no other formula for this model")
+        raise NoIndependentFormula(
+            found.declared.thing.forceless or "no independent formula is available for this model"
+        )
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
         """Return the reaction of every support by the same formulas, and their rounding error, N.
 
         Raises NoIndependentFormula.
         """
-        raise NoIndependentFormula("there is no other formula for this model")
+        raise NoIndependentFormula("no independent formula is available for this model")
 
     def rounding(self, found: VerifiedSolution) -> float:
         """Return the estimated rounding of the internal forces of cells, N; 0 if it is not known.
@@ -79,11 +81,11 @@ class Verifier:
 
     def coarser(self, answer: SolutionUnderTest) -> list[tuple[Solution, float]]:
         """Return one or two coarser solutions, each with the ratio to the one before. Raises NoErrorEstimate."""
-        raise NoErrorEstimate("no coarser one of its kind is known")
+        raise NoErrorEstimate("no coarser model of this kind is available")
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
         """Return the distance of the limit of refinement from the exact model. Raises NoErrorEstimate."""
-        raise NoErrorEstimate("nothing is known of this kind of model")
+        raise NoErrorEstimate("no error estimate is available for this kind of model")
 
     def cells(self, answer: SolutionUnderTest) -> int:
         """Return the number of cells or segments of the body."""
@@ -126,7 +128,7 @@ class SizedMeshVerifier(Verifier):
     def coarser(self, answer: SolutionUnderTest) -> list[tuple[Solution, float]]:
         """Return solutions on meshes of twice and four times the size. Raises NoErrorEstimate."""
         if answer.solid.thing.size is None:
-            raise NoErrorEstimate("its mesh is that of a file, and there is no coarser one")
+            raise NoErrorEstimate("its mesh is read from a file, so there is no coarser one")
         found: list[tuple[Solution, float]] = []
         cells = self.cells(answer)
         for factor in (FINER, FINER**2):
@@ -143,5 +145,5 @@ class SizedMeshVerifier(Verifier):
             found.append((solution, ratio))
             cells = max(1, size["elements"])
         if not found:
-            raise NoErrorEstimate("a coarser mesh is the same one")
+            raise NoErrorEstimate("a larger cell size gives the same mesh")
         return found

@@ -90,7 +90,7 @@ def surface(shape: Shape) -> Gap:
     whole = shape.closed() if isinstance(shape, SurfaceBody) else close_surface(*shape.surface(0.0))
     if whole.crossings:  # where parts overlap, the nearest triangle may be within: no side of it is outside
         raise UnreadableMesh(
-            f"its surface passes through itself, at {whole.crossings} triangles: what is inside is not clear",
-            remedy="unite its parts in the program that made it",
+            f"its surface intersects itself at {whole.crossings} triangles, so its inside is ambiguous",
+            remedy="unite the parts in the program that made the surface",
         )
     return TriangleSurface(whole.points, whole.triangles)

@@ -15,7 +15,7 @@ class ReadPastEnd(EOFError):
     """A reader keeps reading past the end of its file."""
 
     def __init__(self) -> None:
-        super().__init__("the file breaks off")
+        super().__init__("the file is incomplete")
 
 
 class _EmptyReadCounter:

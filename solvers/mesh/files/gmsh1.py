@@ -55,7 +55,7 @@ def _points(words: list[str]) -> tuple[Floats, dict[int, int], int]:
     """Return points (n, 3), their indices by the numbers of the file, and the number of words read."""
     count = int(words[1])
     if not 0 <= count <= len(words) // 4:
-        raise Malformed(f"it promises {count} points, and breaks off before")
+        raise Malformed(f"it announces {count} points, but ends before")
     table = np.array(words[2 : 2 + 4 * count], dtype=np.float64).reshape(count, 4)
     number = {int(n): i for i, n in enumerate(table[:, 0])}
     end = 2 + 4 * count
@@ -74,7 +74,7 @@ def _cells(words: list[str], number: dict[int, int]) -> list[Block]:
             raise Malformed(f"a {kind} of {words[at + 4]} nodes")
         missing = [w for w in words[at + 5 : at + 5 + nodes] if int(w) not in number]
         if missing:
-            raise Malformed(f"cell {words[at]} names node {missing[0]}, which is not there")
+            raise Malformed(f"cell {words[at]} refers to node {missing[0]}, which does not exist")
         found.setdefault(kind, []).append([number[int(w)] for w in words[at + 5 : at + 5 + nodes]])
         at += 5 + nodes
     if words[at] != "$ENDELM":

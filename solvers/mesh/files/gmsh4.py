@@ -77,7 +77,7 @@ def _numbers(data: bytes, start: int, wide: int) -> tuple[Dims, int]:
         nonlocal at
         at += count
         if at > len(data):
-            raise IndexError("it breaks off")
+            raise IndexError("it is incomplete")
         return data[at - count : at]
 
     def whole() -> int:

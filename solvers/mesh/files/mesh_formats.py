@@ -21,12 +21,12 @@ def find_format_problem(path: str) -> tuple[str, str] | None:
     file = Path(path)
     suffix = file.suffix.lower()
     if suffix in SURFACES:
-        return f"{suffix} files hold a surface, and no tetrahedra or hexahedra", advise_filling(file)
+        return f"{suffix} files contain a surface, without tetrahedra or hexahedra", advise_filling(file)
     if suffix not in MESHES:
-        known = "write it as .vtu, .vtk, .msh, .inp or .mesh, and name that file"
-        return f"`{suffix or file.name}` is not the ending of a mesh format that is known", known
+        known = "convert it to .vtu, .vtk, .msh, .inp or .mesh, and name that file"
+        return f"`{suffix or file.name}` is not a known extension of mesh files", known
     if file.is_file() and file.stat().st_size == 0:
-        return "it is empty", "write it again"
+        return "it is empty", "write the file again"
     return None
 
 

@@ -37,12 +37,10 @@ UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never re
 
 KINDS = {element.meshio: name for name, element in ELEMENTS.items()}  # meshio's word -> ours
 OTHERS = frozenset({"wedge", "pyramid", "wedge15", "wedge18", "pyramid13", "pyramid14"})
-AGAIN = "write it again as .vtu, .vtk, .msh, .inp or .mesh: it may be cut off, or its name may not say its format"
+AGAIN = "write it again as .vtu, .vtk, .msh, .inp or .mesh: it may be incomplete, or have the wrong extension"
 NO_SURFACE = "E573"
 BY_TRIMESH = frozenset({".stl", ".obj", ".ply", ".off"})
-SURFACE_AGAIN = (
-    "write the surface again as .stl, .obj or .ply: the file may be cut off, or its name may not say its format"
-)
+SURFACE_AGAIN = "write the surface again as .stl, .obj or .ply: the file may be incomplete, or have the wrong extension"
 FACETS = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
 NODES = {element.meshio: element.nodes for element in ELEMENTS.values()} | {
     "line": 2, "line3": 3, "triangle": 3, "triangle6": 6, "quad": 4, "quad8": 8, "quad9": 9,
@@ -75,7 +73,9 @@ def keep_node_order(data: Any, path: Path, unit: float) -> Mesh:
         )
     others = (there & OTHERS) | set(solids[1:])
     if others:
-        raise UnreadableMesh(f"it has other solid cells beside its {solids[0]} cells ({', '.join(sorted(others))})")
+        raise UnreadableMesh(
+            f"it has other solid cells in addition to its {solids[0]} cells ({', '.join(sorted(others))})"
+        )
     cells = [block.data for block in data.cells if block.type == solids[0]]
     points, kind = points_in_metres(data, unit), KINDS[solids[0]]
     whole = np.concatenate(cells).astype(np.int64, order="C")  # kernels are compiled for one memory order
@@ -121,7 +121,7 @@ def read_triangles(path: str, unit: float) -> tuple[Floats, Ints]:
     if suffix not in MESHES:
         ending = suffix or Path(path).name
         known = "write the surface as .stl, .obj, .ply, .off or .vtk, and name that file"
-        raise UnreadableMesh(f"`{ending}` is no ending of a surface's format that is known", remedy=known)
+        raise UnreadableMesh(f"`{ending}` is not a known extension of surface files", remedy=known)
     try:
         data = parse(Path(path))
     except UnreadableMesh as error:
@@ -129,10 +129,10 @@ def read_triangles(path: str, unit: float) -> tuple[Floats, Ints]:
     there = {block.type for block in data.cells}
     if there & (KINDS.keys() | OTHERS):
         raise UnreadableMesh(
-            "it holds cells, not a surface alone", NO_SURFACE, f'take it as it is: `mesh("{Path(path).name}", ...)`'
+            "it contains cells, not only a surface", NO_SURFACE, f'use it as a mesh: `mesh("{Path(path).name}", ...)`'
         )
     if not there & FACETS.keys():
-        raise UnreadableMesh("it has no triangles", NO_SURFACE, "name a file of a surface: STL, OBJ, PLY, OFF or VTK")
+        raise UnreadableMesh("it has no triangles", NO_SURFACE, "name a surface file: STL, OBJ, PLY, OFF or VTK")
     return _facets(data, unit)
 
 
@@ -189,13 +189,13 @@ def convert_cells(mesh: Mesh, kind: str, split: str) -> Mesh:
 def _split(mesh: Mesh, element: type[Element], split: str) -> Mesh:
     """Return tetrahedra made of hexahedra. Raises UnreadableMesh."""
     if mesh.kind != Hexahedron.linear:
-        raise UnreadableMesh(f"it has {mesh.element.described}, and the model wants {element.described}")
+        raise UnreadableMesh(f"it has {mesh.element.described}, but the model needs {element.described}")
     try:
         return _copy_groups(mesh, SPLITS[split](mesh))
     except NotTwoColourable:
         raise UnreadableMesh(
-            "its hexahedra cannot be split into five tetrahedra each: their points cannot be coloured like a "
-            "chessboard; take `split = kuhn` or use hex8"
+            "its hexahedra cannot be split into five tetrahedra each, since their points cannot be "
+            "coloured like a chessboard; write `split = kuhn`, or use hex8"
         ) from None
 
 
@@ -228,11 +228,11 @@ def parse(path: Path) -> Any:
             continue
         shape, many = block.data.shape, NODES.get(block.type)
         if many is not None and (len(shape) != 2 or shape[1] != many):
-            raise UnreadableMesh(f"its {block.type} cells have {shape[-1]} nodes each, which is not {many}")
+            raise UnreadableMesh(f"its {block.type} cells have {shape[-1]} nodes each, not {many}")
         try:
             block.data.astype(np.int64)
         except (OverflowError, TypeError, ValueError):  # Python integers from text readers
-            raise UnreadableMesh(f"its {block.type} cells name points by numbers that no file has") from None
+            raise UnreadableMesh(f"its {block.type} cells refer to point numbers that cannot exist") from None
     return data
 
 
@@ -245,7 +245,7 @@ def _parse_by_format(path: Path) -> Any:
                 return gmsh1.read(path)
         except (gmsh1.Malformed, MemoryError) as error:
             why = describe_read_error(error)
-            raise UnreadableMesh(f"it is no complete Gmsh file of format 1 ({why})", remedy=AGAIN) from error
+            raise UnreadableMesh(f"it is not a complete Gmsh file of format 1 ({why})", remedy=AGAIN) from error
     try:
         with limited_resources(path):
             elsewhere = find_hazard(path)
@@ -288,7 +288,7 @@ def _vtk(path: Path) -> Any:
             else:
                 return None
     except (gmsh1.Malformed, ValueError, MemoryError) as error:
-        raise UnreadableMesh(f"it is no complete file of VTK ({describe_read_error(error)})", remedy=AGAIN) from error
+        raise UnreadableMesh(f"it is not a complete VTK file ({describe_read_error(error)})", remedy=AGAIN) from error
     with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
         (copy := Path(folder, "mesh.vtu")).write_bytes(data)
         return _try_formats(copy, ["vtu"])
@@ -315,7 +315,7 @@ def _with_companion(path: Path, kind: str) -> Any:
     try:
         path_within(path.parent, other)
     except UnsafeFile as error:
-        raise UnsafeFile(f"{other}, which belongs to it: {error.strerror}") from None
+        raise UnsafeFile(f"the file {other} that belongs to it cannot be read: {error.strerror}") from None
     return meshio.read(path, kind)
 
 
@@ -357,8 +357,8 @@ def _try_formats(path: Path, kinds: Iterable[str | None]) -> Any:
             with limited_resources(path), redirect_stdout(said), redirect_stderr(said):
                 return OWN.get(kind or "", meshio.read)(path, kind)
         except SystemExit:
-            reasons.append(" ".join(said.getvalue().partition("Error:")[0].split()) or f"it is no {kind} file")
+            reasons.append(" ".join(said.getvalue().partition("Error:")[0].split()) or f"it is not a {kind} file")
         except Exception as error:  # its readers raise any exception
             reasons.append(describe_read_error(error))
-    why = "; ".join(dict.fromkeys(reasons)) or "in this format it may never finish"
+    why = "; ".join(dict.fromkeys(reasons)) or "reading this format may not terminate"
     raise UnreadableMesh(f"meshio cannot read it ({why})", remedy=AGAIN)

@@ -43,9 +43,9 @@ def drop_unused_points(points: Floats, cells: Ints) -> tuple[Floats, Ints, Ints]
         cell = int(np.argmax(wrong.any(axis=1)))
         node = int(cells[cell][wrong[cell]][0])
         raise UnreadableMesh(
-            f"a cell names a point that does not exist: cell {cell} names node {node}, and the file has nodes 0 to "
-            f"{len(points) - 1} ({int(wrong.any(axis=1).sum())} of {len(cells)} cells do so)",
-            "E561", "write the file again: it may have been cut off, or its writer counts nodes from one",
+            f"a cell refers to a point that does not exist: cell {cell} refers to node {node}, but the file "
+            f"has nodes 0 to {len(points) - 1} ({int(wrong.any(axis=1).sum())} of {len(cells)} cells do so)",
+            "E561", "write the file again: it may be incomplete, or its nodes may be counted from one",
         )  # fmt: skip
     number, renumbered = np.unique(cells, return_inverse=True)
     points, cells = np.ascontiguousarray(points[number]), renumbered.reshape(cells.shape)
@@ -64,8 +64,8 @@ def _check_coordinates(points: Floats, number: Ints) -> None:
     finite = np.isfinite(points[first]).all()
     what = "a coordinate is absurdly large" if finite else "a coordinate is not a finite number"
     raise UnreadableMesh(
-        f"{what}: node {int(number[first])} lies at ({told}) m ({int(bad.sum())} of {len(points)} nodes do so)",
-        "E562", "write the file again from the program that made the mesh",
+        f"{what}: node {int(number[first])} lies at ({told}) m ({int(bad.sum())} of {len(points)} nodes)",
+        "E562", "write the file again in the program that made the mesh",
     )  # fmt: skip
 
 
@@ -103,9 +103,9 @@ def _refuse_duplicate_cells(points: Floats, cells: Ints, kind: str) -> None:
     one, family = int(np.argmax(again)), element_of(kind).family
     twin = int(np.flatnonzero(first.ravel() == first.ravel()[one])[1])
     raise UnreadableMesh(
-        f"some of its cells are given twice: {int(again.sum())} of {len(cells)} {family}, the first are "
-        f"cells {one} and {twin} at {format_position(points[cells[one]].mean(axis=0))}",
-        "E563", "leave the second of each out: its matter would count twice",
+        f"some of its cells occur twice: {int(again.sum())} of {len(cells)} {family}, the first are cells "
+        f"{one} and {twin} at {format_position(points[cells[one]].mean(axis=0))}",
+        "E563", "remove one of each: matter would count twice",
     )  # fmt: skip
 
 
@@ -116,7 +116,7 @@ def _orient_cells(points: Floats, cells: Ints, kind: str) -> Ints:
     rounding = 8 * np.finfo(float).eps * np.abs(corners).max(axis=(1, 2))
     volumes = Mesh(points, cells, kind).volumes
     flat = np.abs(volumes) <= longest**2 * (FLAT * longest + rounding)
-    _refuse_bad_cells(flat, points, cells, kind, "flat", "repair the mesh: a cell without volume has no strain")
+    _refuse_bad_cells(flat, points, cells, kind, "flat", "repair the mesh: a cell without volume cannot be computed")
     turned = volumes < 0
     cells = cells.copy()
     cells[turned] = cells[turned][:, np.array(element_of(kind).turned)]
@@ -142,9 +142,10 @@ def _refuse_folded_cells(mesh: Mesh, least: Floats) -> None:
         f"cell {bad[0]} at {format_position(corners.mean(axis=0))}",
     )
     raise UnreadableMesh(
-        f"{len(bad)} of its {len(mesh.cells)} {mesh.element.family} fold over themselves, the first is {first}: beside "
-        f"{format_position(place)} it has {left:.2g} of its mean volume",
-        "E564", "repair the mesh: part of such a cell is inside out; straight edges help, or a finer mesh of the curve",
+        f"{len(bad)} of its {len(mesh.cells)} {mesh.element.family} are folded, the first is {first}: near "
+        f"{format_position(place)} its volume ratio is {left:.2g} of the mean",
+        "E564", "repair the mesh, with straight edges or a finer mesh of the curve: part of such a cell is "
+                "inverted",
     )  # fmt: skip
 
 
@@ -202,9 +203,9 @@ def coincident_nodes_error(points: Floats, pairs: Ints, number: Ints) -> Unreada
     """Return the error for pairs (p, 2) of coincident points; `number` are the points' numbers in the file."""
     a, b = (int(n) for n in number[pairs[0]])
     return UnreadableMesh(
-        f"it is cut apart: {len(pairs)} pairs of its {len(points)} nodes lie at the same place without being one, "
-        f"the first are nodes {a} and {b} at {format_position(points[pairs[0, 0]])}",
-        "E565", "`coincident = merge` joins them; `coincident = keep` leaves a slit that is meant",
+        f"it is cut apart: {len(pairs)} pairs of its {len(points)} nodes lie at the same position, the "
+        f"first are nodes {a} and {b} at {format_position(points[pairs[0, 0]])}",
+        "E565", "write `coincident = merge` to join them, or `coincident = keep` for an intended slit",
     )  # fmt: skip
 
 
@@ -255,9 +256,10 @@ def _require_one_piece(mesh: Mesh) -> None:
     count = int(part.max()) + 1
     if count > 1:
         raise UnreadableMesh(
-            f"it falls into {count} parts that share no points, {_describe_pieces(mesh, part[mesh.cells[:, 0]])}",
-            "E566", "a body is one piece: write each part to a file and declare a body of its own; or take "
-            "`pieces = keep` in `mesh(...)`, where supports, contact or `tied(...)` hold each piece",
+            f"it consists of {count} parts that share no points, "
+            f"{_describe_pieces(mesh, part[mesh.cells[:, 0]])}",
+            "E566", "write each part to a file and declare a body for each, or write `pieces = keep` in "
+                    "`mesh(...)`, with supports, contact or `tied(...)` for each piece",
         )  # fmt: skip
 
 
@@ -297,7 +299,7 @@ def _overlap(mesh: Mesh, cells: Ints, face: Ints, count: int, what: str) -> None
     place = format_position(mesh.points[face].mean(axis=0))
     raise UnreadableMesh(
         f"cells {named} {what}, at {place} ({count} such face{'s' if count > 1 else ''})",
-        "E567", "repair the mesh: a face has one cell on each side, or a cell and the surface",
+        "E567", "repair the mesh: a face must belong to one or two cells, one on each side",
     )  # fmt: skip
 
 
@@ -315,9 +317,9 @@ def _refuse_hinges(mesh: Mesh, cell: Ints, same: Ints) -> None:
     np.maximum.at(high, corners, part[:, None])
     joint = int(np.argmax(high > low))
     raise UnreadableMesh(
-        f"it has {count} parts that share no face and hang together by nodes or edges alone, such as node {joint} at "
-        f"{format_position(mesh.points[joint])}: parts {_describe_pieces(mesh, part)}",
-        "E568", "join the parts by faces, or write each to a file and declare a body of its own",
+        f"it has {count} parts that share no face and are connected only at nodes or edges, such as node "
+        f"{joint} at {format_position(mesh.points[joint])}: parts {_describe_pieces(mesh, part)}",
+        "E568", "connect the parts at faces, or write each to a file and declare a body for each",
     )  # fmt: skip
 
 
@@ -331,7 +333,7 @@ def _refuse_self_intersection(mesh: Mesh) -> None:
         return
     place, cell = format_position(found[0]), found[1]
     raise UnreadableMesh(
-        f"it passes through itself: {place} lies inside cell {cell} and in another part of the mesh as well",
+        f"it intersects itself: {place} lies inside cell {cell} and in another part of the mesh",
         "E569", "repair the mesh: matter there would count twice",
     )  # fmt: skip
 

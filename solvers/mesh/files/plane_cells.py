@@ -76,8 +76,8 @@ def convert_slice(mesh: Mesh, kind: str) -> Mesh:
         return _tetrahedra(mesh)
     if (own := mesh.element.family) != (other := element_of(kind).family):
         raise UnreadableMesh(
-            f"it has {OF_THE_PLANE[own]}, and the model wants {OF_THE_PLANE.get(other, other)}", NO_REGION,
-            "`tri3` and `tri6` take triangles; `quad4`, `quad8` and `quad9` take quadrilaterals",
+            f"it has {OF_THE_PLANE[own]}, but the model needs {OF_THE_PLANE.get(other, other)}", NO_REGION,
+            "use `tri3` or `tri6` for triangles, and `quad4`, `quad8` or `quad9` for quadrilaterals",
         )  # fmt: skip
     return convert_cells(mesh, kind, "")
 
@@ -90,8 +90,8 @@ def _parse_file(path: Path) -> Any:
     """Return the file as read by meshio. Raises UnreadableMesh."""
     if path.suffix.lower() not in ENDINGS:
         raise UnreadableMesh(
-            f"plane cells are not read of `{path.suffix or path.name}` files", NO_REGION,
-            "write it as .msh (Gmsh 2 or 4.1), .vtu or .vtk, and name that file",
+            f"plane cells cannot be read from `{path.suffix or path.name}` files", NO_REGION,
+            "convert it to .msh (Gmsh 2 or 4.1), .vtu or .vtk, and name that file",
         )  # fmt: skip
     return parse(path)
 
@@ -101,20 +101,21 @@ def _one_kind(data: Any) -> str:
     there = {block.type for block in data.cells if len(block.data)}
     if solids := sorted(there & (KINDS.keys() | OTHERS)):
         raise UnreadableMesh(
-            f"it has cells in space ({', '.join(solids)}), and the body is a slice of a plane region", NO_REGION,
-            "name a file of triangles or quadrilaterals with z = 0; a body in space is `solid(mesh(...), ...)`",
+            f"it has solid cells ({', '.join(solids)}), but the body is a slice of a plane region", NO_REGION,
+            "name a file of triangles or quadrilaterals with z = 0; for a solid body write "
+            "`solid(mesh(...), ...)`",
         )  # fmt: skip
     flat = sorted(name for name in there if name.startswith(tuple(CORNERS)))
     if not flat:
         kinds = ", ".join(sorted(there)) or "none"
         raise UnreadableMesh(f"it has no triangles and no quadrilaterals (its cells: {kinds})", NO_REGION,
-                             "write the mesh of the region in the plane z = 0 with its cells")  # fmt: skip
+                             "write the plane mesh of the region, at z = 0, with its cells")  # fmt: skip
     if len(flat) > 1:
         raise UnreadableMesh(f"it has plane cells of several kinds ({', '.join(flat)})", NO_REGION,
-                             "mesh the region with one kind: triangles alone, or quadrilaterals alone")  # fmt: skip
+                             "use one kind of cells: only triangles, or only quadrilaterals")  # fmt: skip
     if flat[0] not in SLICED:
         raise UnreadableMesh(f"there is no element for its cells ({flat[0]})", NO_REGION,
-                             f"cells that are known: {', '.join(SLICED)}")  # fmt: skip
+                             f"supported cells: {', '.join(SLICED)}")  # fmt: skip
     return str(flat[0])
 
 
@@ -127,7 +128,7 @@ def _require_plane(points: Floats, number: Ints) -> None:
     raise UnreadableMesh(
         f"{int(off.sum())} of its {len(points)} nodes lie off the plane z = 0, the first is node {number[first]} at "
         f"{format_position(points[first])}",
-        NO_REGION, "write the region in the plane of x and y, with z = 0; a surface in space is no plane body",
+        NO_REGION, "write the region in the x-y plane, z = 0; a curved surface is not a plane body",
     )  # fmt: skip
 
 

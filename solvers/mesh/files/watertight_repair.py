@@ -27,7 +27,7 @@ SPECK = 1e-3  # relative to the volume of the largest shell: smaller separate sh
 THIN = 1e-6  # relative to the extent: thinner bodies enclose no volume
 
 NO_VOLUME, SHELLS = "E573", "E574"
-ONE_SKIN = "a body is what one closed surface encloses: close it in the program that made it, or name a mesh of cells"
+ONE_SKIN = "close the surface in the program that made it, or name a mesh with cells: a body needs one closed surface"
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def close_surface(points: Floats, triangles: Ints) -> ClosedSurface:
     points, triangles, capped = _cap_holes(points, triangles, repairs)
     if capped > OPEN * whole:
         raise UnreadableMesh(
-            f"its surface is open: {100 * capped / (whole + capped):.2g} % of what would close it is missing",
+            f"its surface is open: {100 * capped / (whole + capped):.2g} % of the closing area is missing",
             NO_VOLUME, ONE_SKIN,
         )  # fmt: skip
     triangles = _orient_shells(points, triangles, repairs)
@@ -105,7 +105,7 @@ def close_surface(points: Floats, triangles: Ints) -> ClosedSurface:
     if through.any():
         first = points[triangles[int(np.argmax(through))]].mean(axis=0)
         repairs.append(
-            f"{_count(int(through.sum()), 'triangle')} passing through others united, near {format_position(first)}"
+            f"{_count(int(through.sum()), 'triangle')} that intersect others united, near {format_position(first)}"
         )
     return ClosedSurface(points, triangles, tuple(repairs), int(through.sum()), capped)
 
@@ -130,17 +130,17 @@ def merge_points(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[F
     flat = _is_degenerate(triangles)
     edges = np.linalg.norm(exact[triangles] - exact[np.roll(triangles, 1, axis=1)], axis=2)[~flat]
     if not edges.size:
-        raise _no_volume_error("all its triangles are points or lines")
+        raise _no_volume_error("all its triangles are degenerate (points or lines)")
     extent = float(np.linalg.norm(np.ptp(exact, axis=0)))
     pairs = cKDTree(exact).query_pairs(min(COINCIDENT * extent, 0.01 * float(np.median(edges))), output_type="ndarray")
     if len(pairs):
         part = find_components(len(exact), *pairs.T)
         first = np.unique(part, return_index=True)[1]
-        repairs.append(f"{_count(len(exact) - len(first), 'point')} joined to others next to them")
+        repairs.append(f"{_count(len(exact) - len(first), 'point')} merged with neighbours")
         exact, triangles = exact[first], part[triangles]
         flat = _is_degenerate(triangles)
     if flat.any():
-        repairs.append(f"{_count(int(flat.sum()), 'triangle')} without area dropped")
+        repairs.append(f"{_count(int(flat.sum()), 'triangle')} without area removed")
     return exact, triangles[~flat]
 
 
@@ -163,13 +163,13 @@ def _drop_duplicates(triangles: Ints, repairs: list[str]) -> Ints:
     np.add.at(total, which, sense)
     flaps, again = (count > 1) & (total == 0), (count > 1) & (total != 0)
     if flaps.any():
-        repairs.append(f"{_count(int(count[flaps].sum()), 'triangle')} of walls without thickness dropped")
+        repairs.append(f"{_count(int(count[flaps].sum()), 'triangle')} of walls without thickness removed")
     if again.any():
-        repairs.append(f"{_count(int((count[again] - 1).sum()), 'triangle')} given more than once dropped")
+        repairs.append(f"{_count(int((count[again] - 1).sum()), 'triangle')} removed as duplicates")
     kept = np.zeros(len(triangles), dtype=bool)
     kept[first[~flaps]] = True
     if not kept.any():
-        raise _no_volume_error("each of its triangles has a twin that looks the other way")
+        raise _no_volume_error("each of its triangles has a twin with the opposite orientation")
     return triangles[kept]
 
 
@@ -200,13 +200,13 @@ def _orient_triangles(points: Floats, triangles: Ints, repairs: list[str]) -> In
     upright, turned = part[:n], part[n:]
     if (upright == turned).any():
         place = points[triangles[int(np.argmax(upright == turned))]].mean(axis=0)
-        raise _no_volume_error(f"near {format_position(place)} it has but one side, as a Moebius strip has")
+        raise _no_volume_error(f"near {format_position(place)} its surface has only one side, like a Moebius strip")
     patch = np.minimum(upright, turned)
     ways = np.where(upright == patch, 1, -1)
     total = np.bincount(patch, ways, minlength=2 * n)
     wrong = ways * total[patch] < 0
     if wrong.any():
-        repairs.append(f"{_count(int(wrong.sum()), 'triangle')} turned to look as those around")
+        repairs.append(f"{_count(int(wrong.sum()), 'triangle')} reoriented to match neighbours")
     triangles = triangles.copy()
     triangles[wrong] = triangles[wrong][:, ::-1]
     return triangles
@@ -234,7 +234,7 @@ def _cap_holes(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[Flo
     found = np.concatenate(new), np.concatenate(fans)
     missing = float(areas(found[0], np.concatenate(fans[1:])).sum())
     share, place = missing / float(areas(points, triangles).sum()), format_position(points[loops[0]].mean(axis=0))
-    repairs.append(f"{_count(len(loops), 'hole')} of {100 * share:.2g} % of the area closed, the first at {place}")
+    repairs.append(f"{_count(len(loops), 'hole')} closed, with {100 * share:.2g} % of the area, the first at {place}")
     return *found, missing
 
 
@@ -281,16 +281,16 @@ def _orient_shells(points: Floats, triangles: Ints, repairs: list[str]) -> Ints:
     specks = np.abs(volumes) < SPECK * abs(volumes[main])
     if specks.any():
         share = float(np.abs(volumes[specks]).sum() / abs(volumes[main]))
-        repairs.append(f"{_count(int(specks.sum()), 'speck')} of {100 * share:.2g} % of the volume left out")
+        repairs.append(f"{_count(int(specks.sum()), 'speck')} removed, with {100 * share:.2g} % of the volume")
     rest = [int(k) for k in order[1:] if not specks[k]]
     for k in rest:
         _refuse_separate_shell(points, shells[main], shells[k], volumes[main] * volumes[k] < 0.0)
     for i, k in enumerate(rest):
         if any(_inside(points[shells[k][0, 0]], points[shells[j]]) for j in rest[:i]):
-            raise UnreadableMesh("it has a shell within a hollow, which touches nothing", SHELLS, _one_shell_remedy())
+            raise UnreadableMesh("it has a separate shell inside a cavity", SHELLS, _one_shell_remedy())
     kept = np.concatenate([shells[main], *(shells[k] for k in rest)])
     if volumes[main] < 0.0:
-        repairs.append(f"all {len(kept)} triangles turned: the surface was inside out")
+        repairs.append(f"all {len(kept)} triangles reoriented: the surface was inside out")
         kept = kept[:, ::-1]
     return kept
 
@@ -304,7 +304,7 @@ def _shell_of_triangles(triangles: Ints) -> Ints:
 
 
 def _one_shell_remedy() -> str:
-    return "a body is one piece: write each shell to a file of its own and declare a body for each"
+    return "write each shell to a file and declare a body for each: a body must be one piece"
 
 
 def _refuse_separate_shell(points: Floats, outer: Ints, shell: Ints, opposite: bool) -> None:
@@ -313,16 +313,19 @@ def _refuse_separate_shell(points: Floats, outer: Ints, shell: Ints, opposite: b
     if find_intersecting_triangles(points, np.concatenate([outer, shell]))[len(outer) :].any():
         if opposite:
             raise UnreadableMesh(
-                f"it has two shells that pass through each other and look opposite ways, the smaller at {place}",
-                SHELLS, "turn the smaller one, and the two are united",
+                f"it has two intersecting shells with opposite orientations, the smaller one at {place}",
+                SHELLS, "reorient the smaller shell; then both are united",
             )  # fmt: skip
         return
     if not _inside(points[shell[0, 0]], points[outer]):
-        raise UnreadableMesh(f"it has two shells side by side, the smaller at {place}", SHELLS, _one_shell_remedy())
+        raise UnreadableMesh(
+            f"it has two separate shells side by side, the smaller one at {place}", SHELLS, _one_shell_remedy()
+        )
     if not opposite:
         raise UnreadableMesh(
-            f"it has a shell within another that looks outward as well, at {place}: neither a hollow nor more matter",
-            SHELLS, "turn its triangles for a hollow, or leave it out for a solid body",
+            f"it has a shell at {place} inside another with the same orientation, which is neither a cavity "
+            "nor additional matter",
+            SHELLS, "reorient its triangles for a cavity, or remove it for a solid body",
         )  # fmt: skip
 
 

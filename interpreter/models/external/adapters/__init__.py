@@ -68,21 +68,22 @@ PROGRAMS: Mapping[str, Program] = {
         ("tet4",),
         {"finite": _MODULI},
         several=False,
-        moves="St Venant's and Kirchhoff's law by the moduli at rest, lumped masses, one linear solve a step",
+        moves="St Venant-Kirchhoff law with the initial moduli, lumped masses, one linear solve per step",
     ),
     "newton_vbd": Program(
         "Newton's VBD",
         ("tet4",),
         {"finite": _MODULI},
         several=False,
-        moves="a stable neo-Hookean law by the moduli at rest, lumped masses, implicit Euler by block descent",
+        moves="stable neo-Hookean law with the initial moduli, lumped masses, implicit Euler by block descent",
     ),
     "newton_xpbd": Program(
         "Newton's XPBD",
         ("tet4",),
         {"finite": _MODULI},
         several=False,
-        moves="constraints tr C = 3 and J = 1 with compliances of the moduli at rest, lumped masses, position based",
+        moves="constraints tr C = 3 and J = 1 with compliances from the initial moduli, lumped masses, "
+        "position-based dynamics",
     ),
     "ngsolve": Program("NGSolve", ("tet4", "tet10"), {"small": _SMALL}),
     "polyfem": Program(
@@ -90,7 +91,7 @@ PROGRAMS: Mapping[str, Program] = {
         ("tet4", "tet10"),
         {"small": _SMALL, "finite": ("st_venant_kirchhoff", "neo_hookean")},
         by_name=True,
-        save={("tet10", "finite"): "its quadrature may be another"},
+        save={("tet10", "finite"): "its quadrature may differ"},
         tried=False,
     ),
     "scikit_fem": Program("scikit-fem", ("tet4", "tet10", "hex8", "hex27"), {"small": _SMALL}),
@@ -112,14 +113,14 @@ RODS: Mapping[str, Program] = {  # of `external_rod(...)`; a word of both is one
         several=False,
         stretches=False,
         order=2,
-        moves="a discrete elastic rod that neither stretches nor shears, masses at nodes, one linear solve a step",
+        moves="discrete elastic rod without stretch and shear, masses at nodes, one linear solve per step",
     ),
     "pyelastica": Program(
         "PyElastica",
         (),
         {},
         several=False,
-        moves="a Cosserat rod whose sections keep their volume, masses at nodes, turns of segments, position Verlet",
+        moves="Cosserat rod whose sections keep their volume, masses at nodes, rotations per segment, position Verlet",
     ),
 }
 

@@ -31,10 +31,11 @@ install = "install the package `calculix-ccx` (Debian, Ubuntu), or see calculix.
 elements: Mapping[str, str] = {"tet4": "C3D4", "tet10": "C3D10", "hex8": "C3D8", "hex20": "C3D20"}
 laws = PROGRAMS["calculix"].laws
 others: Mapping[str, str] = {  # laws that have a namesake of its own, and why it is another one
-    "neo_hookean": "its *HYPERELASTIC, NEO HOOKE has mu/2 (J^(-2/3) tr C - 3) + K/2 (J - 1)^2, which is"
-    " `neo_hookean_isochoric`, and not ln J",
-    "ogden": "its *HYPERELASTIC, OGDEN (version 2.20) comes to no equilibrium from rest, where stretches are equal",
-    "arruda_boyce": "its *HYPERELASTIC, ARRUDA-BOYCE has K/2 ((J^2 - 1)/2 - ln J) for the volume",
+    "neo_hookean": "its *HYPERELASTIC, NEO HOOKE has mu/2 (J^(-2/3) tr C - 3) + K/2 (J - 1)^2, which is "
+    "`neo_hookean_isochoric`; `neo_hookean` has ln J",
+    "ogden": "its *HYPERELASTIC, OGDEN (version 2.20) does not converge from the undeformed state, where "
+    "stretches are equal",
+    "arruda_boyce": "its *HYPERELASTIC, ARRUDA-BOYCE has the volumetric energy K/2 ((J^2 - 1)/2 - ln J)",
 }
 
 JOB = "job"
@@ -68,7 +69,7 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
     """Return unsupported features of a problem, with reasons; empty if all are supported."""
     found = []
     if problem.element not in elements:
-        found.append((problem.element, f"it has no such element; it has {', '.join(elements)}"))
+        found.append((problem.element, f"it does not have this element; it has {', '.join(elements)}"))
     for stuff in problem.stuff:
         found += _of_law(stuff, problem.strain)
     return found
@@ -77,12 +78,15 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
 def _of_law(stuff: ExternalMaterial, strain: str) -> Iterator[tuple[str, str]]:
     known = laws.get(strain, ())
     if stuff.law not in known:
-        why = others.get(stuff.law) or f"it has no such law; in {strain} strain it has {', '.join(known)}"
+        why = others.get(stuff.law) or f"it does not have this law; in {strain} strain it has {', '.join(known)}"
         yield stuff.law, why
     elif stuff.choices.get("volumetric", "squared") != "squared":
-        yield f"volumetric = {stuff.choices['volumetric']}", "its energy of a change of volume is K/2 (J - 1)^2"
+        yield f"volumetric = {stuff.choices['volumetric']}", "its volumetric energy is K/2 (J - 1)^2"
     elif stuff.law in _LAWS and 1.0 - 2.0 * stuff.constants["poisson"] < LEAST_SPARE:
-        yield f"poisson = {stuff.constants['poisson']:g}", "it comes to no equilibrium so near to incompressible"
+        yield (
+            f"poisson = {stuff.constants['poisson']:g}",
+            "it does not converge for such a nearly incompressible material",
+        )
 
 
 # ------------------------------------------------------------------ writing
@@ -226,19 +230,19 @@ def read(folder: Path) -> Answer:
     iterations, reached = _progress(folder / f"{JOB}.sta")
     printed = list(_printed(folder / f"{JOB}.dat")) if (folder / f"{JOB}.dat").exists() else []
     if not iterations:
-        raise NoAnswer(f"it has not begun to solve{': ' if said else ''}{said}")
+        raise NoAnswer(f"it did not start to solve{': ' if said else ''}{said}")
     if reached < sum(periods) * (1.0 - CLOCK):
-        why = f"it came to {reached / sum(periods):.3g} of its way through the states"
+        why = f"it stopped after a fraction of {reached / sum(periods):.3g} of all states"
         raise ExternalNotConverged(f"{why}, in {iterations} iterations{': ' if said else ''}{said}")
     if len(printed) != asked:
-        raise NoAnswer(f"it printed {len(printed)} of {asked} states{': ' if said else ''}{said}")
+        raise NoAnswer(f"it wrote {len(printed)} of {asked} states{': ' if said else ''}{said}")
     if short := [len(own) for own in printed if len(own) != count]:
-        raise NoAnswer(f"it printed displacements of {short[0]} nodes, of {count}")
+        raise NoAnswer(f"it wrote displacements of {short[0]} of {count} nodes")
     whole = _doubles(folder / f"{JOB}.rout", printed)
     rounding = PRINTED if any(u is own for u, own in zip(whole, printed, strict=True)) else 0.0
     u = np.array(whole)
     if not np.isfinite(u).all():
-        raise NoAnswer("some of its displacements are no finite numbers")
+        raise NoAnswer("some of its displacements are not finite numbers")
     spent = _TIME.search(log)
     clocks = {"whole_s": float(spent[1])} if spent else {}
     return Answer(u / MM, "Job finished" in log if log else None, iterations, clocks, said, rounding)
@@ -259,7 +263,7 @@ def _progress(path: Path) -> tuple[int, float]:
         kept = [row for row in rows if not row[2].endswith("U")]
         return sum(int(row[3]) for row in rows), max((float(row[4]) for row in kept), default=0.0)
     except (ValueError, IndexError) as error:
-        raise NoAnswer(f"{path.name} is not a table of its increments") from error
+        raise NoAnswer(f"{path.name} is not a table of increments") from error
 
 
 def _printed(path: Path) -> Iterator[Floats]:
@@ -270,9 +274,9 @@ def _printed(path: Path) -> Iterator[Floats]:
         try:
             table = np.array(rows, dtype=np.float64)
         except ValueError as error:
-            raise NoAnswer(f"{path.name} holds what is no table of displacements") from error
+            raise NoAnswer(f"{path.name} contains something that is not a table of displacements") from error
         if table.ndim != 2 or table.shape[1] != 4 or (table[:, 0] != np.arange(1, len(table) + 1)).any():
-            raise NoAnswer(f"{path.name} does not have the displacements of all nodes in turn")
+            raise NoAnswer(f"{path.name} does not list the displacements of all nodes in order")
         yield table[:, 1:]
 
 

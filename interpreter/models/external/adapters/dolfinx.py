@@ -27,8 +27,9 @@ from softmark.records import dataclass
 VARIABLE = "SOFTMARK_DOLFINX_PYTHON"
 SYSTEM = "/usr/bin/python3"  # that of Debian's package, whatever the PATH has
 install = (
-    "`apt-get install python3-dolfinx-real` (Debian, Ubuntu) or `conda install -c conda-forge fenics-dolfinx`; it is "
-    f"looked for in each `python3` on the PATH, or in the Python alone that {VARIABLE} names"
+    "run `apt-get install python3-dolfinx-real` (Debian, Ubuntu) or `conda install -c conda-forge "
+    f"fenics-dolfinx`; every `python3` on the PATH is searched, or only the Python that {VARIABLE} "
+    "names"
 )
 
 PACKAGE = package_process.Package(__name__, "dolfinx", "fenics-dolfinx", "")

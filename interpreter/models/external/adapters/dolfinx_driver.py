@@ -200,10 +200,10 @@ class Body:
         found = np.full(len(points), -1, dtype=np.int64)
         found[ours.ravel()] = blocks.ravel()
         if space.index_map_bs != 3 or np.any(found < 0):
-            raise Refused("its space has other unknowns than our nodes")
+            raise Refused("its function space has other unknowns than the nodes of softmark")
         there = self.space.tabulate_dof_coordinates()[found]
         if np.abs(there - points).max() > NEAR * np.ptp(points, axis=0).max():
-            raise Refused("its nodes are elsewhere than ours")
+            raise Refused("its nodes lie at other places than those of softmark")
         return 3 * found[:, None] + np.arange(3)
 
     def energy(self, words: Any, arrays: Any) -> Any:
@@ -246,7 +246,7 @@ def order(ours: Any, theirs: Any) -> list[int]:
     apart = np.abs(np.asarray(theirs)[:, None] - ours).max(axis=2)
     found = apart.argmin(axis=1)
     if sorted(found) != list(range(len(ours))) or apart.min(axis=1).max() > NEAR:
-        raise Refused("its cells have other nodes than ours")
+        raise Refused("its cells have other nodes than those of softmark")
     return [int(n) for n in found]
 
 
@@ -276,7 +276,7 @@ class Newton:
         from petsc4py import PETSc
 
         if np.issubdtype(PETSc.ScalarType, np.complexfloating):
-            raise Refused("its PETSc has complex numbers: install the one of real numbers")
+            raise Refused("its PETSc uses complex numbers: install the build with real numbers")
         residual = ufl.derivative(body.energy(words, arrays), body.u, ufl.TestFunction(body.space))
         self.residual = fem.form(residual)
         self.tangent = fem.form(ufl.derivative(residual, body.u, ufl.TrialFunction(body.space)))
@@ -358,7 +358,7 @@ class Newton:
             self.x.array[:] = before
             step *= 0.5
             if step < SHORTEST:
-                raise Refused(f"its Newton iteration ends at {100.0 * at:.4g} % of the load", unsettled=True)
+                raise Refused(f"its Newton iteration stops at {100.0 * at:.4g} % of the load", unsettled=True)
 
     def _solved(self, share: float) -> bool:
         """Return whether the iteration converges at a load fraction."""
@@ -386,7 +386,7 @@ def solved(words: Any, arrays: Any, cell: Any) -> tuple[Any, Any]:
         states.append(newton.nodal)
         at = share
     done = time.perf_counter()
-    steps = f"{newton.steps} {'step' if newton.steps == 1 else 'steps'} of the load"
+    steps = f"{newton.steps} load {'step' if newton.steps == 1 else 'steps'}"
     clocks = {"setup_s": ready - begin, "solve_s": done - ready}
     said = {"settled": True, "iterations": newton.iterations, "clocks": clocks, "said": steps}
     return said, np.array(states)

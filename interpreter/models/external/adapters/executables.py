@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.external.external_problem import Floats, Problem
     from softmark.interpreter.models.imported_results.result_file import ResultFile
 
-UNKNOWN = "of a version that it does not tell"
+UNKNOWN = "unknown version"
 NODES = "nodes.npy"  # our nodes, for matching an answer
 NAMELESS = Named({}, {}, {}, {})  # of decks that need nodes only
 WIDE = 300  # characters of its output that are shown
@@ -44,7 +44,7 @@ def text(path: Path) -> str:
     try:
         return path.read_text(encoding="ascii", errors="replace")
     except OSError as error:
-        raise NoAnswer(f"it left no {path.name} ({error.strerror})") from error
+        raise NoAnswer(f"it wrote no {path.name} ({error.strerror})") from error
 
 
 def write_nodes(problem: Problem, folder: Path) -> None:
@@ -57,7 +57,7 @@ def read_nodes(folder: Path) -> Floats:
     try:
         found: Floats = np.load(folder / NODES, allow_pickle=False)
     except (OSError, ValueError, EOFError) as error:
-        raise NoAnswer(f"it has written over {NODES}") from error
+        raise NoAnswer(f"it overwrote {NODES}") from error
     return found
 
 

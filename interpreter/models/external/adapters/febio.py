@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.external.external_problem import Floats, Problem
 
 program = "febio4"  # the deck is of a specification that none before has
-install = "put `febio4` of FEBio 4 (febio.org) on the PATH; no package of Debian or Python has it"
+install = "put `febio4` of FEBio 4 (febio.org) on the PATH; there is no package for it in Debian or Python"
 refuses = deck.refuses
 
 TABLE, LOG = "u.csv", "model.log"
@@ -67,10 +67,10 @@ def read(folder: Path) -> Answer:
     said = _said(log)
     reached = [*map(float, _REACHED.findall(log))]
     if BAD in log:
-        why = f"an error termination, after time {max(reached, default=0.0):g} of {told.count('<pt>') - 1}"
+        why = f"error termination, after time {max(reached, default=0.0):g} of {told.count('<pt>') - 1}"
         raise ExternalNotConverged(f"{why}{': ' if said else ''}{said}")
     if GOOD not in log:
-        raise NoAnswer(f"its log has no normal termination{': ' if said else ''}{said}")
+        raise NoAnswer(f"its log reports no normal termination{': ' if said else ''}{said}")
     blocks = dict(_blocks(executables.text(folder / TABLE)))
     u = [_state(blocks, k, told.count("<node id=")) for k in range(1, told.count("<pt>"))]
     iterations = _ITERATIONS.search(log)
@@ -101,8 +101,8 @@ def _state(blocks: dict[float, str], time: int, count: int) -> Floats:
     try:
         table = np.array([line.split(",") for line in rows.splitlines() if line.strip()], dtype=np.float64)
     except ValueError as error:
-        raise NoAnswer(f"{TABLE} holds what is no table of displacements") from error
+        raise NoAnswer(f"{TABLE} contains something that is not a table of displacements") from error
     if table.shape != (count, 4) or (table[:, 0] != np.arange(1, count + 1)).any():
-        raise NoAnswer(f"{TABLE} does not have the displacements of all {count} nodes in turn")
+        raise NoAnswer(f"{TABLE} does not list the displacements of all {count} nodes in order")
     found: Floats = table[:, 1:]
     return found

@@ -108,7 +108,7 @@ class Newton:
             self.u[:] = before
             step *= 0.5
             if step < SHORTEST:
-                raise NoAnswer(f"its Newton iteration ends at {100.0 * at:.4g} % of the load")
+                raise NoAnswer(f"its Newton iteration stops at {100.0 * at:.4g} % of the load")
 
     def _solved(self, share: float) -> bool:
         """Return whether the iteration converges at a load fraction."""

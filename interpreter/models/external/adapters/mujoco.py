@@ -38,7 +38,7 @@ def _moved(problem: Problem) -> Answer:
     begin = time.perf_counter()
     motion = problem.motion
     if motion is None:
-        raise NoAnswer("it knows no state of rest")
+        raise NoAnswer("it solves no static equilibrium")
     model = mujoco.MjModel.from_xml_string(deck(problem, motion))
     data = mujoco.MjData(model)
     free = ~problem.is_held
@@ -50,7 +50,7 @@ def _moved(problem: Problem) -> Answer:
     ready = time.perf_counter()
     steps, unsolved = stepped(model, data, motion, look)
     done = time.perf_counter()
-    said = f"{unsolved} of {motion.count} steps ran out of iterations" if unsolved else ""
+    said = f"{unsolved} of {motion.count} steps reached the iteration limit" if unsolved else ""
     clocks = {"setup_s": ready - begin, "solve_s": done - ready}
     return Answer(u, not unsolved, None, clocks, said, steps_s=steps, unsolved=unsolved)
 

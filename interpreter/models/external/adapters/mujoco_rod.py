@@ -34,7 +34,7 @@ def solved(problem: Problem) -> Answer:
     begin = time.perf_counter()
     motion, section = problem.motion, problem.section
     if motion is None or section is None:
-        raise NoAnswer("it knows rods in motion alone")
+        raise NoAnswer("it computes rods in motion only")
     ends = held_ends(problem)
     model = mujoco.MjModel.from_xml_string(deck(problem, motion, section))
     data, count = mujoco.MjData(model), len(problem.points)
@@ -56,7 +56,7 @@ def solved(problem: Problem) -> Answer:
     steps, unsolved = stepped(model, data, motion, look)
     done = time.perf_counter()
     must_be_worked_for(energies, np.einsum("tni,ni->t", u, problem.forces), motion.step)
-    said = f"{unsolved} of {motion.count} steps ran out of iterations" if unsolved else ""
+    said = f"{unsolved} of {motion.count} steps reached the iteration limit" if unsolved else ""
     clocks = {"setup_s": ready - begin, "solve_s": done - ready}
     return Answer(u, not unsolved, None, clocks, said, steps_s=steps, turned=turned, unsolved=unsolved)
 

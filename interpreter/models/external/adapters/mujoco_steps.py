@@ -29,7 +29,7 @@ def stepped(model: Any, data: Any, motion: Motion, look: Callable[[int], None]) 
         unsolved, short.number = unsolved + bool(short.number), 0
         if any(data.warning[w].number for w in bad) or not np.all(np.isfinite(data.qpos)):
             raise ExternalNotConverged(
-                f"it is unstable after {(n + 1) * motion.step:.4g} s, with steps of {motion.step:g} s"
+                f"it becomes unstable after {(n + 1) * motion.step:.4g} s with steps of {motion.step:g} s"
             )
         if n + 1 in wanted:
             look(wanted[n + 1])

@@ -38,12 +38,12 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
     """Return unsupported features: damping by stiffness, explicit steps, and nodes with only some components held."""
     motion, found = problem.motion, []
     if motion is not None and motion.damping_stiffness:
-        found.append(("damping_stiffness", "its damping of cells is another"))
+        found.append(("damping_stiffness", "its damping of cells is defined differently"))
     if motion is not None and motion.explicit:
-        found.append(("an explicit integrator", "its steps are those of implicit Euler"))
+        found.append(("an explicit integrator", "it steps by implicit Euler"))
     _, counts = np.unique(problem.held[:, 0], return_counts=True)
     if np.any(counts != 3):
-        found.append(("supports that hold components", "it holds particles whole"))
+        found.append(("supports that hold single components", "it can hold only all components of a particle"))
     return found
 
 
@@ -60,7 +60,7 @@ def moved(problem: Problem, iterations: int, solver_of: Any, colours: bool) -> A
     begin = time.perf_counter()
     motion = problem.motion
     if motion is None:
-        raise NoAnswer("it knows no state of rest")
+        raise NoAnswer("it solves no static equilibrium")
     model = built(problem, motion, colours)
     solver_of(model).step(model.state(), model.state(), model.control(), None, motion.step)
     solver, now, then, control = solver_of(model), model.state(), model.state(), model.control()
@@ -77,10 +77,10 @@ def moved(problem: Problem, iterations: int, solver_of: Any, colours: bool) -> A
         if n + 1 in wanted:
             u[wanted[n + 1]] = now.particle_q.numpy() - rest
             if not np.all(np.isfinite(u[wanted[n + 1]])):
-                raise ExternalNotConverged(f"it is unstable before {(n + 1) * motion.step:.4g} s")
+                raise ExternalNotConverged(f"it becomes unstable before {(n + 1) * motion.step:.4g} s")
     done = time.perf_counter()
     u[:, problem.held[:, 0], problem.held[:, 1]] = 0.0  # to the last digit of single precision
-    said = f"{iterations} iterations a step, and it does not say what they leave"
+    said = f"{iterations} iterations per step, without a reported residual"
     clocks = {"setup_s": ready - begin, "solve_s": done - ready}
     return Answer(u, False, iterations * motion.count, clocks, said, steps_s=steps, unsolved=motion.count)
 

@@ -32,7 +32,7 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
     held = problem.is_held
     pairs, middles = ends(problem)
     if np.any(held[middles] & ~held[pairs].all(axis=1)):
-        return [("supports that hold nodes between corners alone", "its shape functions are hierarchical")]
+        return [("supports that hold only mid-edge nodes", "its shape functions are hierarchical")]
     return []
 
 

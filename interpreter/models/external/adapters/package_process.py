@@ -104,7 +104,7 @@ class Package:
             return Answer(u, said["settled"], said["iterations"], clocks, str(said["said"]), **more,
                           unsolved=int(said.get("unsolved", 0)))  # fmt: skip
         except FileNotFoundError as none:
-            raise NoAnswer("it left no result") from none
+            raise NoAnswer("it wrote no result") from none
         except (OSError, ValueError, KeyError, TypeError, AttributeError) as broken:
             raise NoAnswer(f"its result cannot be read ({type(broken).__name__})") from broken
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.external.external_problem import Floats, Problem
 
 program = "PolyFEM_bin"
-install = "put `PolyFEM_bin` (polyfem.github.io) on the PATH; no package of Debian or Python has it"
+install = "put `PolyFEM_bin` (polyfem.github.io) on the PATH; there is no package for it in Debian or Python"
 
 FIELD = "solution"
 NEAR = 1e-9  # of the body: how far a node of its is from one of ours
@@ -84,7 +84,7 @@ def read(folder: Path) -> Answer:
     if not (folder / deck.ANSWER).exists():
         if settled is False or any(word in said for word in ("iteration limit", "find minimizer")):
             raise ExternalNotConverged(said)
-        raise NoAnswer(f"it left no {deck.ANSWER}{': ' if said else ''}{said}")
+        raise NoAnswer(f"it wrote no {deck.ANSWER}{': ' if said else ''}{said}")
     told, found = executables.results(folder / deck.ANSWER, FIELD)
     u = _matched(told.points, found, executables.read_nodes(folder))
     return Answer(u[None], settled, None, _clocks(folder / deck.STATISTICS), said)
@@ -101,7 +101,7 @@ def _matched(points: Floats, found: Floats, nodes: Floats) -> Floats:
     if lost := int(np.isnan(u[:, 0]).sum()):
         raise NoAnswer(f"{deck.ANSWER} has no point at {lost} of {len(nodes)} nodes")
     if np.abs(u[node[own]] - found[own]).max() > ALIKE * np.abs(u).max():
-        raise NoAnswer(f"{deck.ANSWER} has several displacements of a node")
+        raise NoAnswer(f"{deck.ANSWER} has several displacements for one node")
     return u
 
 

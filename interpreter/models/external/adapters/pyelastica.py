@@ -38,7 +38,7 @@ def solved(problem: Problem) -> Answer:
     elastica = imported()
     motion = problem.motion
     if motion is None or problem.section is None:
-        raise NoAnswer("it knows rods in motion alone")
+        raise NoAnswer("it computes rods in motion only")
     stepper, dt = elastica.PositionVerlet(), np.float64(motion.step)
     simulator, _ = build_simulator(problem)
     stepper.step(simulator, np.float64(0.0), dt)  # which compiles
@@ -55,7 +55,7 @@ def solved(problem: Problem) -> Answer:
         steps[n] = time.perf_counter() - before
         if not (np.all(np.isfinite(rod.position_collection)) and np.all(np.isfinite(rod.director_collection))):
             raise ExternalNotConverged(
-                f"it is unstable after {(n + 1) * motion.step:.4g} s, with steps of {motion.step:g} s"
+                f"it becomes unstable after {(n + 1) * motion.step:.4g} s with steps of {motion.step:g} s"
             )
         if n + 1 in wanted:
             u[wanted[n + 1]] = rod.position_collection.T - problem.points

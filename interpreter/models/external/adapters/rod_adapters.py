@@ -20,9 +20,11 @@ def must_be_worked_for(energies: Floats, work: Floats, step: float) -> None:
     made = float((energies - work).max())
     if not made <= MADE * most:
         if most == 0.0:
-            raise ExternalNotConverged(f"it is unstable with steps of {step:g} s: nothing works, and the rod moves")
+            raise ExternalNotConverged(
+                f"it is unstable with steps of {step:g} s: the rod moves although no load does work"
+            )
         found = f"{made / most:.3g} times the work of its loads"
-        raise ExternalNotConverged(f"it is unstable: with steps of {step:g} s energy comes from nowhere, {found}")
+        raise ExternalNotConverged(f"it is unstable: with steps of {step:g} s it gains energy, {found}")
 
 
 def nodal_axes(own: Floats) -> Floats:

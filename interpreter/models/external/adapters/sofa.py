@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.external.external_problem import Problem
 
 program = "runSofa"
-install = "put `runSofa` of SOFA 24 (sofa-framework.org) on the PATH; no package of Debian or Python has it"
+install = "put `runSofa` of SOFA 24 (sofa-framework.org) on the PATH; there is no package for it in Debian or Python"
 refuses = deck.refuses
 
 ROUNDING = 5e-6  # of a number: half of the last of 6 digits
@@ -60,9 +60,9 @@ def read(folder: Path) -> Answer:
         why = log.partition(LOST)[2].partition("\n")[0].strip()[: executables.WIDE]
         raise ExternalNotConverged(visible(why) or "it diverged")
     if not files:
-        raise NoAnswer(f"it left no {deck.ANSWER}*.vtu")
+        raise NoAnswer(f"it wrote no {deck.ANSWER}*.vtu")
     told, u = executables.results(files[-1], deck.FIELD)
     nodes = executables.read_nodes(folder)
     if told.points.shape != nodes.shape or np.abs(told.points - nodes).max() > 2.0 * ROUNDING * np.abs(nodes).max():
-        raise NoAnswer(f"the points of {files[-1].name} are not the nodes of its scene")
+        raise NoAnswer(f"the points of {files[-1].name} are not the nodes of the scene")
     return Answer(u[None], True if SETTLED in log else None, log.count(ITERATION) or None, {}, "", ROUNDING)

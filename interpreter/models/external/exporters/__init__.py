@@ -34,26 +34,31 @@ MM = "mm, g and s: forces uN (micronewtons), stresses Pa, energies nJ, densities
 OF_MM = {"m": "mm", "m^2": "mm^2", "m^3": "mm^3", "N": "uN", "N*m": "nN*m", "J": "nJ"}  # uN = g*mm/s^2
 
 FORMATS: dict[str, Format] = {
-    "calculix": Format("adapters.calculix", "an input deck, `ccx -i job` runs it", "1mm", units=MM),
+    "calculix": Format("adapters.calculix", "an input deck; run it with `ccx -i job`", "1mm", units=MM),
     "febio": Format(
-        "exporters.febio_exporter", "a deck that `febio4 -i model.feb` runs; tested as text alone", "1mm", units=MM
+        "exporters.febio_exporter",
+        "a deck; run it with `febio4 -i model.feb`; only the text is tested",
+        "1mm",
+        units=MM,
     ),
     "gmsh": Format(
         "exporters.gmsh_exporter",
         "the mesh as Gmsh 4.1, with materials, supports and loads as physical groups",
         mesh=True,
     ),
-    "mujoco": Format("exporters.mujoco_exporter", "a model that `simulate model.xml` shows in motion", moves=True),
+    "mujoco": Format("exporters.mujoco_exporter", "a model; `simulate model.xml` shows it in motion", moves=True),
     "polyfem": Format(
         "exporters.polyfem_exporter",
-        "a deck that `PolyFEM_bin --json model.json` runs; tested as text alone",
+        "a deck; run it with `PolyFEM_bin --json model.json`; only the text is tested",
         by_name=True,
     ),
     "sofa": Format(
-        "exporters.sofa_exporter", "a scene that `runSofa -g batch -n 1 model.scn` runs; tested as text alone"
+        "exporters.sofa_exporter", "a scene; run it with `runSofa -g batch -n 1 model.scn`; only the text is tested"
     ),
     "vtu": Format(
-        "exporters.vtu_exporter", "the mesh as VTU, with forces, what is held and by how much at its nodes", mesh=True
+        "exporters.vtu_exporter",
+        "the mesh as VTU, with nodal forces, supported nodes and imposed displacements",
+        mesh=True,
     ),
 }
 

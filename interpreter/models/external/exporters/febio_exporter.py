@@ -33,13 +33,18 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
     """Return features of a problem that FEBio does not have, or defines differently."""
     found = []
     if problem.element not in ELEMENTS:
-        found.append((problem.element, f"its quadrature may be another; tried are {', '.join(ELEMENTS)}"))
+        found.append((problem.element, f"its quadrature may differ; tested elements are {', '.join(ELEMENTS)}"))
     if problem.strain == "small":
-        found.append(("strain = small", "its solids are always of finite strain"))
+        found.append(("strain = small", "its solid elements always use finite strain"))
         return found
     for stuff in problem.stuff:
         if stuff.law not in LAWS:
-            found.append((stuff.law, f"of ours it has {', '.join(LAWS)}; others are of three fields there"))
+            found.append(
+                (
+                    stuff.law,
+                    f"of the laws of softmark it has {', '.join(LAWS)}; its other laws use three-field elements",
+                )
+            )
     return found
 
 

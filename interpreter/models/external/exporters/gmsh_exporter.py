@@ -52,7 +52,7 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
     """Return cells without a Gmsh element type here."""
     if (3, problem.cells.shape[1]) in KINDS:
         return []
-    return [(problem.element, "it is a slice of a plane body, whose triangles are no cells of a solid of others")]
+    return [(problem.element, "the mesh is a slice of a plane body and has no solid cells")]
 
 
 def export(problem: Problem, named: Named, folder: Path) -> list[str]:

@@ -31,13 +31,13 @@ ROUNDING = 1e-12  # of the greatest force: remainder after the weight
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
     """Return features of a problem that MuJoCo does not have, or defines differently."""
-    found = [] if problem.element == "tet4" else [(problem.element, "its solids are of linear tetrahedra")]
+    found = [] if problem.element == "tet4" else [(problem.element, "its solids use linear tetrahedra")]
     if problem.strain != "finite":
-        found.append((f"strain = {problem.strain}", "its solids are of finite strain"))
+        found.append((f"strain = {problem.strain}", "its solids use finite strain"))
     if len(problem.stuff) > 1:
-        found.append(("several materials", "a flex has one"))
+        found.append(("several materials", "a flex has one material"))
     laws = dict.fromkeys(stuff.law for stuff in problem.stuff if stuff.law != LAW)
-    return [*found, *((law, f"a flex has Young's modulus, Poisson's ratio and one law: {LAW}") for law in laws)]
+    return [*found, *((law, f"a flex has Young's modulus, Poisson's ratio and one law, {LAW}") for law in laws)]
 
 
 def export(problem: Problem, named: Named, folder: Path) -> list[str]:

@@ -41,26 +41,26 @@ SAME = 1e-9  # of the greatest: tolerance of forces and positions
 def refuses(problem: Problem) -> list[tuple[str, str]]:
     """Return features of a problem that PolyFEM does not have, or defines differently."""
     if problem.element not in ORDERS:
-        return [(problem.element, f"its quadrature may be another; tried are {', '.join(ORDERS)}")]
+        return [(problem.element, f"its quadrature may differ; tested elements are {', '.join(ORDERS)}")]
     found = []
     if (why := PROGRAMS["polyfem"].save.get((problem.element, problem.strain))) is not None:
         found.append((f"{problem.element} at {problem.strain} strain", why))
     if problem.element == "tet10" and not _straight(problem):
-        found.append(("curved edges", "its mesh is told by corners"))
+        found.append(("curved edges", "its mesh is defined by corner nodes only"))
     if len(problem.shares) > 1:
-        found.append(("several states", "its loads are those of one"))
+        found.append(("several states", "its loads are those of one state"))
     for stuff in problem.stuff:
         if stuff.law not in LAWS:
-            found.append((stuff.law, f"of ours it has {', '.join(LAWS)}"))
+            found.append((stuff.law, f"of the laws of softmark it has {', '.join(LAWS)}"))
     if _held(problem, _facets(problem)) is None:
-        found.append(("the supports", "it holds whole facets, and by the same all over each"))
+        found.append(("the supports", "it holds whole facets only, with one displacement for each"))
     return found
 
 
 def lost(problem: Problem, named: Named) -> list[tuple[str, str]]:
     """Return loads that are neither a force on the whole body nor a traction on whole facets."""
     facets = _facets(problem)
-    why = "its forces are on all of the body, or uniform tractions or pressures on whole facets"
+    why = "its forces act on the whole body, or as uniform tractions or pressures on whole facets"
     acting = {name: _acting(problem, named, name, facets) for name in named.loads}
     found = [(f"load `{name}`", why) for name, own in acting.items() if own is None]
     told = sum(named.loads.values(), np.zeros_like(problem.points))

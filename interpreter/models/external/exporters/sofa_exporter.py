@@ -40,16 +40,16 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
     """Return features of a problem that SOFA does not have, or defines differently."""
     found = []
     if problem.element != "tet4":
-        found.append((problem.element, "its laws at finite strain are of linear tetrahedra"))
+        found.append((problem.element, "its finite-strain laws need linear tetrahedra"))
     if len(problem.stuff) > 1:
-        found.append(("several materials", "its force fields have one each for a whole mesh"))
+        found.append(("several materials", "each force field has one material for the whole mesh"))
     if np.any(problem.values):
-        found.append(("a support that moves", "it holds points where they are, or moves them in time"))
+        found.append(("a support that moves", "it holds points in place, or moves them in time"))
     if len(problem.shares) > 1:
         found.append(("several states", "its forces are constant"))
     for stuff in problem.stuff:
         if problem.strain == "finite" and stuff.law not in LAWS:
-            found.append((stuff.law, f"of ours it has {', '.join(LAWS)}"))
+            found.append((stuff.law, f"of the laws of softmark it has {', '.join(LAWS)}"))
     return found
 
 

@@ -63,7 +63,7 @@ class PreparedRod(PreparedExternalDynamics):
         u = super().looked_at(answer, problem)
         turned = answer.turned
         if turned is None or turned.shape != (*u.shape[:2], 3, 3) or not np.all(np.isfinite(turned)):
-            raise NoAnswer("its result says nothing of how sections turn")
+            raise NoAnswer("its result does not include section rotations")
         return u
 
     def seen(self, answer: Answer, u: Floats) -> dict[str, Any]:

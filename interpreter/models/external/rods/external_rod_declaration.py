@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 else:
     Word = Literal[tuple(RODS)]
 
-_NODAL = "loads are told as dead forces on its nodes"
+_NODAL = "loads are exchanged as dead forces on nodes"
 # a h of a step h: what drifts under a force is too slow by 1 - a h / (exp(a h) - 1), and that is 5 % here; beyond, it
 # calms steps too long to be stable as well, and a wrong motion would look like one that is damped
 MOST_DAMPED = 0.1
@@ -74,7 +74,7 @@ class OutsideRod(ExternalModel):
     sectional = True
     finely = ("segments",)
     loads = (*Model.loads, LineForce, TendonLoad)
-    instead = "`beam6dof(...)` takes all of it"
+    instead = "use `beam6dof(...)`, which supports all of this"
 
     program: Annotated[Word, "the program"]
     segments: Annotated[int, "1 in [2, 10000]", "elements along the axis"]
@@ -103,16 +103,16 @@ class OutsideRod(ExternalModel):
 
     def _of_body(self, case: Case) -> Iterator[Reason]:
         if not isinstance(case.prism, Prism) or case.prism.tapered:
-            yield "the body", "a rod is told by one section along a straight axis"
+            yield "the body", "a rod needs one section along a straight axis"
         yield from of_body(case)
         if not isinstance(case.analysis, Dynamic):
             return
         if case.analysis.damping_stiffness:
-            yield "damping_stiffness", "its damping is by velocities alone"
+            yield "damping_stiffness", "its damping is proportional to velocity only"
         shrinks = case.analysis.damping_mass * (self.step or case.analysis.step)
         if shrinks > MOST_DAMPED:
             least = f"{MOST_DAMPED / case.analysis.damping_mass:.3g} s"
-            why = f"it takes too much of a velocity in so long a step: give it a `step` of {least} or less"
+            why = f"the step is too long for this damping: use a `step` of {least} or less"
             yield "damping_mass", why
 
     def _of_loads(self, case: Case) -> Iterator[Reason]:
@@ -129,14 +129,14 @@ class OutsideRod(ExternalModel):
         nodes, held = tuple(self.stations(case)), set[int]()
         for support in case.supports:
             if len(support.thing.components) < 3:
-                yield f"support `{support.name}`", "it is held by clamps"
+                yield f"support `{support.name}`", "it supports only clamps"
             held |= {
                 i for i, taken in enumerate(selects_whole_sections(support.thing.where, case.prism, nodes)) if taken
             }
         if not held <= {0, len(nodes) - 1}:
-            yield "the supports", "it is held at its ends alone"
+            yield "the supports", "it can be held only at its ends"
         elif len(held) == 2 and not self.told.stretches:
-            yield "the supports", "it keeps its length, which leaves it no way between two clamps"
+            yield "the supports", "its length is fixed, so it cannot move between two clamps"
 
     def stations(self, case: Case) -> list[float]:
         """Return the stations of nodes along the axis, m from the root."""

@@ -23,16 +23,16 @@ READERS = {
     ".pvtu": "pvtu", ".xplt": "xplt",
 }  # fmt: skip
 INSTEAD = {  # of formats that are not read, what to name
-    ".h5": "name the .xdmf that belongs to it",
-    ".hdf5": "name the .xdmf that belongs to it",
-    ".dat": "ask CalculiX for `*NODE FILE` and name the .frd",
+    ".h5": "name the .xdmf file that belongs to it",
+    ".hdf5": "name the .xdmf file that belongs to it",
+    ".dat": "write results with `*NODE FILE` in CalculiX, and name the .frd file",
     ".bp": "write XDMF, or VTK for ParaView",
     ".gz": UNPACK,
     ".vtm": "merge the blocks in ParaView and save them as .vtu",
-    ".vtp": "give the solid, or the points of the surface as .csv",
+    ".vtp": "write the solid, or the points of the surface as .csv",
 }
 LARGEST = 2 << 30  # bytes of a file, and of all files of a series
-AGAIN = "write the file again: it may be cut off, or its name may not say its format"
+AGAIN = "write the file again: it may be incomplete, or have the wrong extension"
 
 
 def read(file: Path) -> ResultFile:
@@ -40,8 +40,8 @@ def read(file: Path) -> ResultFile:
     suffix = file.suffix.lower()
     if suffix not in READERS:
         *known, last = READERS
-        reason = f"results are read from {', '.join(known)} and {last}"
-        raise Unreadable(file.name, reason, INSTEAD.get(suffix, "convert the file to one of them, .vtu for one"))
+        reason = f"results can be read from {', '.join(known)} and {last} files"
+        raise Unreadable(file.name, reason, INSTEAD.get(suffix, "convert the file to one of them, such as .vtu"))
     _there(file)
     reader = import_module(f"{__name__}.{_by_content(file, READERS[suffix])}")
     from softmark.resource_limits import describe_read_error, process_lock
@@ -84,9 +84,9 @@ def _there(file: Path) -> None:
         known = "the path is relative to the folder of the scene"
         raise Unreadable(file.name, f"there is no file {file}", known) from None
     except OSError as error:
-        raise Unreadable(file.name, f"it cannot be read ({error.strerror})", "name a file that can be") from None
+        raise Unreadable(file.name, f"it cannot be read ({error.strerror})", "name a readable file") from None
     if not size:
         raise Unreadable(file.name, "it is empty", AGAIN)
     if size > LARGEST:
-        reason = f"it has {size / 2**30:.1f} GiB, and {LARGEST >> 30} GiB are read"
-        raise Unreadable(file.name, reason, "keep fewer moments, or fewer fields")
+        reason = f"it has {size / 2**30:.1f} GiB, more than the limit of {LARGEST >> 30} GiB"
+        raise Unreadable(file.name, reason, "keep fewer times or fewer fields")

@@ -42,15 +42,19 @@ def read(file: Path) -> ResultFile:
         words = csv_tables.read_header(file)
         if len(words) > MOST:
             raise Unreadable(
-                file.name, f"it has {len(words)} columns, and {MOST} are read", "leave out what is not needed"
+                file.name,
+                f"it has {len(words)} columns, more than the limit of {MOST}",
+                "remove columns that are not needed",
             )
         if worded := next(filter(None, map(UNIT.fullmatch, words)), None):
-            remedy = f"call it `{worded[1]}`, and say the unit in the scene"
-            raise Unreadable(file.name, f"its column `{worded[0]}` names a unit", remedy)
+            remedy = f"name it `{worded[1]}`, and write the unit in the scene"
+            raise Unreadable(file.name, f"the name of its column `{worded[0]}` contains a unit", remedy)
         places = _first(PLACES, words)
         if places is None:
-            reason = f"its columns do not say where its points lie: {', '.join(f'`{w}`' for w in words[:12])}"
-            raise Unreadable(file.name, reason, "name columns `X`, `Y` and `Z`, and displacements `ux`, `uy` and `uz`")
+            reason = f"its columns do not contain positions: {', '.join(f'`{w}`' for w in words[:12])}"
+            raise Unreadable(
+                file.name, reason, "name the columns `X`, `Y` and `Z`, and displacements `ux`, `uy` and `uz`"
+            )
         moved = _first(tuple(t for t in MOVED if t != places), words)
         vectors = _vectors(file.name, words, {*places, *(moved or ())})
         clock = [word for word in TIMES if word in words][:1]
@@ -79,7 +83,7 @@ def _vectors(name: str, words: Sequence[str], taken: set[str]) -> dict[str, Trip
     for stem, triple in found:
         if known[stem] != triple:
             both = " and ".join(f"`{', '.join(own)}`" for own in (triple, known[stem]))
-            raise Unreadable(name, f"two of its vectors are called `{stem}`: {both}", "give each a name of its own")
+            raise Unreadable(name, f"two of its vectors are named `{stem}`: {both}", "give each a different name")
     return known
 
 
@@ -100,8 +104,8 @@ def _told(name: str, found: csv_tables.Columns, places: Triple, moved: Triple | 
     )
     if every.moved is not None and (moved or places in AT_REST):
         columns = ", ".join(f"`{w}`" for w in places)
-        reason = f"{columns} say where points lie at rest, and are others at another time"
-        raise Unreadable(name, reason, "tell the points in the same order at each time")
+        reason = f"the undeformed positions in {columns} differ between times"
+        raise Unreadable(name, reason, "write the points in the same order at each time")
     if moved is None:
         return every
     x = _stacked(found, moved)

@@ -35,8 +35,8 @@ ORDER = {"hexahedron20": [*range(12), *range(16, 20), *range(12, 16)]}
 WIDTHS = {0: 5, 1: 10}  # of a node's number, by the format; others are binary
 NUMBER = 12  # columns of a number
 FREQUENCIES = 2  # ictype of a result that is a mode
-ENDED = "it has no last line 9999: CalculiX did not come to its end, and what it wrote last is in no equilibrium"
-TEXT = "ask CalculiX for `*NODE FILE`, which is written as text, in place of `*NODE OUTPUT`"
+ENDED = "it has no last line 9999: CalculiX did not finish, and the last results are not in equilibrium"
+TEXT = "write results with `*NODE FILE`, which is text, instead of `*NODE OUTPUT`"
 
 
 @dataclass(frozen=True)
@@ -58,18 +58,18 @@ class Lines:
             if key in ("2C", "3C", "100C"):
                 yield key, row, here
             elif row.strip() and not key.startswith("1"):  # words on the file, and on a step
-                raise Unreadable(self.name, f"line {here} begins no block that is known", AGAIN)
-        raise Unreadable(self.name, ENDED, "look into its log, and let it finish")
+                raise Unreadable(self.name, f"line {here} begins an unknown block", AGAIN)
+        raise Unreadable(self.name, ENDED, "find the cause in the log of CalculiX, and let it finish")
 
     def block(self) -> tuple[int, list[bytes]]:
         """Return the number of the first line, from 1, and all lines before the next ` -3`. Raises Unreadable."""
         start = i = self.at[0]
         while i < len(self.rows) and self.rows[i][:3] not in (b" -3",):
             if self.rows[i][:3] not in (b" -1", b" -2", b" -4", b" -5"):
-                raise Unreadable(self.name, f"line {i + 1} stands in a block that is not closed", AGAIN)
+                raise Unreadable(self.name, f"line {i + 1} is in a block that is not closed", AGAIN)
             i += 1
         if i == len(self.rows):
-            raise Unreadable(self.name, f"it breaks off in the block of line {start + 1}", AGAIN)
+            raise Unreadable(self.name, f"it ends in the block of line {start + 1}", AGAIN)
         self.at[0] = i + 1
         return start + 1, self.rows[start:i]
 
@@ -96,12 +96,12 @@ def read(file: Path) -> ResultFile:
             if values is None:
                 left[f"`{word}`"] = None
             elif word in steps.setdefault(time, {}):
-                reason = f"line {here}: `{word}` is told a second time at {time:g}"
+                reason = f"line {here}: `{word}` appears twice at time {time:g}"
                 raise Unreadable(file.name, reason, "write each increment once")
             else:
                 steps[time][word] = values
         if not steps:
-            remedy = "ask for them: `*NODE FILE` and a line `U` in each step"
+            remedy = "write them: `*NODE FILE` and a line `U` in each step"
             raise Unreadable(file.name, "it has no vectors at nodes", remedy)
         return combine_states(file.name, _moments(file.name, X, tuple(blocks), steps, tuple(left)), ids)
 
@@ -116,9 +116,9 @@ def _width(name: str, row: bytes, here: int) -> int:
     """Return the width of node numbers, from the format at the end of a line. Raises Unreadable."""
     form = row.split()[-1] if row.split() else b""
     if form in (b"2", b"3"):
-        raise Unreadable(name, f"line {here}: it is binary", TEXT)
+        raise Unreadable(name, f"line {here} is binary", TEXT)
     if form not in (b"0", b"1"):
-        raise Unreadable(name, f"line {here}: its format is `{form.decode('latin-1')[:20]}`, not 0 or 1", AGAIN)
+        raise Unreadable(name, f"line {here} has the format `{form.decode('latin-1')[:20]}`, not 0 or 1", AGAIN)
     return WIDTHS[int(form)]
 
 
@@ -128,14 +128,16 @@ def _table(name: str, rows: list[bytes], line: int, width: int, many: int) -> tu
     rows = [row.rstrip() for row in rows]
     for i, row in enumerate(rows):
         if len(row) != ends[-1] or row[:3] != b" -1":
-            raise Unreadable(name, f"line {line + i} is no node with {many} numbers", AGAIN)
+            raise Unreadable(name, f"line {line + i} is not a node with {many} numbers", AGAIN)
     letters = np.frombuffer(b"".join(rows), dtype="S1").reshape(-1, ends[-1])
     try:  # columns have no blanks between them
         found = numbers(np.insert(letters, ends[:-1], b" ", axis=1)[:, 3:].tobytes().decode("latin-1"), "f8")
         found = found.reshape(len(rows), 1 + many)
         return found[:, 0].astype(np.int64), np.ascontiguousarray(found[:, 1:])
     except ValueError as error:
-        raise Unreadable(name, f"what follows line {line} is no table of numbers ({str(error)[:80]})", AGAIN) from None
+        raise Unreadable(
+            name, f"the lines after line {line} are not a table of numbers ({str(error)[:80]})", AGAIN
+        ) from None
 
 
 def _nodes(lines: Lines, row: bytes, here: int) -> tuple[Ints, Floats]:
@@ -146,9 +148,9 @@ def _nodes(lines: Lines, row: bytes, here: int) -> tuple[Ints, Floats]:
     promised = row[6:36].strip()
     if not promised.isdigit() or int(promised) != len(ids):
         shown = promised.decode("latin-1")[:20]
-        raise Unreadable(lines.name, f"line {here} promises {shown} nodes, and there are {len(ids)}", AGAIN)
+        raise Unreadable(lines.name, f"line {here} announces {shown} nodes, but there are {len(ids)}", AGAIN)
     if len(np.unique(ids)) < len(ids):
-        raise Unreadable(lines.name, "two of its nodes have one number", AGAIN)
+        raise Unreadable(lines.name, "two of its nodes have the same number", AGAIN)
     return ids, X
 
 
@@ -171,7 +173,7 @@ def _cells(lines: Lines, row: bytes, here: int, ids: Ints) -> list[Block]:
             else:
                 cell += [int(each[k : k + width]) for k in range(3, len(each.rstrip()), width)]
         except (ValueError, KeyError):
-            raise Unreadable(lines.name, f"line {i} is no cell of a type that is known", AGAIN) from None
+            raise Unreadable(lines.name, f"line {i} is a cell of unknown type", AGAIN) from None
         if len(cell) > many:
             raise Unreadable(lines.name, f"line {i}: a cell has more than {many} nodes", AGAIN)
     if len(cell) < many:
@@ -187,7 +189,7 @@ def _placed(name: str, numbers: Ints, ids: Ints) -> Ints:
     places: Ints = order[at]
     wrong = np.flatnonzero((ids[places] != numbers).ravel())
     if len(wrong):
-        raise Unreadable(name, f"it names node {numbers.ravel()[wrong[0]]}, which it does not have", AGAIN)
+        raise Unreadable(name, f"it refers to node {numbers.ravel()[wrong[0]]}, which does not exist", AGAIN)
     return places
 
 
@@ -197,11 +199,13 @@ def _result(lines: Lines, row: bytes, here: int, ids: Ints) -> tuple[float, str,
     try:
         time, kind = float(row[12:24]), int(row[56:58])
     except ValueError:
-        raise Unreadable(lines.name, f"line {here} tells no time", AGAIN) from None
+        raise Unreadable(lines.name, f"line {here} has no time", AGAIN) from None
     if not np.isfinite(time):
         raise Unreadable(lines.name, f"line {here}: its time is {time}", AGAIN)
     if kind == FREQUENCIES:
-        raise Unreadable(lines.name, f"line {here}: it holds modes, whose size means nothing", "give a static step")
+        raise Unreadable(
+            lines.name, f"line {here} contains vibration modes, whose amplitude is arbitrary", "use a static step"
+        )
     heads = sum(each[:3] in (b" -4", b" -5") for each in rows)
     if not rows or rows[0][:3] != b" -4" or any(each[:3] != b" -5" for each in rows[1:heads]):
         raise Unreadable(lines.name, f"line {line} does not name a result", AGAIN)
@@ -211,8 +215,8 @@ def _result(lines: Lines, row: bytes, here: int, ids: Ints) -> tuple[float, str,
         return time, word, None
     nodes, values = _table(lines.name, rows[heads:], line + heads, width, 3)
     if len(nodes) != len(ids) or not np.array_equal(np.sort(nodes), np.sort(ids)):
-        reason = f"line {here}: `{word}` is told at {len(nodes)} nodes, and the mesh has {len(ids)}"
-        raise Unreadable(lines.name, reason, "ask for it at all: `*NODE FILE` without NSET")
+        reason = f"line {here}: `{word}` is given at {len(nodes)} nodes, but the mesh has {len(ids)}"
+        raise Unreadable(lines.name, reason, "write it for all nodes: `*NODE FILE` without NSET")
     ordered = np.empty_like(values)
     ordered[_placed(lines.name, nodes, ids)] = values
     return time, word, ordered

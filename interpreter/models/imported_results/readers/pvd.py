@@ -24,17 +24,23 @@ def read(file: Path) -> ResultFile:
         top = parsed(file.name, read_regular(file), "VTKFile")
     entries = [(e.get("file", ""), e.get("timestep", ""), e.get("part", "0")) for e in top.iter("DataSet")]
     if any(part not in ("", "0") for _, _, part in entries):
-        raise Unreadable(file.name, "its moments are in several parts", "merge them in ParaView, and save one for each")
+        raise Unreadable(
+            file.name,
+            "its times consist of several parts",
+            "merge the parts in ParaView, and save one file for each time",
+        )
     files = [within(file.name, file.parent, path) for path, _, _ in entries]
     if len(set(files)) < len(files):
-        raise Unreadable(file.name, "it names one file for several moments", "give each moment a file of its own")
+        raise Unreadable(file.name, "it uses one file for several times", "write a separate file for each time")
     if other := next((f for f in files if f.suffix.lower() not in (".vtu", ".pvtu")), None):
-        raise Unreadable(file.name, f"it names `{other.name}`, and a series is of .vtu files", "save its files as .vtu")
+        raise Unreadable(
+            file.name, f"it refers to `{other.name}`, but a series must consist of .vtu files", "save its files as .vtu"
+        )
     files = [part(f) if f.suffix.lower() == ".pvtu" else f for f in files]
     size = sum(f.stat().st_size for f in files)
     if size > LARGEST:
-        reason = f"its files have {size / 2**30:.1f} GiB in all, and {LARGEST >> 30} GiB are read"
-        raise Unreadable(file.name, reason, "keep fewer moments, or fewer fields")
+        reason = f"its files have {size / 2**30:.1f} GiB in total, more than the limit of {LARGEST >> 30} GiB"
+        raise Unreadable(file.name, reason, "keep fewer times or fewer fields")
     with limited_resources(file, size):
         return combine_states(file.name, _moments(file.name, files, [time for _, time, _ in entries]))
 
@@ -43,5 +49,5 @@ def _moments(name: str, files: list[Path], times: list[str]) -> Iterator[Moment]
     """Yield the states, at the times of the series. Raises Unreadable."""
     for file, time in zip(files, times, strict=True):
         if time and not NUMBER.fullmatch(time.strip()):
-            raise Unreadable(name, f"`{time[:40]}` is no time", AGAIN)
+            raise Unreadable(name, f"`{time[:40]}` is not a time", AGAIN)
         yield replace(read_moment(file), time=float(time) if time else None)

@@ -29,6 +29,6 @@ def part(file: Path) -> Path:
         top = parsed(file.name, read_regular(file), "VTKFile")
     pieces = top.findall("PUnstructuredGrid/Piece")
     if len(pieces) != 1:
-        remedy = "merge them in ParaView, which knows points that parts share, and save the data as .vtu"
-        raise Unreadable(file.name, f"its mesh is in {len(pieces)} parts", remedy)
+        remedy = "merge them in ParaView, which joins points shared by parts, and save the data as .vtu"
+        raise Unreadable(file.name, f"its mesh consists of {len(pieces)} parts", remedy)
     return within(file.name, file.parent, pieces[0].get("Source", ""))

@@ -16,7 +16,7 @@ from softmark.references.measured_data import Unreadable
 from softmark.solvers.elements import element_of
 from softmark.solvers.mesh.files.mesh_reader import KINDS
 
-AGAIN = "write the file again: it may be cut off"
+AGAIN = "write the file again: it may be incomplete"
 PLURALS = {"triangle": "triangles", "line": "lines", "wedge": "wedges", "pyramid": "pyramids"}  # others are named
 FLAT = {"triangle": 3, "triangle6": 6, "quad": 4, "quad8": 8, "quad9": 9}  # plane cells, and their points
 
@@ -42,7 +42,9 @@ class Moment:
     def others(self) -> tuple[str, ...]:
         """Descriptions of the other arrays."""
         rest = {name: v[0].size for name, v in self.arrays.items() if v.shape[1:] != (3,)}
-        return tuple(f"scalars `{name}`" if k == 1 else f"`{name}`, {k} numbers a point" for name, k in rest.items())
+        return tuple(
+            f"scalars `{name}`" if k == 1 else f"`{name}`, with {k} numbers per point" for name, k in rest.items()
+        )
 
 
 def checked_state(
@@ -57,7 +59,7 @@ def checked_state(
     P = np.asarray(points, dtype=np.float64)
     if P.ndim != 2 or P.shape[1] != 3 or not len(P):
         shape = " x ".join(map(str, P.shape))
-        raise Unreadable(name, f"its points are {shape} numbers, not three for each of one or more", AGAIN)
+        raise Unreadable(name, f"its points have {shape} numbers, not three for each of one or more points", AGAIN)
     _finite(name, "a coordinate", P)
     whole = tuple(_checked_block(name, block, len(P)) for block in blocks)
     return state_on_mesh(name, Moment(P, whole, {}), arrays, time, left)
@@ -75,7 +77,7 @@ def state_on_mesh(name: str, mesh: Moment, arrays: Mapping[str, NDArray[np.gener
             known[word] = known[word].astype(np.float64)
             _finite(name, f"`{word}`", known[word])
     if time is not None and not np.isfinite(time):
-        raise Unreadable(name, f"its time is {time}", "give it a time")
+        raise Unreadable(name, f"its time is {time}", "write a valid time")
     return Moment(mesh.points, mesh.blocks, known, None if time is None else float(time), left)
 
 
@@ -87,8 +89,8 @@ def _finite(name: str, what: str, values: Floats) -> None:
         row = values[wrong[0]]
         value = next(v for v in row if not abs(v) <= LARGEST)
         reason = f"{what} is {value:g} at point {wrong[0]}, counted from 0"
-        more = f", and {len(wrong) - 1} points more have such" if len(wrong) > 1 else ""
-        raise Unreadable(name, reason + more, f"give numbers up to {LARGEST:g} at every point")
+        more = f", and at {len(wrong) - 1} more points" if len(wrong) > 1 else ""
+        raise Unreadable(name, reason + more, f"write numbers up to {LARGEST:g} at every point")
 
 
 def _checked_block(name: str, block: Block, count: int) -> Block:
@@ -104,7 +106,9 @@ def _checked_block(name: str, block: Block, count: int) -> Block:
     if len(wrong):
         row = cells[wrong[0]].tolist()
         index = next(i for i in row if not 0 <= i < count)
-        reason = f"cell {wrong[0]} of its {kind} cells names point {index}, and there are {count} from 0 on"
+        reason = (
+            f"cell {wrong[0]} of its {kind} cells refers to point {index}, but there are {count} points, counted from 0"
+        )
         raise Unreadable(name, reason, AGAIN)
     return word, np.ascontiguousarray(cells, dtype=np.int64)
 
@@ -118,12 +122,12 @@ def combine_states(name: str, moments: Iterable[Moment], ids: Ints | None = None
             each = replace(each, blocks=())  # one is kept
         every.append(replace(each, arrays=each.vectors, left=(*each.left, *each.others)))
     if not every:
-        raise Unreadable(name, "it has no results", "write displacements at one moment or more")
+        raise Unreadable(name, "it has no results", "write displacements at one or more times")
     kind, cells, rest = _most(every[0].blocks)
     every = _in_time(name, every)
     there = Counter(word for each in every for word in each.arrays)
     fields = {w: np.stack([each.arrays[w] for each in every]) for w, k in there.items() if k == len(every)}
-    lacking = tuple(f"vectors `{w}`, at {k} of {len(every)} moments" for w, k in there.items() if k < len(every))
+    lacking = tuple(f"vectors `{w}`, only at {k} of {len(every)} times" for w, k in there.items() if k < len(every))
     left = (*rest, *lacking, *(word for each in every for word in each.left))
     moving = any(each.points is not every[0].points and (each.points != every[0].points).any() for each in every)
     return ResultFile(
@@ -136,9 +140,9 @@ def combine_states(name: str, moments: Iterable[Moment], ids: Ints | None = None
 
 def _alike(name: str, first: Moment, each: Moment, i: int) -> None:
     """Raise Unreadable unless both states have the same mesh."""
-    remedy = "results of a series are told on one mesh: write them so, or name one of its files"
+    remedy = "write all times of the series on one mesh, or name one of its files"
     if len(each.points) != len(first.points):
-        reason = f"its first moment has {len(first.points)} points, moment {i} after it {len(each.points)}"
+        reason = f"its first time has {len(first.points)} points, but time {i} after it has {len(each.points)}"
         raise Unreadable(name, reason, remedy)
     if each.blocks is first.blocks:
         return
@@ -146,7 +150,7 @@ def _alike(name: str, first: Moment, each: Moment, i: int) -> None:
         a[0] == b[0] and np.array_equal(a[1], b[1]) for a, b in zip(first.blocks, each.blocks, strict=True)
     )
     if not same:
-        raise Unreadable(name, f"the cells of moment {i} after its first are others than there", remedy)
+        raise Unreadable(name, f"the cells at time {i} after the first differ from those of the first", remedy)
 
 
 def _in_time(name: str, every: list[Moment]) -> list[Moment]:
@@ -154,12 +158,12 @@ def _in_time(name: str, every: list[Moment]) -> list[Moment]:
     times = [each.time for each in every if each.time is not None]
     if len(times) < len(every):
         if times:
-            reason = f"{len(times)} of its {len(every)} moments have a time"
-            raise Unreadable(name, reason, "give all of them one, or none")
+            reason = f"{len(times)} of its {len(every)} entries have a time"
+            raise Unreadable(name, reason, "write a time for all of them, or for none")
         return every
     for before, after in zip(sorted(times)[:-1], sorted(times)[1:], strict=True):
         if before == after:
-            raise Unreadable(name, f"two of its moments are of time {after:g}", "give each moment one time, and once")
+            raise Unreadable(name, f"two of its entries have the time {after:g}", "write each time once")
     return sorted(every, key=lambda each: each.time or 0.0)
 
 

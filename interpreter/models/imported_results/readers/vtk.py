@@ -19,12 +19,12 @@ def read(file: Path) -> ResultFile:
     data = read_regular(file)
     kinds = DATASET.findall(data)
     if other := next((kind for kind in kinds if kind.upper() != b"UNSTRUCTURED_GRID"), None):
-        reason = f"it holds {other.decode('latin-1')[:40]}, no unstructured grid"
+        reason = f"it contains {other.decode('latin-1')[:40]}, not an unstructured grid"
         raise Unreadable(file.name, reason, "save it as an unstructured grid")
     try:
         found = parse(file)
     except UnreadableMesh as error:
         raise Unreadable(file.name, str(error), error.remedy or AGAIN) from None
-    left = tuple(f"`{word}` of cells" for word in found.cell_data)
+    left = tuple(f"`{word}` (cell data)" for word in found.cell_data)
     blocks = [(block.type, block.data) for block in found.cells]
     return combine_states(file.name, [checked_state(file.name, found.points, blocks, found.point_data, left=left)])

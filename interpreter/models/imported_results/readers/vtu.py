@@ -59,7 +59,7 @@ def read_moment(file: Path) -> Moment:
         name, (root, appended) = file.name, _parts(data)
         top = parsed(name, root, "VTKFile")
         if top.get("type") != "UnstructuredGrid":
-            raise Unreadable(name, f"it holds `{top.get('type')}`, no unstructured grid", "save it as .vtu")
+            raise Unreadable(name, f"it contains `{top.get('type')}`, not an unstructured grid", "save it as .vtu")
         grid = top.find("UnstructuredGrid")
         pieces = [] if grid is None else grid.findall("Piece")
         if grid is None or not pieces:
@@ -101,7 +101,7 @@ def _joined(source: Source, grid: ElementT, pieces: list[ElementT]) -> Moment:
     return checked_state(
         source.name, np.concatenate(points), blocks, {w: np.concatenate([a[w] for a in arrays]) for w in shared},
         float(time[0]) if time is not None and time.size == 1 else None,
-        (*lost, *(f"`{word}` of cells" for word in on_cells)),
+        (*lost, *(f"`{word}` (cell data)" for word in on_cells)),
     )  # fmt: skip
 
 
@@ -117,16 +117,19 @@ def _cells(source: Source, piece: ElementT) -> list[Block]:
     starts = np.concatenate([[0], ends[:-1]])
     sizes = ends - starts
     if (types < 0).any() or (types > 255).any():
-        raise Unreadable(source.name, f"its cells are of kinds up to {types.max()}, and VTK has 255", AGAIN)
+        raise Unreadable(source.name, f"its cells have types up to {types.max()}, but VTK has 255", AGAIN)
     if len(ends) != m or len(types) != m or (sizes < 0).any() or ends[-1] != len(nodes):
-        reason = f"it promises {m} cells, and has {len(types)} kinds, {len(ends)} ends and {len(nodes)} points of them"
+        reason = (
+            f"it announces {m} cells, but has {len(types)} types, {len(ends)} offsets and {len(nodes)} "
+            "connectivity entries"
+        )
         raise Unreadable(source.name, reason, AGAIN)
     found = []
     every = 256 * sizes + types
     for size, kind in (divmod(code, 256) for code in np.unique(every).tolist()):
         rows = starts[every == 256 * size + kind]
         number = LAGRANGE.get((kind, size), kind)
-        word = CELLS.get(number, f"of VTK's kind {number}")
+        word = CELLS.get(number, f"of VTK type {number}")
         found.append((word, nodes[rows[:, None] + np.arange(size)]))
     return found
 
@@ -134,7 +137,7 @@ def _cells(source: Source, piece: ElementT) -> list[Block]:
 def _whole(source: Source, item: ElementT) -> Ints:
     found = source.array(item)
     if found.dtype.kind not in "iu" or (found.size and int(found.max()) >= 2**62):
-        raise Unreadable(source.name, f"`{item.get('Name')}` of its cells are no numbers of points", AGAIN)
+        raise Unreadable(source.name, f"`{item.get('Name')}` of its cells are not point numbers", AGAIN)
     return found.astype(np.int64)
 
 
@@ -163,7 +166,7 @@ class Source:
         found, word = self.array(item), item.get("Name") or "Points"
         width = item.get("NumberOfComponents") or str(k or 1)
         if not re.fullmatch(r"\d{1,4}", width) or found.size != n * int(width) or (k or int(width)) != int(width):
-            reason = f"`{word}` has {found.size} numbers, and {n} points of {width or 1} each are promised"
+            reason = f"`{word}` has {found.size} numbers, but {n} points of {width or 1} each are announced"
             raise Unreadable(self.name, reason, AGAIN)
         return found.reshape(n, int(width))
 
@@ -172,19 +175,19 @@ class Source:
         word, form = item.get("Name") or "Points", item.get("format", "ascii")
         kind = TYPES.get(item.get("type", ""))
         if kind is None:
-            raise Unreadable(self.name, f"`{word}` is of type `{item.get('type')}`", "write numbers")
+            raise Unreadable(self.name, f"`{word}` has the type `{item.get('type')}`", "write numbers")
         try:
             if form == "ascii":
                 return numbers(item.text or "", kind)
             data = self._appended(item) if form == "appended" else _decoded((item.text or "").encode())
             return np.frombuffer(self._unpacked(data), dtype=np.dtype(kind).newbyteorder(self.order))
         except (ValueError, IndexError, EOFError, zlib.error, lzma.LZMAError, binascii.Error, OverflowError) as error:
-            raise Unreadable(self.name, f"`{word}` is broken ({str(error)[:100]})", AGAIN) from None
+            raise Unreadable(self.name, f"`{word}` cannot be decoded ({str(error)[:100]})", AGAIN) from None
 
     def _appended(self, item: ElementT) -> bytes:
         start = int(item.get("offset", ""))
         if not 0 <= start < len(self.appended):
-            raise ValueError(f"it begins at byte {start} of {len(self.appended)}")
+            raise ValueError(f"it starts at byte {start} of {len(self.appended)}")
         data = self.appended[start : self.ends[start]]
         return data if self.raw else _decoded(data)
 
@@ -194,7 +197,7 @@ class Source:
 
         def sizes(start: int, count: int) -> list[int]:
             if (start + count) * wide > len(data):
-                raise ValueError("the sizes of its blocks break off")
+                raise ValueError("the block sizes are incomplete")
             kind = np.dtype(self.header).newbyteorder(self.order)
             return list(np.frombuffer(data, kind, count, start * wide).tolist())
 
@@ -208,7 +211,7 @@ class Source:
         lengths, at = sizes(3, count), wide * (3 + count)
         self.room[0] -= (count - 1) * size + (last or size)
         if self.room[0] < 0:
-            raise ValueError("its blocks unpack to more than its size can need")
+            raise ValueError("its blocks expand to more than their size allows")
         parts = []
         for i, length in enumerate(lengths):
             promised = last if last and i == count - 1 else size
@@ -221,8 +224,8 @@ def _source(name: str, top: ElementT, appended: tuple[bytes, bytes] | None, room
     """Return the encoding of the arrays of a file, which may unpack to `room` bytes in all. Raises Unreadable."""
     packer, header = top.get("compressor"), top.get("header_type", "UInt32")
     if packer is not None and packer not in COMPRESSED:
-        remedy = f"write it without, or by {' or '.join(COMPRESSED.values())}"
-        raise Unreadable(name, f"its numbers are compressed by `{packer[:60]}`, which is not read", remedy)
+        remedy = f"write it without compression, or compressed by {' or '.join(COMPRESSED.values())}"
+        raise Unreadable(name, f"its numbers are compressed by `{packer[:60]}`, which is not supported", remedy)
     if header not in HEADERS:
         raise Unreadable(name, f"its header_type is `{header[:40]}`, not one of {', '.join(HEADERS)}", AGAIN)
     order: Literal["<", ">"] = ">" if top.get("byte_order") == "BigEndian" else "<"
@@ -251,5 +254,5 @@ def _opened(packed: str, data: bytes, promised: int) -> bytes:
 
 def _full(found: bytes, promised: Any) -> bytes:
     if len(found) != promised:
-        raise ValueError(f"{promised} bytes are promised, and there are {len(found)} or more")
+        raise ValueError(f"{promised} bytes are announced, but there are {len(found)} or more")
     return found

@@ -35,7 +35,7 @@ from softmark.solvers.mesh.files.mesh_reader import KINDS
 
 Array = NDArray[np.generic]
 
-PLAIN = "write its numbers as XML, or in HDF5 beside it"
+PLAIN = "write its numbers as XML, or in an HDF5 file next to it"
 CODES = {"Float": "f", "Int": "i", "UInt": "u"}
 INCLUDES = ("{http://www.w3.org/2001/XInclude}include", "{http://www.w3.org/2003/XInclude}include")
 
@@ -57,7 +57,9 @@ class Source:
         """Return the single data item of an element, in its shape. Raises Unreadable."""
         items = of.findall("DataItem")
         if len(items) != 1 or list(items[0]):
-            raise self.refused(f"`{of.tag}` holds {len(items)} items or parts of them, not one item of numbers", PLAIN)
+            raise self.refused(
+                f"`{of.tag}` contains {len(items)} items or parts of items, not one item of numbers", PLAIN
+            )
         item, form = items[0], items[0].get("Format", "XML")
         told = item.get("Dimensions", "")
         if not re.fullmatch(r"\s*\d{1,12}(\s+\d{1,12}){0,3}\s*", told):
@@ -67,20 +69,20 @@ class Source:
         elif form == "HDF":
             found = self._stored((item.text or "").strip())
         else:
-            raise self.refused(f"its numbers are written as `{form[:40]}`, which is not read", PLAIN)
+            raise self.refused(f"its numbers have the format `{form[:40]}`, which is not supported", PLAIN)
         shape = tuple(map(int, told.split()))
         if found.size != math.prod(shape):
-            raise self.refused(f"an item of `{of.tag}` has {found.size} numbers, and {math.prod(shape)} are promised")
+            raise self.refused(f"an item of `{of.tag}` has {found.size} numbers, but {math.prod(shape)} are announced")
         return found.reshape(shape)
 
     def _text(self, item: ElementT) -> Array:
         kind, size = item.get("NumberType") or item.get("DataType") or "Float", item.get("Precision", "4")
         if kind not in CODES or size not in ("1", "2", "4", "8"):
-            raise self.refused(f"its numbers are of type `{kind[:40]}` of {size[:40]} bytes")
+            raise self.refused(f"its numbers have the type `{kind[:40]}` with {size[:40]} bytes")
         try:
             return numbers(item.text or "", CODES[kind] + "8")
         except (ValueError, OverflowError) as error:
-            raise self.refused(f"an item is no text of numbers ({str(error)[:80]})") from None
+            raise self.refused(f"an item is not a text of numbers ({str(error)[:80]})") from None
 
     def _stored(self, told: str) -> Array:
         """Return numbers from HDF5 files in the same folder only. Raises Unreadable."""
@@ -94,10 +96,10 @@ class Source:
             if not isinstance(found, h5py.Group) or key not in found:
                 raise self.refused(f"`{told[:80]}` is not in that file")
             if not isinstance(found.get(key, getlink=True), h5py.HardLink):
-                raise self.refused(f"`{told[:80]}` is a link to elsewhere", "write the numbers themselves")
+                raise self.refused(f"`{told[:80]}` is a link to another place", "write the numbers themselves")
             found = found[key]
         if not isinstance(found, h5py.Dataset) or found.is_virtual or found.external or found.dtype.kind not in "fiu":
-            raise self.refused(f"`{told[:80]}` holds no numbers of its own", "write the numbers themselves")
+            raise self.refused(f"`{told[:80]}` contains no numbers of its own", "write the numbers themselves")
         return np.asarray(found[()])
 
 
@@ -112,8 +114,8 @@ def read(file: Path) -> ResultFile:
         try:
             return combine_states(file.name, _moments(Source(file.name, files, stack), top))
         except ModuleNotFoundError:
-            remedy = '`pip install "softmark[xdmf]"`, or write its numbers as XML'
-            raise Unreadable(file.name, "its numbers lie in HDF5, and h5py is not installed", remedy) from None
+            remedy = 'run `pip install "softmark[xdmf]"`, or write the numbers as XML'
+            raise Unreadable(file.name, "its numbers are stored in HDF5, and h5py is not installed", remedy) from None
 
 
 def _moments(source: Source, top: ElementT) -> list[Moment]:
@@ -121,8 +123,8 @@ def _moments(source: Source, top: ElementT) -> list[Moment]:
     grids = top.findall("Domain/Grid")
     series = [grid for grid in grids if grid.get("GridType") == "Collection"]
     if wrong := next((g for g in series if g.get("CollectionType", "Spatial") != "Temporal"), None):
-        reason = f"its collection `{wrong.get('Name', '')}` is not of moments, but of parts"
-        raise source.refused(reason, "merge them, and write one grid for each moment")
+        reason = f"its collection `{wrong.get('Name', '')}` contains parts, not times"
+        raise source.refused(reason, "merge the parts, and write one grid for each time")
     whole = [grid for grid in top.iter("Grid") if _own(grid)]
     steps: dict[object, tuple[ElementT, float | None, list[ElementT]]] = {}
     for several in [s.findall("Grid") for s in series] or [grids]:
@@ -135,7 +137,7 @@ def _moments(source: Source, top: ElementT) -> list[Moment]:
             kept = steps.setdefault(i if time is None else ("at", time), (base, time, []))
             kept[2].extend(grid.findall("Attribute"))
     if not series and len(steps) > 1:
-        raise source.refused(f"it has {len(steps)} grids beside each other", "write one, or a collection of moments")
+        raise source.refused(f"it has {len(steps)} separate grids", "write one grid, or a collection of times")
     return [_moment(source, *step) for step in steps.values()]
 
 
@@ -150,7 +152,7 @@ def _time(source: Source, grid: ElementT) -> float | None:
     try:
         return float(told.get("Value", ""))
     except ValueError:
-        raise source.refused("a moment of it does not tell its time as a Value", "write times so") from None
+        raise source.refused("one of its times is not given as a Value", "write times as Value") from None
 
 
 def _moment(source: Source, base: ElementT, time: float | None, attributes: list[ElementT]) -> Moment:
@@ -165,7 +167,7 @@ def _moment(source: Source, base: ElementT, time: float | None, attributes: list
         if each.get("Center", "Node") != "Node":
             left.append(f"`{word}` of {each.get('Center', '').lower()}s")
         elif word in arrays:
-            raise source.refused(f"it tells `{word}` twice" + ("" if time is None else f" at time {time:g}"))
+            raise source.refused(f"it has `{word}` twice" + ("" if time is None else f" at time {time:g}"))
         else:
             values = source.numbers(each)
             arrays[word] = _in_space(values) if plane else values
@@ -193,7 +195,7 @@ def _cells(source: Source, topology: ElementT) -> list[Block]:
     from meshio.xdmf.common import translate_mixed_cells, xdmf_to_meshio_type
 
     if topology.get("BaseOffset", "0") != "0" or topology.get("Order"):
-        raise source.refused("its cells count points from another number than 0, or in an order of their own", AGAIN)
+        raise source.refused("its cells number points from another number than 0, or in another order", AGAIN)
     kind = topology.get("TopologyType") or topology.get("Type") or ""
     data = source.numbers(topology)
     if data.dtype.kind not in "iu":
@@ -210,5 +212,5 @@ def _whole(source: Source, data: Array) -> Array:
     """Return integers from numbers stored as floats, which is the default type of a file."""
     found = np.asarray(data, dtype=np.float64)
     if not (np.isfinite(found).all() and (found == np.round(found)).all() and (np.abs(found) < 2**53).all()):
-        raise source.refused("its cells are no whole numbers of points")
+        raise source.refused("the point numbers of its cells are not integers")
     return found.astype(np.int64)

@@ -25,16 +25,16 @@ def parsed(name: str, data: bytes, root: str) -> ElementT:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise Unreadable(name, "it is no XML in UTF-8", AGAIN) from None
+        raise Unreadable(name, "it is not XML in UTF-8", AGAIN) from None
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise Unreadable(name, "it declares a document type or entities", "write it without: results need none")
+        raise Unreadable(name, "it declares a document type or entities", "remove them: results do not need them")
     builder = _Shallow(name)
     parser = ElementTree.XMLParser(target=builder)
     try:
         parser.feed(text)
         top = parser.close()
     except ElementTree.ParseError as error:
-        raise Unreadable(name, f"it is no whole XML ({error})", AGAIN) from None
+        raise Unreadable(name, f"it is not complete XML ({error})", AGAIN) from None
     if not isinstance(top, ElementT) or top.tag != root:
         raise Unreadable(name, f"it does not begin with `{root}`", AGAIN)
     return top
@@ -52,7 +52,7 @@ class _Shallow(ElementTree.TreeBuilder):
         """Open an element. Raises Unreadable if it is nested too deeply."""
         self.depth += 1
         if self.depth > DEEP:
-            raise Unreadable(self.name, f"its elements lie more than {DEEP} deep in each other", AGAIN)
+            raise Unreadable(self.name, f"its elements are nested more than {DEEP} deep", AGAIN)
         return super().start(tag, attrs)
 
     def end(self, tag: str, /) -> ElementT:
@@ -70,19 +70,19 @@ def numbers(text: str, kind: str) -> NDArray[np.generic]:
         try:
             found = np.fromstring(text, "f8" if kind[0] == "f" else "i8", sep=" ")
         except DeprecationWarning:
-            raise ValueError("not all of it is numbers") from None
+            raise ValueError("not all of its entries are numbers") from None
     if kind[0] == "f":
         return found
     if ((found < np.iinfo(kind).min) | (found.astype("f8") > np.iinfo(kind).max)).any():
-        raise OverflowError("a number is beyond its type")
+        raise OverflowError("a number is out of range for its type")
     return found.astype(kind)
 
 
 def within(name: str, folder: Path, told: str) -> Path:
     """Return the file of a path, which must lie in the folder or below. Raises Unreadable."""
     shown = told if len(told) < 80 else f"{told[:80]}..."
-    remedy = "files that belong together lie in one folder: name them by paths within it"
+    remedy = "put all files into one folder, and write paths within it"
     try:
         return path_within(folder, told)
     except OSError as error:
-        raise Unreadable(name, f"it names `{shown}`, and {error.strerror}", remedy) from None
+        raise Unreadable(name, f"it refers to `{shown}`: {error.strerror}", remedy) from None

@@ -31,7 +31,7 @@ from softmark.safe_files import read_regular
 
 TAG = 0x00464542  # FEB
 VERSIONS = range(0x30, 0x36)
-VTK = "open it in FEBio Studio and export VTK, whose points are deformed positions"
+VTK = "open it in FEBio Studio and export VTK; its points are deformed positions"
 WINDOW = 1 << 10  # bytes of packed data that are looked at first
 
 ROOT, HEADER, VERSION, PACKED = 0x01000000, 0x01010000, 0x01010001, 0x01010004
@@ -65,11 +65,11 @@ class Chunk:
         at, size = 0, len(self.data)
         while at < size:
             if at + 8 > size:
-                raise Unreadable(self.name, f"a chunk breaks off after {size - at} bytes", AGAIN)
+                raise Unreadable(self.name, f"a chunk ends after {size - at} bytes", AGAIN)
             what, long = np.frombuffer(self.data[at : at + 8], f"{self.order}u4").tolist()
             at += 8
             if at + long > size:
-                raise Unreadable(self.name, f"a chunk promises {long} bytes, and there are {size - at}", AGAIN)
+                raise Unreadable(self.name, f"a chunk announces {long} bytes, but there are {size - at}", AGAIN)
             yield what, Chunk(self.name, self.order, self.data[at : at + long])
             at += long
 
@@ -84,7 +84,7 @@ class Chunk:
         """Return the single chunk at the end of a path. Raises Unreadable."""
         found = self.all(*path)
         if len(found) != 1:
-            raise Unreadable(self.name, f"it has {len(found)} chunks {path[-1]:#010x} where one is expected", AGAIN)
+            raise Unreadable(self.name, f"it has {len(found)} chunks {path[-1]:#010x}, but one is expected", AGAIN)
         return found[0]
 
     def numbers(self, kind: str) -> NDArray[np.generic]:
@@ -97,7 +97,7 @@ class Chunk:
         """Return the single integer at the end of a path. Raises Unreadable."""
         found = self.one(*path).numbers("i")
         if found.size != 1:
-            raise Unreadable(self.name, f"chunk {path[-1]:#010x} holds {found.size} numbers, not one", AGAIN)
+            raise Unreadable(self.name, f"chunk {path[-1]:#010x} contains {found.size} numbers, not one", AGAIN)
         return int(found[0])
 
 
@@ -107,12 +107,12 @@ def read(file: Path) -> ResultFile:
         data = memoryview(read_regular(file))
         order = {TAG.to_bytes(4, "little"): "<", TAG.to_bytes(4, "big"): ">"}.get(bytes(data[:4]))
         if order is None:
-            raise Unreadable(file.name, "it does not begin as FEBio's plot files do", AGAIN)
+            raise Unreadable(file.name, "it does not begin like an FEBio plot file", AGAIN)
         whole = Chunk(file.name, order, data[4:])
         root, mesh, states = _split(whole)
         version = root.number(HEADER, VERSION)
         if version not in VERSIONS:
-            raise Unreadable(file.name, f"it is of version {version:#x}, and 0x30 to 0x35 are read", VTK)
+            raise Unreadable(file.name, f"it has version {version:#x}, but only 0x30 to 0x35 can be read", VTK)
         ids, X = _nodes(mesh)
         blocks = [_cells(domain) for domain in mesh.all(DOMAINS, DOMAIN)]
         names = [_item(item) for item in root.all(DICTIONARY, NODAL, ITEM)]
@@ -127,7 +127,7 @@ def _split(whole: Chunk) -> tuple[Chunk, Chunk, memoryview]:
         what, size = (*np.frombuffer(whole.data[at : at + 8], f"{whole.order}u4").tolist(), 0, 0)[:2]
         part = whole.data[at + 8 : at + 8 + size]
         if what != expected or len(part) < size:
-            raise Unreadable(whole.name, f"chunk {expected:#010x} is not where it belongs, or breaks off", AGAIN)
+            raise Unreadable(whole.name, f"chunk {expected:#010x} is in the wrong place, or incomplete", AGAIN)
         found.append(Chunk(whole.name, whole.order, part))
         at += 8 + size
     return found[0], found[1], whole.data[at:]
@@ -140,7 +140,7 @@ def _nodes(mesh: Chunk) -> tuple[Ints | None, Floats]:
     coordinates = section.one(COORDS)
     X = coordinates.numbers("f")
     if dim != 3 or n < 1 or X.size not in (3 * n, 4 * n):
-        reason = f"it promises {n} nodes of {dim} coordinates, and has {X.size} numbers of them"
+        reason = f"it announces {n} nodes with {dim} coordinates, but has {X.size} numbers"
         raise Unreadable(mesh.name, reason, AGAIN)
     if X.size == 3 * n:
         return None, X.reshape(n, 3).astype(np.float64)
@@ -152,14 +152,14 @@ def _cells(domain: Chunk) -> Block:
     """Return the cells of a domain, without their numbers. Raises Unreadable."""
     kind, m = domain.number(DOMAIN_HEADER, CELL_TYPE), domain.number(DOMAIN_HEADER, CELL_COUNT)
     if kind not in TYPES:
-        raise Unreadable(domain.name, f"its cells are of a type {kind} that is not known", VTK)
+        raise Unreadable(domain.name, f"its cells have an unknown type {kind}", VTK)
     word, nodes = TYPES[kind]
     table, wide = domain.one(CELL_LIST).numbers("i"), nodes + 3  # what it is, its size, its number, its nodes
     if m < 0 or table.size != m * wide:
-        raise Unreadable(domain.name, f"it promises {m} cells of {nodes} nodes, and has {table.size} numbers", AGAIN)
+        raise Unreadable(domain.name, f"it announces {m} cells of {nodes} nodes, but has {table.size} numbers", AGAIN)
     table = table.reshape(m, wide)
     if (table[:, :2] != (CELL, 4 * (nodes + 1))).any():
-        raise Unreadable(domain.name, f"a list of cells of {nodes} nodes holds something else", AGAIN)
+        raise Unreadable(domain.name, f"a list of cells of {nodes} nodes contains something else", AGAIN)
     return word, table[:, 3:].astype(np.int64)
 
 
@@ -175,9 +175,9 @@ def _moments(whole: Chunk, rest: memoryview, packed: bool, names: list[tuple[str
     mesh, found, left = checked_state(whole.name, X, blocks, {}), list[Moment](), list[str]()
     for what, state in _unpacked(whole, rest) if packed else Chunk(whole.name, whole.order, rest).parts():
         if what == MESH:
-            raise Unreadable(whole.name, "its mesh changes on the way", "write the states of one mesh")
+            raise Unreadable(whole.name, "its mesh changes between states", "write the states of one mesh")
         if what != STATE:
-            raise Unreadable(whole.name, f"chunk {what:#010x} stands between its states", AGAIN)
+            raise Unreadable(whole.name, f"unexpected chunk {what:#010x} between its states", AGAIN)
         times = state.one(STATE_HEADER, TIME).numbers("f")
         if times.size != 1:
             raise Unreadable(whole.name, f"a state has {times.size} times", AGAIN)
@@ -186,7 +186,7 @@ def _moments(whole: Chunk, rest: memoryview, packed: bool, names: list[tuple[str
             continue
         found.append(state_on_mesh(whole.name, mesh, dict(_variables(state, names, len(X))), float(times[0])))
     if not found:
-        raise Unreadable(whole.name, f"none of its {len(left)} states converged", "look into the log of FEBio")
+        raise Unreadable(whole.name, f"none of its {len(left)} states converged", "find the cause in the log of FEBio")
     return [replace(found[0], left=tuple(left)), *found[1:]]
 
 
@@ -202,14 +202,14 @@ def _unpacked(whole: Chunk, rest: memoryview) -> Iterator[tuple[int, Chunk]]:
         while not opener.eof:
             piece = rest[at : at + window]
             if not piece:
-                raise Unreadable(whole.name, "its last state breaks off", AGAIN)
+                raise Unreadable(whole.name, "its last state is incomplete", AGAIN)
             try:
                 parts.append(opener.decompress(piece, room + 1))
             except zlib.error as error:
-                raise Unreadable(whole.name, f"a state cannot be unpacked ({error})", AGAIN) from None
+                raise Unreadable(whole.name, f"a state cannot be decompressed ({error})", AGAIN) from None
             room -= len(parts[-1])
             if room < 0:
-                raise Unreadable(whole.name, "its states unpack to more than its size can need", AGAIN)
+                raise Unreadable(whole.name, "its states expand to more than their size allows", AGAIN)
             at, window = at + len(piece) - len(opener.unconsumed_tail), 2 * window
         at -= len(opener.unused_data)
         yield from Chunk(whole.name, whole.order, memoryview(b"".join(parts))).parts()
@@ -220,7 +220,7 @@ def _variables(state: Chunk, names: list[tuple[str, int]], n: int) -> Iterator[t
     for variable in state.all(STATE_DATA, NODE_DATA, VARIABLE):
         at = variable.number(VARIABLE_ID)
         if not 1 <= at <= len(names):
-            raise Unreadable(state.name, f"a state tells variable {at}, and there are {len(names)}", AGAIN)
+            raise Unreadable(state.name, f"a state refers to variable {at}, but there are {len(names)}", AGAIN)
         word, kind = names[at - 1]
         parts = [part.numbers("f") for _, part in variable.one(VARIABLE_DATA).parts()]
         values = np.concatenate(parts) if parts else np.empty(0, "f4")

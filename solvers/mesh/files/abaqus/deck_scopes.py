@@ -100,7 +100,7 @@ class Scope:
         numbers, places = [], []
         for row in card.each_row():
             if not 1 <= len(row) <= 7:  # after the coordinates there may be a normal
-                raise card.error("a line of *NODE has a number and up to three coordinates")
+                raise card.error("a line of *NODE must have a number and up to three coordinates")
             numbers.append(read_integer(row[0], card))
             x, y, z = (*(read_number(word, card) if word else 0.0 for word in row[1:4]), 0.0, 0.0, 0.0)[:3]
             places += [x, y, z]
@@ -163,14 +163,14 @@ class Scope:
         """Read a card *SURFACE; return the reason if it is not supported. Raises DeckError."""
         name, kind = card.options.get("NAME", ""), card.options.get("TYPE", "ELEMENT").upper()
         if kind != "ELEMENT" or not name:
-            return f"TYPE={kind} is not read, only surfaces of elements" if name else "it has no name"
+            return f"TYPE={kind} is not supported, only surfaces of elements" if name else "it has no name"
         if unknown := card.unknown_options(frozenset({"NAME", "TYPE", "INTERNAL"})):
-            return f"its option {unknown[0]} is not read"
+            return f"its option {unknown[0]} is not supported"
         rows = tuple((row[0], row[1].upper() if len(row) > 1 else "") for row in card.rows if row)
         before = self.surfaces.setdefault(name.upper(), Surface(name, card, rows))
         if before.rows != rows:
             raise card.error(f"the surface `{name[:60]}` is defined twice, first in line {before.card.line}",
-                             "give each surface a name of its own")  # fmt: skip
+                             "give each surface a different name")  # fmt: skip
         return None
 
 
@@ -188,13 +188,13 @@ def _element_words(card: Card, each: int) -> tuple[list[str], int]:
             further += len(words) - each
             words = words[:each]
         elif len(found) % each + len(words) > each:
-            raise card.error(f"an element {card.options['TYPE']} has a number and {each - 1} nodes, and one of its "
-                             f"lines has {len(words)} more: `{', '.join(row)[:60]}`",
+            raise card.error(f"an element {card.options['TYPE']} needs a number and {each - 1} nodes, but "
+                             f"one of its lines has {len(words)} more entries: `{', '.join(row)[:60]}`",
                              "write the number and all nodes of each element")  # fmt: skip
         found += words
     if len(found) % each:
-        raise card.error(f"an element {card.options['TYPE']} has a number and {each - 1} nodes, and the last has "
-                         f"{len(found) % each - 1} nodes")  # fmt: skip
+        raise card.error(f"an element {card.options['TYPE']} needs a number and {each - 1} nodes, but the "
+                         f"last one has {len(found) % each - 1} nodes")  # fmt: skip
     return found, further
 
 
@@ -212,7 +212,9 @@ def _join_lines(card: Card) -> Iterator[list[str]]:
 
 def _array(numbers: list[int], card: Card) -> Ints:
     if numbers and (max(numbers) > MOST or min(numbers) < 1):
-        raise card.error(f"{min(numbers) if min(numbers) < 1 else max(numbers)} is not a number of a node or element")
+        raise card.error(
+            f"{min(numbers) if min(numbers) < 1 else max(numbers)} is not a valid number of a node or element"
+        )
     return np.array(numbers, dtype=np.int64)
 
 
@@ -220,11 +222,11 @@ def _ranges(card: Card) -> Iterator[tuple[int, int, int]]:
     for row in card.each_row():
         words = [word for word in row if word]
         if len(words) not in (2, 3) or not all(word.isascii() and word.isdigit() for word in words):
-            raise card.error("a range of a set (GENERATE) is a first number, a last one, and a step")
+            raise card.error("a range of a set (GENERATE) needs a first number, a last one and a step")
         first, last, step = ([read_integer(word, card) for word in words] + [1])[:3]
         if step == 0 and first == last:  # Abaqus writes a single number so
             step = 1
         if step < 1 or last < first:
             raise card.error(f"the range {first} to {last} by {step} of a set is empty",
-                             "a range has a first number, a last one not below it, and a positive step")  # fmt: skip
+                             "write a first number, a last one not below it, and a positive step")  # fmt: skip
         yield first, last, step

@@ -23,7 +23,7 @@ FROM_FILES = frozenset({"NODE", "ELEMENT", "NSET", "ELSET"})  # whose data lines
 SHORTEST = 3  # letters of an abbreviated option
 _WHOLE = re.compile(r"[+-]?[0-9]{1,12}")
 _WORD = re.compile(r'(?:[^,"]|"[^"]*"?)+|(?<=,)(?=,)|^(?=,)|(?<=,)$')
-AGAIN = "write the deck again: it may be cut off"
+AGAIN = "write the deck again: it may be incomplete"
 
 
 class DeckError(UnreadableMesh):
@@ -98,11 +98,12 @@ def read_cards(path: Path) -> Iterator[Card]:
         elif card is not None:
             card.lines.append(text)
         elif text[0].isdigit():  # other words before the first keyword are comments to CalculiX
-            raise DeckError(f"{file}:{number}", "data stand before the first keyword, which begins with `*`",
-                            "name a deck of Abaqus or CalculiX")  # fmt: skip
+            raise DeckError(f"{file}:{number}", "there is data before the first keyword, which begins with "
+                                                "`*`",
+                            "name an Abaqus or CalculiX deck")  # fmt: skip
     if card is None:
-        raise DeckError(path.name, "it has no keyword, which is a line that begins with `*`",
-                        "name a deck of Abaqus or CalculiX")  # fmt: skip
+        raise DeckError(path.name, "it has no keyword, a line that begins with `*`",
+                        "name an Abaqus or CalculiX deck")  # fmt: skip
     yield _completed(card, source)
 
 
@@ -118,7 +119,7 @@ def _completed(card: Card, source: _Source) -> Card:
 def resolve_included(place: str, folder: Path, told: str) -> Path:
     """Return the regular file that a deck includes, which lies in the deck's folder or below. Raises DeckError."""
     shown = told if len(told) < 80 else f"{told[:80]}..."
-    remedy = "put the included file into the deck's folder, and name it by a path within that folder"
+    remedy = "put the included file into the deck's folder, and write its path relative to that folder"
     if not told:
         raise DeckError(place, "it includes no file", remedy)
     try:
@@ -139,12 +140,12 @@ class _Source:
         """Yield lines without comments and blank lines, each with its number and file. Raises DeckError."""
         file = path.resolve()
         if file in above or len(above) >= DEPTH:
-            why = "it includes itself" if file in above else f"its files include each other more than {DEPTH} deep"
-            raise DeckError(place, why, "write one file")
+            why = "it includes itself" if file in above else f"its files are nested more than {DEPTH} deep"
+            raise DeckError(place, why, "write all into one file")
         self._count(file, place)
         data = read_regular(file)
         if b"\0" in data:
-            raise DeckError(path.name, "it is not a text file", "name a deck of Abaqus or CalculiX")
+            raise DeckError(path.name, "it is not a text file", "name an Abaqus or CalculiX deck")
         lines = data.decode("utf-8-sig", errors="replace").splitlines()
         del data
         for number, raw in enumerate(lines, start=1):
@@ -163,7 +164,7 @@ class _Source:
         if file in self.seen:
             self.repeated += file.stat().st_size + 1024
             if self.repeated > REPEATED:
-                raise DeckError(place, "its files are included too often", "write one file")
+                raise DeckError(place, "it includes too many files", "write all into one file")
         self.seen.add(file)
 
 

@@ -141,7 +141,7 @@ class _Reader:
         elif key in WIDTHS:
             kind, width = words[2], WIDTHS[key]
         else:
-            raise Malformed(f"`{key[:40]}` is no section that is known")
+            raise Malformed(f"`{key[:40]}` is not a known section")
         self._keep(where, words[1], self._numbers(width * count, kind), count)
 
     def _field(self, where: str) -> None:
@@ -177,9 +177,9 @@ class _Reader:
         """Return the next `count` numbers. Raises Malformed, ValueError."""
         code = TYPES.get(kind.lower())
         if code is None:
-            raise Malformed(f"`{kind[:40]}` is no type of numbers that is known")
+            raise Malformed(f"`{kind[:40]}` is not a known number type")
         if count < 0 or count > 8 * len(self.data):
-            raise Malformed(f"it promises {count} numbers, and breaks off before")
+            raise Malformed(f"it announces {count} numbers, but ends before")
         if self.text:
             words = self._words(count)
             return np.array(words, dtype=np.float64 if code[0] == "f" else np.int64)
@@ -198,21 +198,21 @@ class _Reader:
             rest = parts[count] if len(parts) > count else b""
             if rest or self.at + wide >= len(self.data):
                 if len(parts) < count:
-                    raise Malformed(f"it promises {count} numbers, and breaks off before")
+                    raise Malformed(f"it announces {count} numbers, but ends before")
                 self.at += len(window) - len(rest)
                 return parts[:count]
             wide *= 2
 
     def _raw(self, size: int) -> bytes:
         if self.at + size > len(self.data):
-            raise Malformed("it breaks off")
+            raise Malformed("it is incomplete")
         self.at += size
         return self.data[self.at - size : self.at]
 
     def _strings(self, count: int) -> None:
         """Skip `count` strings: lines in text files, else preceded by their length in 1, 2, 4 or 8 bytes."""
         if count < 0 or count > len(self.data):
-            raise Malformed(f"it promises {count} texts, and breaks off before")
+            raise Malformed(f"it announces {count} texts, but ends before")
         for _ in range(count):
             if self.text:
                 self._line(blank=True)
@@ -234,18 +234,18 @@ class _Reader:
             nodes = self._numbers(second, words[1]).astype(np.int64)
             ends = starts[1:]
             if len(starts) and (starts[0] != 0 or (np.diff(starts) < 0).any() or starts[-1] != len(nodes)):
-                raise Malformed("the offsets of its cells do not fit")
+                raise Malformed("the offsets of its cells are inconsistent")
             return ends, nodes
         self.at = before
         flat = self._numbers(second, "int").astype(np.int64)
         sizes, at = [], 0
         for _ in range(first):
             if at >= len(flat) or flat[at] < 0:
-                raise Malformed(f"it promises {first} cells, and breaks off before")
+                raise Malformed(f"it announces {first} cells, but ends before")
             sizes.append(int(flat[at]))
             at += 1 + sizes[-1]
         if at != len(flat):
-            raise Malformed("the numbers of nodes of its cells do not fit")
+            raise Malformed("the node counts of its cells are inconsistent")
         ends = np.cumsum(np.array(sizes, dtype=np.int64))
         keep = np.ones(len(flat), dtype=np.bool_)
         keep[ends - np.array(sizes, dtype=np.int64) + np.arange(first)] = False
@@ -260,7 +260,7 @@ class _Reader:
             ends, nodes = self.lists[key]
             types = self.types if key == "CELLS" else np.full(len(ends), LISTS[key], dtype=np.int64)
             if types is None or len(types) != len(ends):
-                raise Malformed(f"it has {len(ends)} cells and {0 if types is None else len(types)} kinds of them")
+                raise Malformed(f"it has {len(ends)} cells but {0 if types is None else len(types)} cell types")
             sizes = np.diff(np.concatenate([[0], ends]))
             for kind, size in sorted({*zip(types.tolist(), sizes.tolist(), strict=True)}):
                 which = np.flatnonzero((types == kind) & (sizes == size))
@@ -288,7 +288,7 @@ class _Reader:
             yield ("line" if kind == LINE else "vertex"), cells[:, :wide], every
         else:
             kind, order = BRICKS.get(kind, (LAGRANGE.get((kind, size), kind), tuple(range(size))))
-            word, many = CELLS.get(kind, (f"VTK's kind {kind}", size))
+            word, many = CELLS.get(kind, (f"VTK type {kind}", size))
             if many != size or len(order) != size:
                 raise Malformed(f"a {word} of {size} points")
             yield word, cells[:, list(order)], every

@@ -27,13 +27,15 @@ def inline_arrays(data: bytes) -> bytes:
     begins = re.search(rb"<AppendedData[^<>]{0,200}>", data)
     head = data if begins is None else data[: begins.start()] + b"</VTKFile>"
     if b"<!DOCTYPE" in head or b"<!ENTITY" in head:
-        raise Malformed("it declares a document type or entities: write it without")
+        raise Malformed("it declares a document type or entities: remove them")
     try:
         top = ElementTree.fromstring(head)
     except (ElementTree.ParseError, LookupError, ValueError) as error:
-        raise Malformed(f"it is no whole XML ({error})") from error
+        raise Malformed(f"it is not complete XML ({error})") from error
     if top.get("type") != "UnstructuredGrid":
-        raise Malformed(f"it holds `{(top.get('type') or '')[:40]}`, no unstructured grid: save it as .vtu, or as .vtk")
+        raise Malformed(
+            f"it contains `{(top.get('type') or '')[:40]}`, not an unstructured grid: save it as .vtu or .vtk"
+        )
     appended = _AppendedSection(
         top, b"" if begins is None else begins.group(), b"" if begins is None else data[begins.end() :]
     )
@@ -69,7 +71,7 @@ class _AppendedSection:
         start = int(own.get("offset", "0"))
         block = self.data[start : self.ends[start]]
         if not 0 <= start < len(self.data) or not block:
-            raise Malformed(f"`{(own.get('name') or own.get('Name') or '')[:40]}` breaks off")
+            raise Malformed(f"`{(own.get('name') or own.get('Name') or '')[:40]}` is incomplete")
         own.set("format", "binary")
         del own.attrib["offset"]
         own.text = (self._encoded(block) if self.raw else block.strip()).decode("ascii")
