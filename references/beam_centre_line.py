@@ -62,7 +62,7 @@ class CentreLine:
             raise NotApplicable(
                 f"{int(outside.sum())} of {len(s)} points lie beyond the ends of the beam, "
                 f"the first {float(s[outside][0]):.6g} m along an axis of {L:.6g} m",
-                "ask only for points between the two end sections of the undeformed body",
+                "use only points between the two end sections of the undeformed body",
             )
         return np.clip(s, 0, L)
 
@@ -73,5 +73,5 @@ def as_points(X: Array) -> Array:
     if points.ndim != 2 or points.shape[1] != 3:
         raise NotApplicable(f"the points have shape {points.shape}", "give them as (n, 3)")
     if not np.isfinite(points).all():
-        raise NotApplicable("some coordinates of the points are not finite", "leave those points out")
+        raise NotApplicable("some coordinates of the points are not finite", "remove those points")
     return points

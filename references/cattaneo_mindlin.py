@@ -133,24 +133,26 @@ class CattaneoMindlin(Reference):
     Source: Cattaneo 1938; Mindlin 1949, J. Appl. Mech. 16, 259; Johnson 1985, Contact mechanics, ch. 7.
     """
 
-    body: Annotated[Any, "body", "the body that is pressed"]
+    body: Annotated[Any, "body", "deformable body that is indented"]
 
     about: ClassVar[About] = "pressed"
     with_forces: ClassVar[bool] = True
     with_displacements: ClassVar[bool] = False
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Mindlin 1949, J. Appl. Mech. 16, 259; Johnson 1985, Contact mechanics, ch. 7"
-    error_meaning: ClassVar[str] = "what a half-space moves where the body ends, m, and rounding"
+    error_meaning: ClassVar[str] = "displacement of the half-space at the borders of the body, m, and rounding"
 
     def must_hold(self, pressed: Indentation) -> None:
         """Raise NotApplicable if an assumption is violated."""
         if pressed.kind != "sphere":
-            raise NotApplicable(f"what presses is a {pressed.kind}", "it is about spheres")
+            raise NotApplicable(f"the indenter is a {pressed.kind}", "it applies only to spheres")
         if not pressed.friction:
             raise NotApplicable("the contact has no friction", "give `friction`, or use `hertz(...)`")
         if pressed.turned:
-            raise NotApplicable("it is dragged while it is pressed in, or back again",
-                          "press it in one state, and drag it straight on in those that follow")  # fmt: skip
+            raise NotApplicable(
+                "the sphere is dragged while it is pressed in, or is dragged back",
+                "press it in the first state, and drag it in one direction in the states after it",
+            )
         pressed.must_be_shallow()
         pressed.must_be_half_space()
 

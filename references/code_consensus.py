@@ -33,19 +33,21 @@ class Consensus(GivenValues):
     Source: the publication that collected the codes' results, given by `source` in the scene.
     """
 
-    values: Annotated[Any, "amounts", "what was agreed on, with its unit: one, or a list with one for each state"]
-    codes: Annotated[int, "1 in [2, 100000]", "how many codes agreed"]
-    source_: Annotated[str, "who collected what the codes computed"]
+    values: Annotated[Any, "amounts", "agreed values with unit: one, or a list with one for each state"]
+    codes: Annotated[int, "1 in [2, 100000]", "number of codes that agreed"]
+    source_: Annotated[str, "publication that collected the results of the codes"]
     spread: Annotated[
-        Any | None, "amounts in [0, inf)", "how far codes lie from the value, an amount or a share: one, or a list"
+        Any | None,
+        "amounts in [0, inf)",
+        "largest distance of codes from the value, an amount or a fraction: one, or a list",
     ] = None
-    low: Annotated[Any | None, "amounts", "the least that a code computed: one, or a list"] = None
-    high: Annotated[Any | None, "amounts", "the largest that a code computed: one, or a list"] = None
-    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    low: Annotated[Any | None, "amounts", "smallest value of any code: one, or a list"] = None
+    high: Annotated[Any | None, "amounts", "largest value of any code: one, or a list"] = None
+    body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
     lists: ClassVar[tuple[str, ...]] = ("spread", "low", "high")
     usual: ClassVar[Kind] = "consensus"
-    error_meaning: ClassVar[str] = "how far codes differ, in the unit of the value, as the scene states it"
+    error_meaning: ClassVar[str] = "difference between codes, in the unit of the value, as stated in the scene"
 
     @property
     def each(self) -> tuple[KnownValue, ...]:
@@ -75,14 +77,14 @@ class ConsensusCurve(CurveFromFile):
     Source: the publication that collected the codes' results, given by `citation` or the data set.
     """
 
-    codes: Annotated[int | None, "1 in [2, 100000]", "how many codes agreed; by default, how many curves are given"] = (
-        None
-    )
-    low: Annotated[str, "the name of a column with the least of each row, in the unit of y"] = ""
-    high: Annotated[str, "the name of a column with the largest of each row, in the unit of y"] = ""
+    codes: Annotated[
+        int | None, "1 in [2, 100000]", "number of codes that agreed; default: the number of given curves"
+    ] = None
+    low: Annotated[str, "name of a column with the lower end of the band, in the unit of y"] = ""
+    high: Annotated[str, "name of a column with the upper end of the band, in the unit of y"] = ""
 
     usual: ClassVar[Kind] = "consensus"
-    error_meaning: ClassVar[str] = "how far codes differ, in the unit of y, as the scene states it"
+    error_meaning: ClassVar[str] = "difference between codes, in the unit of y, as stated in the scene"
 
     @property
     def agreed(self) -> int:
@@ -114,5 +116,5 @@ class ConsensusCurve(CurveFromFile):
         if at is not None:
             raise Unreadable(table.name, f"line {table.lines[at]}: {rows[at][1]:.6g} in column `{name}` does not lie"
                              f" from {rows[at][0]:.6g} (`{self.low}`) to {rows[at][2]:.6g} (`{self.high}`)",
-                             "the curve on which codes agreed lies within their band")  # fmt: skip
+                             "the curve must lie within the band in every row")  # fmt: skip
         return [self.y_unit.value * max(y - low, high - y) for low, y, high in rows]

@@ -172,7 +172,9 @@ def integrate(layer: DrainingLayer, which: int, breaks: tuple[float, ...]) -> Pr
 
     def known(t: float, values: Array) -> Array:
         if not np.isfinite(values).all():
-            raise NotSolved(f"at {t:.6g} s no pores are left at the open end, or its law knows no such stretch", (t,))
+            raise NotSolved(
+                f"at {t:.6g} s the pores at the open end are closed, or the law is undefined at that stretch", (t,)
+            )
         return values
 
     with np.errstate(all="ignore"):
@@ -181,7 +183,7 @@ def integrate(layer: DrainingLayer, which: int, breaks: tuple[float, ...]) -> Pr
             jac=lambda t, y: known(t, own.jacobian(inwards(t), y)), atol=0.1 * tolerance * layer.size,
         )  # fmt: skip
     if found.status != 0:
-        raise NotSolved(f"the column is not followed beyond {found.t[-1]:.6g} s: {found.message}", (begin, end))
+        raise NotSolved(f"the time integration stopped at {found.t[-1]:.6g} s: {found.message}", (begin, end))
     return Profile(own.whole(end, known(end, found.y[:, -1])))
 
 
@@ -205,7 +207,8 @@ class PressedColumn(ConfinedColumn):
     def __post_init__(self) -> None:
         if not self.force and any(size for _, size in self.driven.jumps):
             raise NotApplicable(
-                "its end is moved at once", "what lies there would have no thickness: `amplitude = ramp(...)`"
+                "the end is displaced instantaneously",
+                "the boundary layer there would have no thickness: use `amplitude = ramp(...)`",
             )
 
     @cached_property
@@ -282,11 +285,13 @@ class Confined(Reference):
     with_forces: ClassVar[bool] = True
     means: ClassVar[str] = "collocation in one dimension"
     source: ClassVar[str] = "Holmes 1986, J. Biomech. Eng. 108:372; Holmes and Mow 1990, J. Biomech. 23:1145"
-    error_meaning: ClassVar[str] = "distance from a coarser solution, of the displacement, m"
+    error_meaning: ClassVar[str] = "difference of the displacement from a coarser solution, m"
 
     def solve(self, column: PressedColumn) -> PressedColumn:
         """Return the solution, integrated immediately. Raises NotSolved, also if two solutions differ by much."""
         away, off = column.estimated_error, column.pull_error
         if away > SURE * abs(column.travel) or off > SURE * abs(column.pull):
-            raise NotSolved("two solutions are too far apart: its layer at the open end is too thin", (away, off))
+            raise NotSolved(
+                "two solutions differ too much: the boundary layer at the open end is too thin", (away, off)
+            )
         return column

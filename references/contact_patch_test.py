@@ -23,7 +23,7 @@ else:
 STEPS = 100  # largest number of Newton steps; about 5 are needed
 JUST = 1e-12  # relative to the length: blocks compressed by less only touch, since coordinates are rounded
 CLOSE = 1e-12  # relative: a step after which the next is rounding
-TOO_FAR = "it is pressed by more than its law holds", "press it by less"
+TOO_FAR = "the compression exceeds what the law can carry", "reduce the compression"
 
 
 @dataclass(frozen=True)

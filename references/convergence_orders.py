@@ -22,7 +22,7 @@ Pair = tuple[float, float]  # h, value
 State = Literal["monotone", "oscillatory", "divergent", "assumed", "rounding", "too_few", "unusable"]
 
 SAFETY_THREE, SAFETY_TWO = 1.25, 3.0  # Roache 1994: with an order that was observed, and with one that is assumed
-LARGEST = 20.0  # an observed order beyond this is no order: the finest two agree by chance
+LARGEST = 20.0  # an observed order beyond this is no order: the finest two values agree by chance
 NEAR = 0.1  # tolerance of the ratio that is one in the asymptotic range
 # Parts of the formal order between which an observed one counts. Below: edges where a support ends leave displacements
 # an order of 1 to 2 whatever the element (Szabo and Babuska 1991, chapter 10), and Eca and Hoekstra (2014) trust a
@@ -94,7 +94,9 @@ def estimate_convergence(
     if unusable is not None:
         return ConvergenceEstimate("unusable", unusable)
     if len(family) < 2:
-        return ConvergenceEstimate("too_few", "an order needs three members, and two if it is assumed")
+        return ConvergenceEstimate(
+            "too_few", "an observed order needs three meshes; two are enough if the order is assumed"
+        )
     if len(family) == 2:
         return _two(family, formal, _floor(family, floor))
     finest = _three(family[-3:], _floor(family, floor))
@@ -139,14 +141,14 @@ def _root(f: Callable[[float], float], low: float, high: float) -> float | None:
 
 def _unusable(family: Sequence[Pair]) -> str | None:
     if not all(math.isfinite(h) and math.isfinite(f) for h, f in family):
-        return "a member is not a finite number"
+        return "a value is not a finite number"
     if any(abs(f) > HUGE for _, f in family):
-        return f"a member is beyond {HUGE:g}"
+        return f"a value exceeds {HUGE:g}"
     sizes = [h for h, _ in family]
     if any(h <= 0 for h in sizes) or any(b >= a for a, b in pairwise(sizes)):
-        return "the members are not in the order coarse to fine"
+        return "the meshes are not ordered from coarse to fine"
     close = any(not CLOSEST <= a / b - 1 <= FARTHEST for a, b in pairwise(sizes))
-    return f"neighbours must differ in h by factors of {1 + CLOSEST:g} to {FARTHEST:g}" if close else None
+    return f"consecutive meshes must differ in h by factors of {1 + CLOSEST:g} to {FARTHEST:g}" if close else None
 
 
 def _floor(family: Sequence[Pair], floor: float | None) -> float:
@@ -157,9 +159,9 @@ def _two(family: Sequence[Pair], formal: float | None, floor: float) -> Converge
     """Return the estimate from two members and the formal order."""
     (h2, f2), (h1, f1) = family
     if formal is None:
-        return ConvergenceEstimate("too_few", "two members tell no order, and none is known")
+        return ConvergenceEstimate("too_few", "two meshes give no order, and none is known")
     if abs(f2 - f1) <= floor:
-        return ConvergenceEstimate("rounding", "the two values differ by rounding")
+        return ConvergenceEstimate("rounding", "the two values differ only by rounding")
     away = (f1 - f2) / math.expm1(formal * math.log(h2 / h1))
     return _with_doubt(_result("assumed", formal, f1, away, SAFETY_TWO), "the order is assumed")
 
@@ -169,16 +171,18 @@ def _three(family: Sequence[Pair], floor: float) -> ConvergenceEstimate:
     (h3, f3), (h2, f2), (h1, f1) = family
     coarse, fine = f3 - f2, f2 - f1
     if abs(coarse) <= floor or abs(fine) <= floor:
-        return ConvergenceEstimate("rounding", "differences of the finest values are rounding")
+        return ConvergenceEstimate("rounding", "the differences of the finest values are only rounding")
     p = observed_order(family)
     if coarse * fine < 0:
         if p is None:
-            return ConvergenceEstimate("oscillatory", "the values swing, and by more on finer meshes")
+            return ConvergenceEstimate("oscillatory", "the values oscillate, with growing amplitude on finer meshes")
         found = _result("oscillatory", p, f1, -fine / (math.expm1(p * math.log(h2 / h1))), SAFETY_THREE)
-        return _with_doubt(found, "the values swing about their limit")
+        return _with_doubt(found, "the values oscillate about their limit")
     if p is None:
         grows = abs(coarse) < abs(fine) * math.log(h3 / h2) / math.log(h2 / h1)
-        words = "the differences do not fall with the mesh" if grows else "the finest two agree by chance"
+        words = (
+            "the differences do not decrease with the cell size" if grows else "the finest two values agree by chance"
+        )
         return ConvergenceEstimate("divergent" if grows else "rounding", words)
     found = _result("monotone", p, f1, -fine / math.expm1(p * math.log(h2 / h1)), SAFETY_THREE)
     return replace(found, ratio=_asymptotic(family, p))
@@ -218,10 +222,10 @@ def _check_asymptotic_range(
     if found.order is None or found.doubt is not None:
         return found
     if formal is not None and not BAND[0] * formal <= found.order <= BAND[1] * formal:
-        doubt = f"not asymptotic: order {found.order:.2f} observed where theory says {formal:g}"
+        doubt = f"not asymptotic: observed order {found.order:.2f}, theoretical order {formal:g}"
         return _with_doubt(_with_cautious_index(found, family, formal), doubt)
     if found.ratio is not None and abs(found.ratio - 1) > NEAR:
-        return _with_doubt(found, f"the indices of the finest meshes are in a ratio of {found.ratio:.2f}, not of 1")
+        return _with_doubt(found, f"the scaled indices of the finest meshes have a ratio of {found.ratio:.2f}, not 1")
     return _with_doubt(found, None)
 
 
@@ -245,7 +249,7 @@ def find_dissimilarity(counts: Sequence[Sequence[int]]) -> str | None:
         if max(ratios) > (1 + SIMILAR) * min(ratios):
             least, most = f"{min(ratios):.3g} times in one direction", f"{max(ratios):.3g} times in another"
             row = " and ".join(" x ".join(f"{n:d}" for n in own) for own in (coarse, fine))
-            return f"the sizes do not divide the body alike, into {row} cells: they shrink {least} and {most}"
+            return f"the sizes do not divide the body evenly, into {row} cells: cells shrink {least} and {most}"
     return None
 
 
@@ -308,9 +312,9 @@ def order_of_errors(errors: Sequence[Pair], floor: float = 0.0) -> ErrorOrder:
         return ErrorOrder(reason="an error is negative")
     kept = [(math.log(h), math.log(e)) for h, e in errors if e > floor]
     if len(kept) < len(errors):
-        return ErrorOrder(reason="an error is at rounding")
+        return ErrorOrder(reason="an error is only rounding")
     if len(kept) < 2:
-        return ErrorOrder(reason="an order needs two members")
+        return ErrorOrder(reason="an order needs two meshes")
     (x2, y2), (x1, y1) = kept[-2:]
     x_mean, y_mean = (sum(c) / len(kept) for c in zip(*kept, strict=True))
     fitted = sum((x - x_mean) * (y - y_mean) for x, y in kept) / sum((x - x_mean) ** 2 for x, _ in kept)

@@ -55,9 +55,9 @@ def read_columns(file: Path, asked: Sequence[str]) -> Columns:
     if filled and _has_units([_field(filled[0], i) for i in places.values()], filled[0][1]):
         (line, fields), filled = filled[0], filled[1:]
         units = ", ".join(f"`{_field((line, fields), i)}`" for i in places.values())
-        notes = (f"line {line}, {units}, is no row of numbers and is read as units",)
+        notes = (f"line {line}, {units}, is not a row of numbers and is read as units",)
     if not filled:
-        raise Unreadable(file.name, "it has no rows of numbers below its header", "give one row for each point")
+        raise Unreadable(file.name, "it has no rows of numbers below the header", "give one row for each point")
     for row in filled:
         _check_field_count(file.name, row, header, separator)
     numbers = {name: tuple(_number(file.name, row, name, i) for row in filled) for name, i in places.items()}
@@ -69,10 +69,10 @@ def read_header(file: Path) -> tuple[str, ...]:
     text = "".join(_text(file).splitlines(keepends=True)[:BEFORE])
     likely = max((_header(_rows(file.name, text, separator)) for separator in SEPARATORS), key=len)
     if likely and all(map(COMMA.fullmatch, likely)):
-        remedy = f"the decimal sign is a point: `{likely[0].replace(',', '.')}`"
-        raise Unreadable(file.name, f"its numbers have commas: `{likely[0]}`", remedy)
+        remedy = f"use a decimal point: `{likely[0].replace(',', '.')}`"
+        raise Unreadable(file.name, f"its numbers have decimal commas: `{likely[0]}`", remedy)
     if not likely:
-        raise Unreadable(file.name, "it names no columns", "the line above its numbers must name the columns")
+        raise Unreadable(file.name, "it has no column names", "the line above its numbers must name the columns")
     return tuple(likely)
 
 
@@ -80,11 +80,11 @@ def _text(file: Path) -> str:
     try:
         text = read_regular(file).decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise Unreadable(file.name, "it is no text in UTF-8", "save it as CSV in UTF-8") from None
+        raise Unreadable(file.name, "it is not UTF-8 text", "save it as CSV in UTF-8") from None
     except OSError as error:
         raise Unreadable(file.name, f"it cannot be read ({error.strerror})", "give a CSV file in UTF-8") from None
     if "\0" in text:
-        raise Unreadable(file.name, "it is no text", "save it as CSV in UTF-8")
+        raise Unreadable(file.name, "it is not a text file", "save it as CSV in UTF-8")
     return text
 
 
@@ -118,7 +118,7 @@ def _rows(name: str, text: str, separator: str, most: int | None = None) -> list
             begins = reader.line_num + 1  # an unclosed quote joins several lines
         return rows
     except csv.Error as error:
-        raise Unreadable(name, f"line {reader.line_num} is no row of CSV ({error})", "save it as CSV") from None
+        raise Unreadable(name, f"line {reader.line_num} is not a CSV row ({error})", "save it as CSV") from None
 
 
 def _header(rows: list[Row]) -> list[str]:
@@ -142,7 +142,9 @@ def _has_units(asked: list[str], row: list[str]) -> bool:
 def _place(name: str, header: list[str], column: str) -> int:
     if header.count(column) > 1:
         numbers = ", ".join(str(i + 1) for i, text in enumerate(header) if text == column)
-        raise Unreadable(name, f"several columns are called `{column}`: number {numbers}", "give each its own name")
+        raise Unreadable(
+            name, f"several columns are called `{column}`: number {numbers}", "give each column its own name"
+        )
     return header.index(column)
 
 
@@ -155,7 +157,7 @@ def _check_field_count(name: str, row: Row, header: list[str], separator: str) -
     line, fields = row
     if any(fields[len(header) :]):
         count = f"line {line} has {len(fields)} fields, its header {len(header)}"
-        comma = "; the decimal sign is a point" if separator == "," else ""
+        comma = "; use a decimal point" if separator == "," else ""
         raise Unreadable(name, count, f"give each row as many fields as the header{comma}")
 
 
@@ -164,14 +166,14 @@ def _number(name: str, row: Row, column: str, i: int) -> float:
     line, text = row[0], _field(row, i)
     at = f"line {line}, column `{column}`"
     if not text:
-        raise Unreadable(name, f"{at}: there is no number", "give one, or leave the row out")
+        raise Unreadable(name, f"{at}: the number is missing", "give a number, or remove the row")
     if not NUMBER.fullmatch(text):
         comma = COMMA.fullmatch(text)
         apart = re.fullmatch(r"[+-]?\d{1,3}(,\d{3})+\.\d*([eE][+-]?\d+)?", text)
-        help = f"the decimal sign is a point: `{text.replace(',', '.')}`" if comma else "leave the row out"
-        help = f"nothing stands between thousands: `{text.replace(',', '')}`" if apart else help
-        raise Unreadable(name, f"{at}: `{text[:40]}` is no number", help)
+        help = f"use a decimal point: `{text.replace(',', '.')}`" if comma else "remove the row"
+        help = f"write no thousands separator: `{text.replace(',', '')}`" if apart else help
+        raise Unreadable(name, f"{at}: `{text[:40]}` is not a number", help)
     value = float(text)
     if not math.isfinite(value) or abs(value) > LARGEST:
-        raise Unreadable(name, f"{at}: `{text[:40]}` is too large", f"numbers of a table are below {LARGEST:g}")
+        raise Unreadable(name, f"{at}: `{text[:40]}` is too large", f"numbers in a table must be below {LARGEST:g}")
     return value

@@ -30,8 +30,8 @@ class CtVolume(Reference):
     Formats: NumPy (.npy, .npz) with `spacing`; NRRD; NIfTI; DICOM, by the folder of a series or one file of it. Size,
     position and directions of voxels are taken from the file; NRRD and NIfTI are in the frame of their own header,
     DICOM in that of the patient. The body is the region above `iso`; the level halfway between background and body is
-    unbiased for flat faces. `smoothing` is the number of steps of Taubin's filter, which preserves the volume. `x` and
-    `z` are the file's directions of the scene's axes, y follows.
+    unbiased for flat faces. `smoothing` is the number of number of steps of Taubin's smoothing filter, which preserves
+    the volume. `x` and `z` are the file's directions of the scene's axes, y follows.
 
     `uncertainty` is the largest distance of any point of the surface from the truth: smaller differences are not
     significant. A `virtual_scan` with the same voxels measures the error of the imaging chain itself. Needs the extra
@@ -39,22 +39,24 @@ class CtVolume(Reference):
     Source: Lewiner, Lopes, Vieira and Tavares 2003, J. Graphics Tools 8:1 (marching cubes); Taubin 1995.
     """
 
-    path: Annotated[str, "file or folder", "the file or folder, or a data set such as `data:...`"]
-    iso: Annotated[float, "1", "the level of the body's surface, in the file's own values"]
-    uncertainty: Annotated[float, "m in [0, inf)", "how far a measured point may lie from the true one"]
-    spacing: Annotated[Vector | None, "m in (0, inf)", "size of a voxel, where the file does not say it"] = None
-    unit: Annotated[float | None, "m in (0, inf)", "length of one unit of the file, where it does not say it"] = None
-    smoothing: Annotated[int, "1 in [0, 1000]", "steps of Taubin's filter"] = 10
-    keep: Annotated[Literal["all", "largest"], "whether parts that hang on no other are kept"] = "largest"
-    x: Annotated[Vector, "direction", "which direction of the file is the scene's x axis"] = (1.0, 0.0, 0.0)
-    z: Annotated[Vector, "direction", "which direction of the file is the scene's z axis"] = (0.0, 0.0, 1.0)
-    origin: Annotated[Vector, "m", "where the file's origin lies in the scene"] = (0.0, 0.0, 0.0)
-    citation: Annotated[str, "who measured it"] = ""
-    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    path: Annotated[str, "file or folder", "path of the file or folder, or a data set such as `data:...`"]
+    iso: Annotated[float, "1", "level of the isosurface, in the units of the voxel values"]
+    uncertainty: Annotated[float, "m in [0, inf)", "largest distance of a measured point from its true position"]
+    spacing: Annotated[Vector | None, "m in (0, inf)", "size of a voxel; needed if the file does not give it"] = None
+    unit: Annotated[float | None, "m in (0, inf)", "length unit of the file; needed if the file does not give it"] = (
+        None
+    )
+    smoothing: Annotated[int, "1 in [0, 1000]", "number of steps of Taubin's smoothing filter"] = 10
+    keep: Annotated[Literal["all", "largest"], "disconnected parts of the surface to keep"] = "largest"
+    x: Annotated[Vector, "direction", "direction in the file of the scene's x axis"] = (1.0, 0.0, 0.0)
+    z: Annotated[Vector, "direction", "direction in the file of the scene's z axis"] = (0.0, 0.0, 1.0)
+    origin: Annotated[Vector, "m", "position of the file's origin in the scene"] = (0.0, 0.0, 0.0)
+    citation: Annotated[str, "authors of the measurement"] = ""
+    body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
     how: ClassVar[How] = "measured"
-    source: ClassVar[str] = "the file that the scene names"
-    error_meaning: ClassVar[str] = "uncertainty of the place of a measured point, m, as the scene states it"
+    source: ClassVar[str] = "the file named in the scene"
+    error_meaning: ClassVar[str] = "uncertainty of the position of a measured point, m, as stated in the scene"
 
     def load(self, beside: Path | None = None) -> MeasuredSurface:
         """Return the surface in the scene's frame. Raises Unreadable."""
@@ -76,13 +78,13 @@ def extract_isosurface(
     measure = import_package("skimage.measure", name)
     low, high = float(volume.values.min()), float(volume.values.max())
     if not low <= iso < high:
-        reason = f"no surface passes the level {iso:g}: its values lie between {low:g} and {high:g}"
+        reason = f"there is no surface at the level {iso:g}: voxel values lie between {low:g} and {high:g}"
         raise Unreadable(name, reason, f"give an `iso` between them, such as {(low + high) / 2:g}")
     values, corner, cut = _crop(volume, iso, low)
     indices, faces, *_ = measure.marching_cubes(values, iso, gradient_direction="ascent", allow_degenerate=False)
     triangles = np.ascontiguousarray(faces[:, ::-1] if np.linalg.det(volume.axes) < 0 else faces, dtype=np.int64)
     points, triangles, notes = clean_surface(name, volume.points(indices + corner), triangles, keep)
-    ended = ("the body reaches the edge of the voxels: it is closed there by a flat face",) if cut else ()
+    ended = ("the body reaches the edge of the voxel grid and is closed there by a flat face",) if cut else ()
     return taubin(points, triangles, smoothing), triangles, (*ended, *notes)
 
 

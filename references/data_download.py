@@ -174,7 +174,7 @@ def find_local(name: str) -> Path | None:
 
 def _entry(name: str) -> DataSet:
     if name not in TABLE:
-        raise Unavailable(PREFIX + name, "there is no data set of this name", _close(name))
+        raise Unavailable(PREFIX + name, "there is no data set with this name", _close(name))
     return TABLE[name]
 
 
@@ -211,7 +211,7 @@ def _given(entry: DataSet) -> Path | None:
     except OSError as error:
         raise _unavailable(entry, f"{file} cannot be read: {error}") from None
     if not same:
-        raise _unavailable(entry, f"{file} is not the file that was published (its SHA-256 differs)")
+        raise _unavailable(entry, f"{file} differs from the published file (its SHA-256 differs)")
     return file
 
 
@@ -238,7 +238,7 @@ def _fetch(entry: DataSet, progress: Progress | None) -> Path:
 
     file = _place(entry)
     if file is None:
-        raise _unavailable(entry, "there is no folder to keep it in: no home directory and no $XDG_CACHE_HOME")
+        raise _unavailable(entry, "there is no cache folder: no home directory and no $XDG_CACHE_HOME")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         handle, part = tempfile.mkstemp(dir=file.parent, prefix=".part-")
@@ -280,7 +280,7 @@ def _copy(url: str, entry: DataSet, out: Any, progress: Progress | None) -> str 
         with urllib.request.urlopen(url, timeout=PATIENCE) as answer:
             while (block := answer.read1(BLOCK)) and done <= entry.size:
                 if time.monotonic() - started > LIMIT:
-                    return f"not finished after {LIMIT:g} s"
+                    return f"download not finished after {LIMIT:g} s"
                 out.write(block)
                 digest.update(block)
                 done += len(block)
@@ -289,7 +289,7 @@ def _copy(url: str, entry: DataSet, out: Any, progress: Progress | None) -> str 
     except (OSError, http.client.HTTPException, ValueError) as error:
         return str(error) or type(error).__name__
     if digest.hexdigest() != entry.sha256:
-        return f"it sent another file ({done} bytes, expected {entry.size}; the SHA-256 differs)"
+        return f"the server sent a different file ({done} bytes, expected {entry.size}; the SHA-256 differs)"
     return None
 
 
@@ -300,6 +300,6 @@ def _sha256(file: Path) -> str:
 
 
 def _unavailable(entry: DataSet, reason: str) -> Unavailable:
-    where = f"get it from {entry.urls[0]} ({entry.size} bytes, SHA-256 {entry.sha256})"
-    remedy = f"offline, {where}, keep it as FOLDER/{entry.name} and set SOFTMARK_DATA=FOLDER"
-    return Unavailable(PREFIX + entry.name, f"{reason}. It is {entry.what}; {entry.licence}", remedy)
+    where = f"download it from {entry.urls[0]} ({entry.size} bytes, SHA-256 {entry.sha256})"
+    remedy = f"offline, {where}, save it as FOLDER/{entry.name} and set SOFTMARK_DATA=FOLDER"
+    return Unavailable(PREFIX + entry.name, f"{reason}. The data set is {entry.what}; {entry.licence}", remedy)

@@ -68,11 +68,13 @@ def require_convergence(driven: Amplitude, t: float, scale: float, moved: bool =
     """Raise NotSolved if modes do not converge: too soon after a jump, or for the force at a jump."""
     age = time_since_event(driven, t, moved)
     if age == 0.0 and moved:
-        raise NotSolved("it is moved at once, and just then the force is infinite: look at it later", (t,))
+        raise NotSolved(
+            "the plate is displaced instantaneously, so the force is infinite at that time: evaluate it later", (t,)
+        )
     soonest = GONE * scale / (math.pi * (MOST - 2)) ** 2
     if 0.0 < age < soonest:
-        why = f"{age:.3g} s after its amplitude jumps fluid has left a layer of a ten-thousandth alone, or less"
-        raise NotSolved(f"{why}: the sum over modes tells it from {soonest:.3g} s on", (t,))
+        why = f"{age:.3g} s after a jump of its amplitude, fluid has left at most a ten-thousandth of the layer"
+        raise NotSolved(f"{why}: the sum over modes is accurate from {soonest:.3g} s on", (t,))
 
 
 @dataclass(frozen=True)

@@ -82,20 +82,24 @@ class Dimitriadis(Reference):
     with_displacements: ClassVar[bool] = False
     means: ClassVar[str] = "series"
     source: ClassVar[str] = "Dimitriadis et al. 2002, Biophys. J. 82, 2798-2810"
-    error_meaning: ClassVar[str] = "depth of which its force is off by the integral equation, m, and rounding"
+    error_meaning: ClassVar[str] = (
+        "error of the force relative to the integral equation, as an indentation depth, m, and rounding"
+    )
 
     def must_hold(self, pressed: Indentation) -> None:
         """Raise NotApplicable if an assumption is violated."""
         pressed.must_slip_freely()
         pressed.must_be_shallow()
         if pressed.kind != "sphere":
-            raise NotApplicable(f"what presses is a {pressed.kind}", "it is about spheres: use `pressed_layer(...)`")
+            raise NotApplicable(
+                f"the indenter is a {pressed.kind}", "it applies only to spheres: use `pressed_layer(...)`"
+            )
         if pressed.poisson < LEAST:
-            raise NotApplicable(f"Poisson's ratio is {pressed.poisson:g}, and the series is of 0.5",
-                          "use `pressed_layer(...)`, which takes any")  # fmt: skip
+            raise NotApplicable(f"Poisson's ratio is {pressed.poisson:g}; the series holds for 0.5",
+                          "use `pressed_layer(...)`, which accepts any Poisson's ratio")  # fmt: skip
         x = self.solved(pressed).x
         if x > FARTHEST:
-            raise NotApplicable(f"sqrt(R d) is {x:.3g} times the thickness", "take a thicker layer, or press it less")
+            raise NotApplicable(f"sqrt(R d) is {x:.3g} times the thickness", "use a thicker layer or a smaller depth")
         pressed.must_be_wide()
 
     def solve(self, pressed: Indentation) -> Series:

@@ -33,9 +33,9 @@ class Elastica(Reference):
     Source: Marchal, Allard, Duriez and Cotin 2008, ISBMS, LNCS 5104:176, equation (3).
     """
 
-    body: Annotated[Any, "body", "the straight beam, clamped at one end, that gravity bends"]
+    body: Annotated[Any, "body", "straight beam, clamped at one end, bent by gravity"]
     young: Annotated[
-        float | None, "Pa in (0, inf)", "another modulus than the body's, where one is to be identified"
+        float | None, "Pa in (0, inf)", "Young's modulus to use instead of the body's, for example to identify it"
     ] = None
 
     means: ClassVar[str] = "ordinary differential equation"

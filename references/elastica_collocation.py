@@ -104,8 +104,8 @@ def solve_rod(rod: PlanarRod, cantilever: Cantilever) -> CentreLine:
             return _centre_line(finer, cantilever, change + 64 * float(np.finfo(float).eps) * size)
         shape = finer
     raise NotSolved(
-        f"{RESOLUTIONS[-1]} Chebyshev points leave a relative change of {changes[-1]:.1e}, above "
-        f"{ACCURACY:.0e}: the load parameter {cantilever.load_parameter:.3g} bends the root too sharply",
+        f"with {RESOLUTIONS[-1]} Chebyshev points the relative change is {changes[-1]:.1e}, above {ACCURACY:.0e}: at "
+        f"the load parameter {cantilever.load_parameter:.3g} the curvature at the root is too large",
         tuple(changes),
     )
 
@@ -129,14 +129,14 @@ def _newton(rod: PlanarRod, grid: Grid) -> Array:
         steps.append(float(np.abs(step).max()) / max(float(np.abs(phi).max()), SMALLEST))
         if steps[-1] <= 1e-8:  # the next step would be its square, below rounding
             return phi
-    raise NotSolved(f"Newton's method took {NEWTON_STEPS} steps without settling", tuple(steps))
+    raise NotSolved(f"Newton's method did not converge in {NEWTON_STEPS} iterations", tuple(steps))
 
 
 def _between_axis_and_gravity(shape: RodShape, changes: list[float]) -> None:
     """Check that the slope is in the range of uniqueness, 0 to pi/2; a coarse grid may overshoot it."""
     phi = _value(np.linspace(-1, 1, 401), shape.phi)
     if phi.min() < -ACCURACY or phi.max() > np.pi / 2 + ACCURACY:
-        raise NotSolved("the rotation leaves the range from the axis to gravity", tuple(changes))
+        raise NotSolved("the rotation exceeds the angle between the axis and gravity", tuple(changes))
 
 
 @lru_cache(maxsize=len(RESOLUTIONS))

@@ -235,8 +235,8 @@ class Frame:
         answer = FrameSolution(self, self._balanced(P, d).reshape(-1, 6))
         if not answer.strayed <= SMALL:
             raise NotApplicable(
-                f"its turns, and its forces against those that buckle it, come to {100 * answer.strayed:.2g} %",
-                "the theory is one of small loads: take smaller ones, or compare two models",
+                f"its rotations, and its forces relative to buckling loads, reach {100 * answer.strayed:.2g} %",
+                "the theory holds for small loads: reduce them, or compare two models",
             )
         return answer
 
@@ -296,7 +296,7 @@ class Frame:
         y: Array = Vt[:rank].T @ ((U.T @ self.imposed)[:rank] / s[:rank])
         apart = np.abs(self.held * self._scale @ y - self.imposed).max(initial=0.0)
         if apart > 1e-9 * max(np.abs(self.imposed).max(initial=0.0), 1e-300):
-            raise NotApplicable("its supports contradict each other", "hold each point once")
+            raise NotApplicable("its supports contradict each other", "constrain each point only once")
         return y
 
     @cached_property
@@ -308,7 +308,7 @@ class Frame:
         free = Z.T @ (self._stiffness * self._scales) @ Z
         values = np.linalg.eigvalsh(free)
         if values.size and values[0] <= LOOSE * values[-1]:
-            raise NotApplicable("its supports leave it free", "hold it whole")
+            raise NotApplicable("its supports allow rigid motions", "add supports")
         root: Array = np.asarray(np.linalg.cholesky(free), dtype=np.float64)
         return Z, root
 
@@ -399,7 +399,7 @@ class FrameTheory(Reference):
     about: ClassVar[About] = "frame"
     means: ClassVar[str] = "linear"
     source: ClassVar[str] = "Livesley 1964, Matrix Methods of Structural Analysis"
-    error_meaning: ClassVar[str] = "of the displacement of any point, m: what is of second order in the load"
+    error_meaning: ClassVar[str] = "error of the displacement of any point, m: terms of second order in the load"
 
     def solve(self, make: Callable[[], Frame]) -> FrameSolution:
         """Return the solution of the frame that `make` builds. Raises NotApplicable."""

@@ -29,7 +29,7 @@ class Goodier(Reference):
     Source: Goodier 1933, Trans. ASME 55, 39-44; Eshelby 1957, Proc. R. Soc. A 241, 376-396.
     """
 
-    body: Annotated[Any, "body", "the ball with its inclusion or its cavity"]
+    body: Annotated[Any, "body", "sphere with its inclusion or cavity"]
 
     about: ClassVar[About] = "sphere"
     with_stress: ClassVar[bool] = True

@@ -54,12 +54,12 @@ class PulledBar:
                 raise NotApplicable(f"the {name} is {value:g}", "it must be positive")
         if self.poisson != 0.0:
             raise NotApplicable(
-                f"a Poisson's ratio of {self.poisson:g} makes sections contract by unlike amounts",
-                "where E varies along the bar, it is in uniaxial stress only with `poisson = 0`",
+                f"with a Poisson's ratio of {self.poisson:g} sections contract by different amounts",
+                "if E varies along the bar, the stress is uniaxial only with `poisson = 0`",
             )
         if not (self.force or self.pull):
             raise NotApplicable(
-                "nothing pulls the bar along its axis", "declare a traction on its free end, or gravity along it"
+                "no load acts along the axis of the bar", "declare a traction on its free end, or gravity along it"
             )
 
     def strain(self, s: Array) -> Array:
@@ -67,7 +67,7 @@ class PulledBar:
         flat = np.ravel(s)
         E = self.young(flat)
         if not (np.isfinite(E).all() and (E > 0.0).all()):
-            raise NotApplicable("its Young's modulus is not positive all along it", "look at its range")
+            raise NotApplicable("its Young's modulus is not positive everywhere", "check its range")
         carried = self.force + (self.pull * self.area * self._above(flat) if self.pull else 0.0)
         found: Array = (carried / (E * self.area)).reshape(np.shape(s))
         return found
@@ -89,8 +89,8 @@ class PulledBar:
         )  # fmt: skip
         apart = abs(whole - float(again)) + float(left)
         if not apart <= LOOSE * abs(again):
-            reason = f"two quadratures of its strain differ by {apart / abs(again):.1e} of it"
-            raise NotApplicable(reason, "its stiffness jumps, or varies in steps that are too fine")
+            reason = f"two quadratures of its strain differ by a fraction of {apart / abs(again):.1e}"
+            raise NotApplicable(reason, "its stiffness has jumps or varies too rapidly")
         return StretchedBar(self, apart + ROUNDING * abs(whole))
 
 
@@ -143,7 +143,7 @@ class GradedBar(Reference):
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Timoshenko 1955, Strength of Materials I, article 3"
     error_meaning: ClassVar[str] = (
-        "of the displacement of the free end, m: what two quadratures of it differ by, and rounding"
+        "error of the displacement of the free end, m: difference of two quadratures, and rounding"
     )
 
     def solve(self, bar: PulledBar) -> StretchedBar:

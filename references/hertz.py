@@ -29,13 +29,13 @@ class Hertz(Reference):
     Source: Hertz 1882, J. reine angew. Math. 92, 156-171; Johnson 1985, Contact mechanics, ch. 4.
     """
 
-    body: Annotated[Any, "body", "the body that is pressed"]
+    body: Annotated[Any, "body", "deformable body that is indented"]
 
     about: ClassVar[About] = "pressed"
     with_forces: ClassVar[bool] = True
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Hertz 1882, J. reine angew. Math. 92, 156-171; Johnson 1985, Contact mechanics, ch. 4"
-    error_meaning: ClassVar[str] = "what a half-space moves where the body ends, m, and rounding"
+    error_meaning: ClassVar[str] = "displacement of the half-space at the borders of the body, m, and rounding"
 
     def must_hold(self, pressed: Indentation) -> None:
         """Raise NotApplicable if an assumption is violated, judged before solving."""
@@ -43,7 +43,7 @@ class Hertz(Reference):
         pressed.must_be_shallow()
         if pressed.kind != "sphere":
             other = "hertz_line" if pressed.kind == "cylinder" else "sneddon"
-            raise NotApplicable(f"what presses is a {pressed.kind}", f"use `{other}(...)`")
+            raise NotApplicable(f"the indenter is a {pressed.kind}", f"use `{other}(...)`")
         pressed.must_be_half_space()
 
     def solve(self, pressed: Indentation) -> HalfSpace:

@@ -35,17 +35,17 @@ class HertzLine(Reference):
     with_displacements: ClassVar[bool] = False
     means: ClassVar[str] = "integral equation"
     source: ClassVar[str] = "Hertz 1882, J. reine angew. Math. 92, 156-171; Johnson 1985, Contact mechanics, ch. 4"
-    error_meaning: ClassVar[str] = "of the depth at which it has its force, m: rounding"
+    error_meaning: ClassVar[str] = "rounding of the indentation depth at the given force, m"
 
     def must_hold(self, pressed: Indentation) -> None:
         """Raise NotApplicable if an assumption is violated, judged before solving."""
         pressed.must_slip_freely()
         pressed.must_be_shallow()
         if pressed.kind != "cylinder":
-            raise NotApplicable(f"what presses is a {pressed.kind}", "use `hertz(...)` or `sneddon(...)`")
+            raise NotApplicable(f"the indenter is a {pressed.kind}", "use `hertz(...)` or `sneddon(...)`")
         if pressed.slice is None:
             raise NotApplicable(
-                "a cylinder presses what is not in plane strain", "use `plane_strain(...)`, or a sphere"
+                "a cylinder indents a body that is not in plane strain", "use `plane_strain(...)`, or a sphere"
             )
         pressed.must_be_wide()
 

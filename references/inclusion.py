@@ -85,9 +85,11 @@ class RoundCore:
 
     def __post_init__(self) -> None:
         if not 0.0 < self.inner < self.outer:
-            raise NotApplicable(f"radii of {self.inner:g} and {self.outer:g} m", "the core is smaller than the body")
+            raise NotApplicable(
+                f"radii of {self.inner:g} and {self.outer:g} m", "the core must be smaller than the body"
+            )
         if not all(map(math.isfinite, self.stress)):
-            raise NotApplicable("the stress from afar is not finite", "give finite tensions")
+            raise NotApplicable("the remote stress is not finite", "give finite tensions")
 
     # ------------------------------------------------------------------ coefficients
 

@@ -46,7 +46,7 @@ class Indentation:
                 return Tip.cone(self.size, self.edge * (1.0 / math.sin(self.size) - 1.0))
             case "punch":
                 return Tip.punch(self.size, self.edge)
-        raise NotApplicable("what presses is a cylinder along z", "use `hertz_line(...)`")
+        raise NotApplicable("the indenter is a cylinder along z", "use `hertz_line(...)`")
 
     @property
     def half_space(self) -> HalfSpace:
@@ -62,22 +62,22 @@ class Indentation:
         """Raise NotApplicable if the depth is a large part of the radius of a sphere or a cylinder."""
         if self.kind in ("sphere", "cylinder") and self.depth > FAR * self.size:
             raise NotApplicable(
-                f"it is pressed in by {self.depth / self.size:.3g} of its radius", "press it in by less"
+                f"the indentation depth is {self.depth / self.size:.3g} of the radius", "reduce the depth"
             )
 
     def must_be_wide(self) -> None:
         """Raise NotApplicable if a free side is near, compared with the contact radius on a half-space."""
         radius = math.sqrt(self.size * max(self.depth, 0.0)) if self.kind == "cylinder" else self.half_space.radius
-        require_distance(radius, self.around.width, "the nearest free side", WIDE, "take a wider body")
+        require_distance(radius, self.around.width, "the nearest free side", WIDE, "use a wider body")
 
     def must_be_half_space(self) -> None:
         """Raise NotApplicable if the body ends near the contact."""
         self.must_be_wide()
         require_distance(self.half_space.radius, self.around.thickness, "the far face", THICK,
-                    "take a thicker body, or use `pressed_layer(...)`")  # fmt: skip
+                    "use a thicker body, or `pressed_layer(...)`")  # fmt: skip
 
 
 def require_distance(radius: float, away: float, what: str, share: float, remedy: str) -> None:
     """Raise NotApplicable if the contact radius exceeds a fraction of the distance from the body's end."""
     if radius > share * away:
-        raise NotApplicable(f"the radius of contact is {radius / away:.3g} of the distance to {what}", remedy)
+        raise NotApplicable(f"the contact radius is {radius / away:.3g} of the distance to {what}", remedy)

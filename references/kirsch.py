@@ -28,7 +28,7 @@ class Kirsch(Reference):
     Source: Kirsch 1898, Z. VDI 42, 797-807; Timoshenko and Goodier 1970, sections 32 to 35.
     """
 
-    body: Annotated[Any, "body", "the plate with its hole"]
+    body: Annotated[Any, "body", "plate with its hole"]
 
     about: ClassVar[About] = "hole"
     with_stress: ClassVar[bool] = True

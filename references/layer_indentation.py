@@ -81,14 +81,14 @@ class PressedLayer(Reference):
     with_displacements: ClassVar[bool] = False
     means: ClassVar[str] = "integral equation"
     source: ClassVar[str] = "Lebedev and Ufliand 1958, PMM 22, 442-450; Hayes et al. 1972, J. Biomech. 5, 541-551"
-    error_meaning: ClassVar[str] = "of the depth at which it has its force, m: rounding"
+    error_meaning: ClassVar[str] = "rounding of the indentation depth at the given force, m"
 
     def must_hold(self, pressed: Indentation) -> None:
         """Raise NotApplicable if an assumption is violated, judged before solving."""
         pressed.must_slip_freely()
         pressed.must_be_shallow()
         if pressed.kind == "cylinder":
-            raise NotApplicable("what presses is a cylinder", "use `hertz_line(...)`")
+            raise NotApplicable("the indenter is a cylinder", "use `hertz_line(...)`")
         pressed.must_be_wide()
 
     def solve(self, pressed: Indentation) -> LayerContact:

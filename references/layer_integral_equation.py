@@ -110,8 +110,8 @@ class Layer:
 
     def _thin(self, a: float) -> float:
         if a > THINNEST * self.thickness:
-            raise NotApplicable(f"the radius of contact is {a / self.thickness:.3g} times the thickness",
-                          "take a thicker layer, or press it less")  # fmt: skip
+            raise NotApplicable(f"the contact radius is {a / self.thickness:.3g} times the thickness",
+                          "use a thicker layer or a smaller depth")  # fmt: skip
         return a
 
     @cached_property

@@ -93,7 +93,7 @@ class Strip:
             return 0.0
         low, high = 0.0, min(2.5 * math.sqrt(2.0 * self.radius * self.depth), THINNEST * self.thickness)
         if self._solved(high)[0] < self.depth:
-            raise NotApplicable("half the width of contact is large beside the thickness", "press it less")
+            raise NotApplicable("the contact half-width is too large relative to the thickness", "reduce the depth")
         for _ in range(60):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if self._solved(middle)[0] < self.depth else (low, middle)
@@ -184,5 +184,5 @@ def solve_line_contact(pressed: Indentation) -> LineContact:
     if math.isinf(p.around.thickness):
         raise NotApplicable("the body has no far face", "hold one")
     strip = Strip(p.size, p.depth, p.young, p.poisson, p.around.thickness, p.around.bonded)
-    require_distance(strip.half, p.around.width, "the nearest free side", WIDE, "take a wider body")
+    require_distance(strip.half, p.around.width, "the nearest free side", WIDE, "use a wider body")
     return LineContact(strip, p.slice, p.at, p.around)

@@ -33,7 +33,7 @@ class Mandel(Reference):
     with_forces: ClassVar[bool] = True
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Mandel 1953, Geotechnique 3:287; Abousleiman et al. 1996, Geotechnique 46:187"
-    error_meaning: ClassVar[str] = "modes that are left out, and rounding of the displacement, m"
+    error_meaning: ClassVar[str] = "omitted modes and rounding of the displacement, m"
 
     def solve(self, slab: CompressedPorousBody) -> CompressedPorousBody:
         """Return the slab itself, which has the modal sums. Raises NotSolved just after a jump."""

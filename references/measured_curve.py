@@ -31,24 +31,24 @@ NAMED = 3  # files that a source lists
 class CurveFromFile(Reference):
     """A curve in a table, one column against another, with its uncertainty."""
 
-    path: Annotated[tuple[str, ...], "files", "the table, or a list of tables that are repeats"]
-    x: Annotated[str, "the name of the column along which the curve goes, such as `travel` or `t`"]
-    y: Annotated[tuple[str, ...], "texts", "the name of the column of values, or a list of columns that are repeats"]
-    x_unit: Annotated[Any, "amount in (0, inf)", "what one unit of column x is, such as `1 mm`"]
-    y_unit: Annotated[Any, "amount in (0, inf)", "what one unit of column y is, such as `1 N`"]
+    path: Annotated[tuple[str, ...], "files", "path of the table, or a list of tables of repeated experiments"]
+    x: Annotated[str, "name of the column on the horizontal axis, such as `travel` or `t`"]
+    y: Annotated[tuple[str, ...], "texts", "name of the column of values, or a list of columns of repeated experiments"]
+    x_unit: Annotated[Any, "amount in (0, inf)", "unit of column x, such as `1 mm`"]
+    y_unit: Annotated[Any, "amount in (0, inf)", "unit of column y, such as `1 N`"]
     uncertainty: Annotated[Any | None, "amount in [0, inf)",
-                           "how far a value may be from the true one: a share, or an amount"] = None  # fmt: skip
-    deviation: Annotated[str, "the name of a column with the uncertainty of each value, in the unit of y"] = ""
-    x_origin: Annotated[Any | None, "amount", "where the zero of column x lies in the scene"] = None
-    y_origin: Annotated[Any | None, "amount", "where the zero of column y lies in the scene"] = None
-    branch: Annotated[Literal["loading", "unloading"], "what is taken of a curve that turns back"] = "loading"
-    citation: Annotated[str, "who measured it"] = ""
-    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+                           "uncertainty of every value: a fraction of it, or an amount"] = None  # fmt: skip
+    deviation: Annotated[str, "name of a column with the uncertainty of each value, in the unit of y"] = ""
+    x_origin: Annotated[Any | None, "amount", "position of the zero of column x in the scene"] = None
+    y_origin: Annotated[Any | None, "amount", "position of the zero of column y in the scene"] = None
+    branch: Annotated[Literal["loading", "unloading"], "part of a curve that turns back"] = "loading"
+    citation: Annotated[str, "authors of the measurement"] = ""
+    body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
     how: ClassVar[How] = "measured"
     table: ClassVar[str] = "no curve"
-    source: ClassVar[str] = "the files that the scene names"
-    error_meaning: ClassVar[str] = "uncertainty of a measured value, in its unit, as the scene states it"
+    source: ClassVar[str] = "the files named in the scene"
+    error_meaning: ClassVar[str] = "uncertainty of a measured value, in its unit, as stated in the scene"
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -94,7 +94,9 @@ class CurveFromFile(Reference):
                     notes.append(f"{table.name}: {left_out}")
         low, high = _common(found)
         if not low < high:
-            raise Unreadable(self.path[0], "its repeats have no range of x in common", "leave out the one apart")
+            raise Unreadable(
+                self.path[0], "the repeats have no common range of x", "remove the one that does not overlap"
+            )
         return found, tuple(dict.fromkeys(notes))
 
     def load(self, beside: Path | None = None) -> MeasuredCurve:
@@ -127,7 +129,7 @@ class CurveFromFile(Reference):
         at = next((i for i, v in enumerate(own) if v < 0.0), None)
         if at is not None:
             raise Unreadable(table.name, f"line {table.lines[at]}, column `{self.deviation}`: an uncertainty is"
-                             " negative", "give how far a value may be from the true one")  # fmt: skip
+                             " negative", "give the uncertainty as a positive number")  # fmt: skip
         return [abs(self.y_unit.value) * v for v in own]
 
     def _repeat(self, table: Columns, name: str) -> tuple[Repeat, str]:
@@ -144,7 +146,7 @@ class CurveFromFile(Reference):
         loop = None
         if 1 < turn < len(rows) - 2 and all(map(_is_monotone, both := [rows[part] for part in parts.values()])):
             loop = Loop(sorted(both[0]), sorted(both[1]))
-        left = f"{gone} of {len(rows)} rows are not of the {self.branch} and are left out" if gone else ""
+        left = f"{gone} of {len(rows)} rows do not belong to the {self.branch} branch and are omitted" if gone else ""
         return Repeat(tuple(rows[chosen]), loop), left
 
 
@@ -171,9 +173,7 @@ class CurveInTable(CurveFromFile):
     Source: the authors of the measurement, given by `citation` or the data set.
     """
 
-    kind_: Annotated[Literal["measurement", "theory", "one_code", "digitised"], "what kind of truth it is"] = (
-        "measurement"
-    )
+    kind_: Annotated[Literal["measurement", "theory", "one_code", "digitised"], "kind of truth"] = "measurement"
 
 
 @dataclass(frozen=True)
@@ -283,7 +283,7 @@ def _value(amount: Any) -> float:
 def _require_monotone(name: str, column: str, rows: list[Any], lines: list[int], told: tuple[float, ...]) -> None:
     """Raise Unreadable unless there are two rows and x increases, or decreases, from each to the next."""
     if len(rows) < 2:
-        raise Unreadable(name, "a curve needs two rows", "give more of them, or the other `branch`")
+        raise Unreadable(name, "a curve needs at least two rows", "add rows, or choose the other `branch`")
     if _is_monotone(rows):
         return
     up = rows[-1][0] > rows[0][0]
@@ -291,9 +291,11 @@ def _require_monotone(name: str, column: str, rows: list[Any], lines: list[int],
         if not (b > a if up else b < a):
             what = "stays at" if a == b else "turns back from"
             value = f"{told[i]:.6g}" if a == b else f"{told[i]:.6g} to {told[i + 1]:.6g}"
-            raise Unreadable(name, f"line {lines[i + 1]}, column `{column}`: it {what} {value}",
-                             "a curve has one value for each x: leave out what stands still, or take a column that only"
-                             " grows")  # fmt: skip
+            raise Unreadable(
+                name,
+                f"line {lines[i + 1]}, column `{column}`: it {what} {value}",
+                "x must increase, or decrease, from row to row: remove repeated rows, or choose another column",
+            )
 
 
 def _is_monotone(rows: list[Any]) -> bool:

@@ -44,14 +44,14 @@ class Unreadable(Exception):
         self.remedy = remedy
 
 
-UNPACK = "unpack it, and name the file that comes of it"
+UNPACK = "unpack it, and give the path of the unpacked file"
 
 
 def require_uncompressed(file: Path) -> None:
     """Raise Unreadable if a file is compressed (gzip, RFC 1952), and OSError if it is missing."""
     with open_regular(file) as opened:
         if opened.read(2) == b"\x1f\x8b":
-            raise Unreadable(file.name, "it is compressed", UNPACK)
+            raise Unreadable(file.name, "it is a compressed file", UNPACK)
 
 
 @dataclass(frozen=True)

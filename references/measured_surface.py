@@ -66,22 +66,24 @@ class SurfaceScan(Reference):
     Source: the authors of the measurement, given by `citation` or the data set.
     """
 
-    path: Annotated[str, "file", "the file, relative to the scene, or a data set such as `data:...`"]
+    path: Annotated[str, "file", "path of the file, relative to the scene, or a data set such as `data:...`"]
     unit: Annotated[float, "m in (0, inf)", "length of one unit of the file's coordinates"]
-    uncertainty: Annotated[float, "m in [0, inf)", "how far a measured point may lie from the true one"]
-    x: Annotated[Vector, "direction", "which direction of the file is the scene's x axis"] = (1.0, 0.0, 0.0)
-    z: Annotated[Vector, "direction", "which direction of the file is the scene's z axis"] = (0.0, 0.0, 1.0)
-    origin: Annotated[Vector, "m", "where the file's origin lies in the scene"] = (0.0, 0.0, 0.0)
-    register: Annotated[Literal["none", "clamp", "icp"], "how the surface is moved onto the body"] = "none"
+    uncertainty: Annotated[float, "m in [0, inf)", "largest distance of a measured point from its true position"]
+    x: Annotated[Vector, "direction", "direction in the file of the scene's x axis"] = (1.0, 0.0, 0.0)
+    z: Annotated[Vector, "direction", "direction in the file of the scene's z axis"] = (0.0, 0.0, 1.0)
+    origin: Annotated[Vector, "m", "position of the file's origin in the scene"] = (0.0, 0.0, 0.0)
+    register: Annotated[Literal["none", "clamp", "icp"], "registration: how the surface is moved onto the body"] = (
+        "none"
+    )
     near: Annotated[float | None, "m in (0, inf)",
-                    "how far from the held face `clamp` looks; a tenth of its extent"] = None  # fmt: skip
-    keep: Annotated[Literal["all", "largest"], "whether parts that hang on no other are kept"] = "all"
-    citation: Annotated[str, "who measured it"] = ""
-    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+                    "search distance of `clamp` from the held face; default: a tenth of its extent"] = None  # fmt: skip
+    keep: Annotated[Literal["all", "largest"], "disconnected parts of the surface to keep"] = "all"
+    citation: Annotated[str, "authors of the measurement"] = ""
+    body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
     how: ClassVar[How] = "measured"
-    source: ClassVar[str] = "the file that the scene names"
-    error_meaning: ClassVar[str] = "uncertainty of the place of a measured point, m, as the scene states it"
+    source: ClassVar[str] = "the file named in the scene"
+    error_meaning: ClassVar[str] = "uncertainty of the position of a measured point, m, as stated in the scene"
 
     def load(
         self,
@@ -108,13 +110,13 @@ class SurfaceScan(Reference):
             return measured
         if onto is None:
             what = "a face of the body that is held" if self.register == "clamp" else "a computed surface"
-            raise Unreadable(self.path, f"`register = {self.register}` needs {what}, and there is none",
-                             "leave `register` out, or add what it needs")  # fmt: skip
+            raise Unreadable(self.path, f"`register = {self.register}` needs {what}, but there is none",
+                             "remove `register`, or add what it needs")  # fmt: skip
         found = (
             self._clamped(measured, onto) if self.register == "clamp" else icp(measured.points, SurfaceSearch(*onto))
         )
         note = f"registered ({self.register}): moved by {_words(found, measured)}, {found.residual.words}"
-        note += "" if found.converged else f"; not settled after {found.steps} steps"
+        note += "" if found.converged else f"; not converged after {found.steps} steps"
         return replace(measured, points=found.motion(measured.points), residual=found.residual,
                        notes=(*measured.notes, note))  # fmt: skip
 
@@ -131,8 +133,8 @@ class SurfaceScan(Reference):
         """Return the triangles (m, 3) near the held face with its orientation. Raises Unreadable."""
         outward, area = area_vectors(*held).sum(axis=0), float(areas(*held).sum())
         if np.linalg.norm(outward) < FLAT * area:
-            raise Unreadable(self.path, "`register = clamp` needs a held face that is flat, and this one is not",
-                             "leave `register` out and place the surface by `x`, `z` and `origin`")  # fmt: skip
+            raise Unreadable(self.path, "`register = clamp` needs a flat held face, and this one is not flat",
+                             "remove `register`, and position the surface by `x`, `z` and `origin`")  # fmt: skip
         along = unit_normals(points, triangles) @ (outward / np.linalg.norm(outward)) > TILT
         looking: Ints = triangles[along]
         away = SurfaceSearch(*held).closest(points[looking].mean(axis=1)).distances if len(looking) else np.zeros(0)
@@ -140,8 +142,8 @@ class SurfaceScan(Reference):
         ratio = float(areas(points, face).sum()) / area
         if not ALIKE[0] <= ratio <= ALIKE[1]:
             raise Unreadable(self.path, f"the surface has no face like the held one within {1e3 * near:.3g} mm of it: "
-                             f"what lies there has {ratio:.2g} of its area",
-                             "place the surface by `x`, `z` and `origin` first, or widen `near`")  # fmt: skip
+                             f"the triangles there have {ratio:.2g} of its area",
+                             "position the surface by `x`, `z` and `origin` first, or increase `near`")  # fmt: skip
         return face
 
 
@@ -159,8 +161,8 @@ def clean_surface(name: str, points: Array, triangles: Ints, keep: str = "all") 
     _check_coordinates(name, points)
     points, triangles, merged = _merge_points(points, triangles)
     if not len(triangles):
-        raise Unreadable(name, "none of its triangles has an area", "repair the file")
-    notes = [f"{merged} points that were given twice are merged"] if merged else []
+        raise Unreadable(name, "all of its triangles are degenerate", "repair the file")
+    notes = [f"{merged} duplicate points are merged"] if merged else []
     part = find_connected_parts(len(points), triangles)
     sizes = np.bincount(part)
     if (sizes > 0).sum() > 1:
@@ -177,10 +179,11 @@ def _check_coordinates(name: str, points: Array) -> None:
     bad = ~(np.abs(points) < ABSURD).all(axis=1)
     if bad.any():
         first = int(np.argmax(bad))
-        what = "absurdly large" if np.isfinite(points[first]).all() else "not finite numbers"
+        what = "too large" if np.isfinite(points[first]).all() else "not finite numbers"
         told = ", ".join(f"{x:g}" for x in points[first])
-        raise Unreadable(name, f"some of its coordinates are {what}: point {first} lies at ({told}) m, and "
-                         f"{int(bad.sum())} of {len(points)} points are so", "repair the file")  # fmt: skip
+        raise Unreadable(name,
+            f"{int(bad.sum())} of {len(points)} points have coordinates that are {what}; the first is point {first} "
+            f"at ({told}) m", "repair the file")  # fmt: skip
 
 
 def _merge_points(points: Array, triangles: Ints) -> tuple[Array, Ints, int]:
@@ -198,7 +201,7 @@ def _orient_outward(points: Array, triangles: Ints, notes: list[str]) -> tuple[I
     if gaps:
         notes.append(f"the surface is not closed: {gaps} edges without exactly two triangles")
     if signed_volume(points, triangles) < 0:
-        notes.append("its triangles looked inwards and are turned")
+        notes.append("its triangles faced inward and are reversed")
         triangles = np.ascontiguousarray(triangles[:, ::-1])
     return triangles, tuple(notes)
 
@@ -206,7 +209,7 @@ def _orient_outward(points: Array, triangles: Ints, notes: list[str]) -> tuple[I
 def read_surface(file: Path) -> tuple[Array, Ints]:
     """Return points (n, 3) and triangles (t, 3) of a file, in its own units and frame. Raises Unreadable."""
     if file.is_dir():
-        raise Unreadable(str(file), "it is a folder", "name a file")
+        raise Unreadable(str(file), "it is a folder", "give the path of a file")
     _require_complete(file)
     points, triangles = (_by_trimesh if file.suffix.lower() in TRIMESH else _by_meshio)(file)
     if not len(triangles):
@@ -214,7 +217,7 @@ def read_surface(file: Path) -> tuple[Array, Ints]:
     wrong = ((triangles < 0) | (triangles >= len(points))).any(axis=1)
     if wrong.any():
         first = int(np.argmax(wrong))
-        raise Unreadable(file.name, f"a triangle names a point that does not exist: triangle {first} names points "
+        raise Unreadable(file.name, f"a triangle refers to a point that does not exist: triangle {first} has points "
                          f"{', '.join(map(str, triangles[first]))}, and the file has {len(points)} "
                          f"({int(wrong.sum())} of {len(triangles)} do so)", "write the file again")  # fmt: skip
     return np.asarray(points, dtype=float)[:, :3], np.asarray(triangles, dtype=np.int64)
@@ -227,13 +230,13 @@ def _require_complete(file: Path) -> None:
         with open_regular(file) as data:
             head = data.read(84)
     except OSError as error:
-        raise Unreadable(file.name, f"it cannot be read ({error.strerror})", "see that it can be opened") from None
+        raise Unreadable(file.name, f"it cannot be read ({error.strerror})", "check that it can be opened") from None
     if size == 0:
         raise Unreadable(file.name, "it is empty", "write the file again")
     if file.suffix.lower() == ".stl" and len(head) == 84 and not head.lstrip().startswith(b"solid"):
         count = int.from_bytes(head[80:], "little")
         if size < 84 + 50 * count:
-            raise Unreadable(file.name, f"it promises {count} triangles and breaks off after {(size - 84) // 50}",
+            raise Unreadable(file.name, f"it declares {count} triangles but ends after {(size - 84) // 50}",
                              "write the file again")  # fmt: skip
 
 
@@ -263,7 +266,7 @@ def _by_meshio(file: Path) -> tuple[Any, Any]:
     if not blocks:
         kinds = ", ".join(sorted({b.type for b in data.cells})) or "none"
         raise Unreadable(file.name, f"it has no triangles or quadrilaterals (its cells: {kinds})",
-                         "write the surface of the body alone")  # fmt: skip
+                         "write only the surface of the body")  # fmt: skip
     return data.points, np.concatenate(blocks)
 
 
@@ -291,7 +294,7 @@ def _meshio(file: Path) -> Any:
             with limited_resources(file), redirect_stdout(said), redirect_stderr(said):
                 return meshio.read(file, kind)
         except SystemExit:
-            reasons.append(" ".join(said.getvalue().split()) or f"it is no {kind} file")
+            reasons.append(" ".join(said.getvalue().split()) or f"it is not a {kind} file")
         except Exception as error:  # its readers raise any exception
             reasons.append(describe_read_error(error))
     why = "; ".join(reasons) or "in this format it may never finish"

@@ -62,8 +62,8 @@ class Skeleton:
 
     def __post_init__(self) -> None:
         if self.rubber is None and self.law not in WHOLE:
-            raise NotApplicable(f"`{self.law}` in confined compression is not known here",
-                          f"it takes {', '.join(WHOLE)}, `neo_hookean_isochoric` and rubbers")  # fmt: skip
+            raise NotApplicable(f"`{self.law}` is not supported in confined compression",
+                          f"supported are {', '.join(WHOLE)}, `neo_hookean_isochoric` and rubbers")  # fmt: skip
 
     def stress(self, J: Array) -> Array:
         """Return P at stretches J (n,), Pa."""
@@ -92,7 +92,9 @@ class Skeleton:
             carried = self.stress(way) / stress
         over = np.flatnonzero(carried >= 1.0)
         if not len(over) or not np.isfinite(carried[: over[0] + 1]).all():
-            raise NotApplicable(f"its skeleton carries no stress of {stress:g} Pa", "press it less, or make it stiffer")
+            raise NotApplicable(
+                f"its skeleton cannot carry a stress of {stress:g} Pa", "reduce the load, or use a stiffer skeleton"
+            )
         low, high = float(way[over[0] - 1]), float(way[over[0]])
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)

@@ -99,10 +99,14 @@ class RelaxingBar:
     def __post_init__(self) -> None:
         if self.force and 1.0 - sum(self.g) < 1e-9:
             raise NotApplicable(
-                "all of its stress relaxes, and under a force it flows", "move its end, or leave some stress"
+                "its stress relaxes completely, so it flows under a force",
+                "displace its end, or keep the sum of `g` below 1",
             )
         if len(set(self.tau)) < len(self.tau):
-            raise NotApplicable("two terms of its series relax in the same time", "add their shares up")
+            raise NotApplicable(
+                "two terms of its series have the same relaxation time",
+                "replace them by one term with the sum of their shares",
+            )
 
     @property
     def _rates(self) -> Array:

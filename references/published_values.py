@@ -17,7 +17,7 @@ class GivenValues(Reference):
     """
 
     how: ClassVar[How] = "measured"
-    source: ClassVar[str] = "what the scene says"
+    source: ClassVar[str] = "the publication named in the scene"
     lists: ClassVar[tuple[str, ...]]
     values: Any
 
@@ -68,19 +68,19 @@ class Values(GivenValues):
     Source: the publication or the authors of the measurement, given by `source` in the scene.
     """
 
-    values: Annotated[Any, "amounts", "what is known, with its unit: one, or a list with one for each state"]
+    values: Annotated[Any, "amounts", "values with unit: one, or a list with one for each state"]
     uncertainty: Annotated[
-        Any, "amounts in [0, inf)", "how far a value may be from the true one, an amount or a share: one, or a list"
+        Any, "amounts in [0, inf)", "uncertainty of the values, an amount or a fraction: one, or a list"
     ]
-    source_: Annotated[str, "where it was published, or who measured it"]
-    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
-    kind_: Annotated[
-        Literal["published", "theory", "measurement", "one_code", "digitised"], "what kind of truth they are"
-    ] = "published"
+    source_: Annotated[str, "publication, or authors of the measurement"]
+    body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
+    kind_: Annotated[Literal["published", "theory", "measurement", "one_code", "digitised"], "kind of truth"] = (
+        "published"
+    )
 
     lists: ClassVar[tuple[str, ...]] = ("uncertainty",)
     usual: ClassVar[Kind] = "published"
-    error_meaning: ClassVar[str] = "uncertainty of a value, in its unit, as the scene states it"
+    error_meaning: ClassVar[str] = "uncertainty of a value, in its unit, as stated in the scene"
 
     @property
     def each(self) -> tuple[KnownValue, ...]:

@@ -66,7 +66,7 @@ def require_incompressible(poisson: float) -> None:
     """Raise NotApplicable for a Poisson's ratio other than 0.5, which closed forms of rubber require."""
     if poisson != INCOMPRESSIBLE:
         raise NotApplicable(f"a Poisson's ratio of {poisson:g} lets the volume change",
-                      "the closed form is that of `poisson = 0.5`, which `formulation = mixed` takes")  # fmt: skip
+                      "the closed form holds for `poisson = 0.5`; use it with `formulation = mixed`")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Rubber:
     def __post_init__(self) -> None:
         if self.law not in KNOWN:
             raise NotApplicable(
-                f"`{self.law}` has no closed form here", f"it takes {', '.join(KNOWN)}, or neo-Hookean solids"
+                f"there is no closed form for `{self.law}`", f"supported are {', '.join(KNOWN)} and neo-Hookean solids"
             )
 
     @classmethod

@@ -49,11 +49,14 @@ class BlownBall:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.outer) and 0.0 < self.inner < self.outer):
             raise NotApplicable(
-                f"the radii are {self.inner:g} and {self.outer:g}", "the hollow is smaller than the ball"
+                f"the radii are {self.inner:g} and {self.outer:g}",
+                "the inner radius must be smaller than the outer one",
             )
         require_incompressible(self.poisson)
         if not (math.isfinite(self.pressure) and self.pressure > 0.0):
-            raise NotApplicable(f"the pressure is {self.pressure:g} Pa", "it acts in the hollow, and outward")
+            raise NotApplicable(
+                f"the pressure is {self.pressure:g} Pa", "it must be an inner pressure, positive outward"
+            )
 
     def at(self, e: Array) -> Array:
         """Return pressures (n,), Pa, at logarithms of the hollow's stretch (n,); NaN beyond the law's domain."""
@@ -112,7 +115,7 @@ class BlownBall:
         else:
             most = float(p.max()) if len(p) else 0.0
             raise NotApplicable(
-                f"no state has a pressure of {self.pressure:g} Pa", f"it comes to {most:.6g} Pa at most"
+                f"no state has a pressure of {self.pressure:g} Pa", f"the largest pressure is {most:.6g} Pa"
             )
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
@@ -148,9 +151,9 @@ class BlownBall:
 class Inflation(Reference):
     """Inflation of a thick-walled sphere of incompressible rubber by an inner pressure.
 
-    It is the first state with that pressure on the way from rest. For many laws the pressure has a maximum, beyond
-    which the sphere grows while the pressure falls, and often a minimum, from which it rises again: a pressure above
-    the maximum is reached only there, as on a path that `static(path = arc_length)` follows, and a report has the
+    It is the first state with that pressure on the path from rest. For many laws the pressure has a maximum, beyond
+    which the sphere grows while the pressure falls, and often a minimum, after which it rises again. A pressure above
+    the maximum is reached only on that last branch, which `static(path = arc_length)` can follow; the report gives the
     `limit` of both. It applies to a `spherical_shell(part = octant)`, or a revolved `quarter_ring` of circles, held by
     `symmetric` on its planes, with `poisson = 0.5`, of `neo_hookean`, `mooney_rivlin`, `ogden`, `yeoh`, `gent`, `fung`,
     `veronda_westmann` or `arruda_boyce`, and one `pressure` on all of its hollow.
@@ -158,7 +161,7 @@ class Inflation(Reference):
     407-419; Ogden 1984, Non-linear elastic deformations, section 5.3.
     """
 
-    body: Annotated[Any, "body", "the ball"]
+    body: Annotated[Any, "body", "spherical shell"]
 
     about: ClassVar[About] = "inflation"
     means: ClassVar[str] = "closed form"

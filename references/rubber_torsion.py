@@ -128,5 +128,5 @@ class Torsion(Reference):
     def solve(self, cylinder: TwistedCylinder) -> TwistedCylinder:
         """Return the cylinder itself, which has the closed form. Raises NotApplicable beyond its law's domain."""
         if not math.isfinite(cylinder.torque):
-            raise NotApplicable("it is twisted beyond what its law has a stress for", "turn it by less")
+            raise NotApplicable("the twist exceeds the domain of the law", "reduce the angle")
         return cylinder

@@ -24,7 +24,7 @@ class RuckerWebster(Reference):
     Loading, IEEE Trans. Robot. 27, 1033-1044.
     """
 
-    body: Annotated[Any, "body", "the straight beam, clamped at one end, that tendons drive"]
+    body: Annotated[Any, "body", "straight beam, clamped at one end, bent by tendons"]
 
     about: ClassVar[About] = "tendons"
     means: ClassVar[str] = "ordinary differential equation"

@@ -32,9 +32,9 @@ class SelfConverged(Reference):
     Oberkampf and Roy 2010, section 8.8.
     """
 
-    methods: Annotated[tuple[str, ...], "models", "two `fem` models or more that share no element and integration"]
-    sizes: Annotated[Any, "values", "at least three sizes, coarse to fine, such as `[12, 9, 6] mm`"]
-    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    methods: Annotated[tuple[str, ...], "models", "two or more `fem` models with different elements or integration"]
+    sizes: Annotated[Any, "values", "at least three cell sizes, coarse to fine, such as `[12, 9, 6] mm`"]
+    body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
     how: ClassVar[How] = "refined"
     means: ClassVar[str] = "extrapolated"
@@ -42,5 +42,6 @@ class SelfConverged(Reference):
         "the scene's own models and this solver, refined (Celik et al. 2008): checks discretisation, not the code"
     )
     error_meaning: ClassVar[str] = (
-        "grid convergence index or distance of the methods, m, whichever is larger: discretisation alone, no rounding"
+        "grid convergence index or difference between the models, m, whichever is larger: discretisation error only, "
+        "no rounding"
     )

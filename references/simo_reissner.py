@@ -38,9 +38,9 @@ class SimoReissner(Reference):
     Source: Reissner 1972, ZAMP 23:795; Simo 1985, Comput. Methods Appl. Mech. Eng. 49:55.
     """
 
-    body: Annotated[Any, "body", "the straight beam, clamped at one end, that gravity bends"]
+    body: Annotated[Any, "body", "straight beam, clamped at one end, bent by gravity"]
     young: Annotated[
-        float | None, "Pa in (0, inf)", "another modulus than the body's, where one is to be identified"
+        float | None, "Pa in (0, inf)", "Young's modulus to use instead of the body's, for example to identify it"
     ] = None
 
     means: ClassVar[str] = "ordinary differential equation"
@@ -55,8 +55,8 @@ class SimoReissner(Reference):
         stretch, shear = weight / cantilever.axial_stiffness, weight / cantilever.shear_stiffness
         if shear - stretch > 1:
             raise NotApplicable(
-                f"the weight shears the root by {shear:.3g}, where the equilibrium need not be unique",
-                "make the beam stiffer or lighter, or leave this reference out",
+                f"the shear strain at the root under the weight is {shear:.3g}, so the equilibrium may not be unique",
+                "use a stiffer or lighter beam, or remove this reference",
             )
         return solve_rod(ShearDeformableRod(cantilever.load_parameter, stretch, shear), cantilever)
 

@@ -30,7 +30,7 @@ class SmallDeflection(Reference):
     Source: Timoshenko 1955, Strength of Materials, part I, chapter 5 (uniformly loaded cantilever).
     """
 
-    body: Annotated[Any, "body", "the straight beam, clamped at one end, that gravity bends"]
+    body: Annotated[Any, "body", "straight beam, clamped at one end, bent by gravity"]
 
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Timoshenko 1955, Strength of Materials, part I, chapter 5"

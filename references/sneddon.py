@@ -27,19 +27,19 @@ class Sneddon(Reference):
     Source: Sneddon 1965, Int. J. Eng. Sci. 3, 47-57; Boussinesq 1885; Love 1939, Quart. J. Math. 10, 161.
     """
 
-    body: Annotated[Any, "body", "the body that is pressed"]
+    body: Annotated[Any, "body", "deformable body that is indented"]
 
     about: ClassVar[About] = "pressed"
     with_forces: ClassVar[bool] = True
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Sneddon 1965, Int. J. Eng. Sci. 3, 47-57"
-    error_meaning: ClassVar[str] = "what a half-space moves where the body ends, m, and rounding"
+    error_meaning: ClassVar[str] = "displacement of the half-space at the borders of the body, m, and rounding"
 
     def must_hold(self, pressed: Indentation) -> None:
         """Raise NotApplicable if an assumption is violated."""
         pressed.must_slip_freely()
         if pressed.kind not in ("cone", "punch"):
-            raise NotApplicable(f"what presses is a {pressed.kind}", "use `hertz(...)`")
+            raise NotApplicable(f"the indenter is a {pressed.kind}", "use `hertz(...)`")
         pressed.must_be_half_space()
 
     def solve(self, pressed: Indentation) -> HalfSpace:

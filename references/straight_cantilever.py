@@ -224,7 +224,7 @@ def _refuse_poisson(poisson: float) -> None:
 def _refuse_axis(axis: Vector) -> None:
     _refuse_unless_finite("axis", axis)
     if abs(math.hypot(*axis) - 1) > ALIGNMENT:
-        raise NotApplicable(f"the axis has length {math.hypot(*axis):.10g}", "divide it by its length")
+        raise NotApplicable(f"the axis has length {math.hypot(*axis):.10g}", "normalize it")
 
 
 def _refuse_gravity(gravity: Vector, axis: Vector) -> None:
@@ -236,6 +236,6 @@ def _refuse_gravity(gravity: Vector, axis: Vector) -> None:
     if abs(along) > ALIGNMENT:
         angle = math.degrees(math.acos(max(-1.0, min(1.0, along))))
         raise NotApplicable(
-            f"gravity meets the axis of the beam at {angle:.6g} degrees, and this reference needs 90",
-            "turn the beam or gravity until they are perpendicular, or leave this reference out",
+            f"gravity is at {angle:.6g} degrees to the axis of the beam, but this reference needs 90",
+            "make the beam and gravity perpendicular, or remove this reference",
         )

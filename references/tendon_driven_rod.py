@@ -85,10 +85,12 @@ class DrivenRod:
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(c) and c > 0.0 for c in (self.length, *self.stiffness)):
-            raise NotApplicable("a length or a stiffness is not positive", "give them all above zero")
+            raise NotApplicable("a length or a stiffness is not positive", "give positive values")
         for route in self.routes:
             if not (0.0 <= route.begin < route.end <= self.length * (1.0 + BEYOND)):
-                raise NotApplicable("a tendon does not run along the beam", "give it two ends apart along the axis")
+                raise NotApplicable(
+                    "a tendon does not run along the beam", "give it two ends at different positions along the axis"
+                )
 
 
 @dataclass(frozen=True)
@@ -208,7 +210,7 @@ class DrivenRodSolution:
         L = self.rod.length
         if ((offset[:, 0] < -BEYOND * L) | (offset[:, 0] > (1 + BEYOND) * L)).any():
             raise NotApplicable(
-                "some points lie beyond the ends of the beam", "ask for points between its two end sections"
+                "some points lie beyond the ends of the beam", "use points between its two end sections"
             )
         s = np.clip(offset[:, 0] / L, 0.0, 1.0)
         y = states_at(self.stretches, self.solution, s)
@@ -243,13 +245,13 @@ def solve_driven_rod(rod: DrivenRod) -> DrivenRodSolution:
         if found.status == 0:
             share, y, step = there, found.sol(z), 2.0 * step
         elif (step := 0.5 * step) < SHORTEST:
-            raise NotSolved(f"the load could be raised to {100 * share:.3g} % only: {found.message}", (share,))
+            raise NotSolved(f"the load could only be raised to {100 * share:.3g} %: {found.message}", (share,))
     full = RodEquations(rod, 1.0)
     coarse = _solved(full, z, y, FINE)
     halved = np.sort(np.concatenate([coarse.x, 0.5 * (coarse.x[1:] + coarse.x[:-1])]))
     fine = _solved(full, halved, coarse.sol(halved), FINE)
     if fine.status != 0:
-        raise NotSolved(f"a residual of {FINE:.0e} is not reached: {fine.message}", tuple(coarse.rms_residuals[-1:]))
+        raise NotSolved(f"the residual does not reach {FINE:.0e}: {fine.message}", tuple(coarse.rms_residuals[-1:]))
     s = np.linspace(0.0, 1.0, 201)
     apart = states_at(full.stretches, coarse.sol, s) - states_at(full.stretches, fine.sol, s)
     error = float(np.abs(apart[:7]).max()) + 1e3 * float(np.finfo(float).eps)

@@ -183,7 +183,7 @@ class Terzaghi(Reference):
     with_forces: ClassVar[bool] = True
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Terzaghi 1923; Mow, Kuei, Lai and Armstrong 1980, J. Biomech. Eng. 102:73"
-    error_meaning: ClassVar[str] = "modes that are left out, and rounding of the displacement, m"
+    error_meaning: ClassVar[str] = "omitted modes and rounding of the displacement, m"
 
     def solve(self, column: Column) -> Column:
         """Return the column itself, which has the modal sums. Raises NotSolved just after a jump."""

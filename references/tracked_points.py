@@ -41,8 +41,8 @@ class TrackedPoints(Reference):
     """Points of a body tracked under load: a table of positions at rest and in other states.
 
     The table is a CSV file whose header names the columns x0, y0, z0 at rest, x1, y1, z1 in state 1 and so on, and
-    optionally i, j, k or name; lines before the header are titles. `state` is the one that is compared, or `states`
-    those of each state of the analysis, `rest` the one that displacements start from. `x` and `z` are the file's
+    optionally i, j, k or name; lines before the header are titles. `state` is the state that is compared, or `states`
+    one for each state of the analysis; displacements are measured from the state `rest`. `x` and `z` are the file's
     directions of the scene's axes, y follows; `unit` is the length of one unit of the file; `origin` is the position of
     the file's origin.
 
@@ -51,24 +51,24 @@ class TrackedPoints(Reference):
     Source: the authors of the measurement, given by `citation` or the data set.
     """
 
-    path: Annotated[str, "file", "the table, relative to the scene, or a data set such as `data:...`"]
+    path: Annotated[str, "file", "path of the table, relative to the scene, or a data set such as `data:...`"]
     unit: Annotated[float, "m in (0, inf)", "length of one unit of the table's positions"]
-    uncertainty: Annotated[float, "m in [0, inf)", "how far a measured displacement may be from the true one"]
-    state: Annotated[int, "1 in [0, 1000]", "which state is compared, by the number in its columns"] = 1
+    uncertainty: Annotated[float, "m in [0, inf)", "largest error of a measured displacement"]
+    state: Annotated[int, "1 in [0, 1000]", "number of the state to compare, as in the column names"] = 1
     states: Annotated[
-        Any | None, "values of 1 in [0, 1000]", "the same of each state of the analysis, in its order"
+        Any | None, "values of 1 in [0, 1000]", "numbers of the states to compare, one for each state of the analysis"
     ] = None
-    rest: Annotated[int, "1 in [0, 1000]", "which state displacements start from"] = 0
-    x: Annotated[Vector, "direction", "which direction of the file is the scene's x axis"] = (1.0, 0.0, 0.0)
-    z: Annotated[Vector, "direction", "which direction of the file is the scene's z axis"] = (0.0, 0.0, 1.0)
-    origin: Annotated[Vector, "m", "where the file's origin lies in the scene"] = (0.0, 0.0, 0.0)
-    citation: Annotated[str, "who measured it"] = ""
-    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    rest: Annotated[int, "1 in [0, 1000]", "number of the state from which displacements are measured"] = 0
+    x: Annotated[Vector, "direction", "direction in the file of the scene's x axis"] = (1.0, 0.0, 0.0)
+    z: Annotated[Vector, "direction", "direction in the file of the scene's z axis"] = (0.0, 0.0, 1.0)
+    origin: Annotated[Vector, "m", "position of the file's origin in the scene"] = (0.0, 0.0, 0.0)
+    citation: Annotated[str, "authors of the measurement"] = ""
+    body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
     how: ClassVar[How] = "measured"
     table: ClassVar[str] = "no table of tracked points"
-    source: ClassVar[str] = "the file that the scene names"
-    error_meaning: ClassVar[str] = "uncertainty of a measured displacement, m, as the scene states it"
+    source: ClassVar[str] = "the file named in the scene"
+    error_meaning: ClassVar[str] = "uncertainty of a measured displacement, m, as stated in the scene"
 
     def unfit(self) -> tuple[str, str] | None:
         """Return why the table has no tracked points in these states, and the remedy, without reading numbers."""
@@ -105,7 +105,7 @@ class TrackedPoints(Reference):
             source_of(self.citation, self.path, table.name),
             tuple(name for name, kept in zip(table.names, there, strict=True) if kept),
             table.grid(there),
-            (f"{gone} of {len(there)} points without a position are left out",) if gone else (),
+            (f"{gone} of {len(there)} points without a position are omitted",) if gone else (),
         )
 
 
@@ -150,8 +150,8 @@ class MarkerTable:
             try:
                 values[row] = float(text) if text else np.nan
             except ValueError:
-                raise Unreadable(self.name, f"`{text}` in column {column} is no number",
-                                 "leave a field empty where a position is missing") from None  # fmt: skip
+                raise Unreadable(self.name, f"`{text}` in column {column} is not a number",
+                                 "leave the field of a missing position empty") from None  # fmt: skip
         return values
 
 
@@ -168,7 +168,7 @@ def read_table(file: Path) -> MarkerTable:
         ) from None
     at = next((i for i, row in enumerate(rows) if set(REST) <= {c.lower() for c in row}), None)
     if at is None:
-        raise Unreadable(file.name, "it has no header with x0, y0, z0, the positions at rest",
+        raise Unreadable(file.name, "its header has no columns x0, y0, z0 for the positions at rest",
                          "name the columns x0, y0, z0, x1, y1, z1 and so on")  # fmt: skip
     return MarkerTable(file.name, _columns(file.name, [c.lower() for c in rows[at]], rows[at + 1 :]))
 
@@ -177,6 +177,6 @@ def _columns(name: str, header: list[str], rows: Iterable[list[str]]) -> dict[st
     filled = [row for row in rows if any(row)]
     wrong = next((row for row in filled if len(row) != len(header)), None)
     if wrong is not None or not filled:
-        what = f"a row has {len(wrong)} fields, its header {len(header)}" if wrong else "it has no rows"
+        what = f"a row has {len(wrong)} fields, the header has {len(header)}" if wrong else "it has no rows"
         raise Unreadable(name, what, "give each point one row")
     return {c: column for c, column in zip(header, zip(*filled, strict=True), strict=True) if c}

@@ -31,7 +31,7 @@ class Unconfined(Reference):
     with_forces: ClassVar[bool] = True
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Armstrong, Lai and Mow 1984, J. Biomech. Eng. 106:165"
-    error_meaning: ClassVar[str] = "modes that are left out, and rounding of the displacement, m"
+    error_meaning: ClassVar[str] = "omitted modes and rounding of the displacement, m"
 
     def solve(self, disc: CompressedPorousBody) -> CompressedPorousBody:
         """Return the disc itself, which has the modal sums. Raises NotSolved just after a jump."""

@@ -80,18 +80,20 @@ class VirtualScan(Reference):
     Source: Marchal, Allard, Duriez and Cotin 2008, ISBMS, LNCS 5104:176 (voxel size); Taubin 1995 (smoothing).
     """
 
-    of: Annotated[str, "model", "the model whose deformed shape is scanned"]
+    of: Annotated[str, "model", "model whose deformed shape is scanned"]
     voxel: Annotated[Vector, "m in (0, inf)", "size of a voxel along x, y and z"] = (0.425e-3, 0.425e-3, 0.62e-3)
-    blur: Annotated[float, "m in [0, inf)", "standard deviation of the point spread"] = 0.4e-3
-    noise: Annotated[float, "1 in [0, 1)", "standard deviation of the noise, in contrasts of body and air"] = 0.02
-    seed: Annotated[int, "1 in [0, 1000000000]", "where the noise starts: the same seed, the same noise"] = 0
-    iso: Annotated[float, "1 in (0, 1)", "the level of the surface between air (0) and body (1)"] = 0.5
-    smoothing: Annotated[int, "1 in [0, 1000]", "steps of Taubin's filter"] = 10
-    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    blur: Annotated[float, "m in [0, inf)", "standard deviation of the Gaussian point spread"] = 0.4e-3
+    noise: Annotated[
+        float, "1 in [0, 1)", "standard deviation of the noise, relative to the contrast between body and air"
+    ] = 0.02
+    seed: Annotated[int, "1 in [0, 1000000000]", "seed of the random noise"] = 0
+    iso: Annotated[float, "1 in (0, 1)", "level of the isosurface, between air (0) and body (1)"] = 0.5
+    smoothing: Annotated[int, "1 in [0, 1000]", "number of steps of Taubin's smoothing filter"] = 10
+    body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
     how: ClassVar[How] = "scanned"
     source: ClassVar[str] = "the computed shape of a model of the scene"
-    error_meaning: ClassVar[str] = "root mean square distance of the reconstruction from the shape scanned, m"
+    error_meaning: ClassVar[str] = "root mean square distance of the reconstruction from the scanned shape, m"
 
     def load(self, points: Array, triangles: Ints) -> MeasuredSurface:
         """Return the reconstruction of a closed surface (n, 3) m, (t, 3); its uncertainty is the error of the chain.
@@ -121,7 +123,7 @@ def scan(points: Array, triangles: Ints, scanner: Scanner, shape: tuple[int, int
     The grid is cropped to the body and its blur, or has `shape` voxels about the body's centre. Raises Unreadable.
     """
     if len(triangles) == 0 or count_open_edges(triangles):
-        raise Unreadable(NAME, "the surface that is scanned is not closed", "scan the whole boundary of a body")
+        raise Unreadable(NAME, "the scanned surface is not closed", "scan the whole surface of a body")
     origin, size = _grid(points[np.unique(triangles)], scanner, shape)
     values = coverage(points, triangles, origin, np.asarray(scanner.voxel), size)
     if scanner.blur > 0:
@@ -146,7 +148,7 @@ def _grid(body: Array, scanner: Scanner, shape: tuple[int, int, int] | None) -> 
         origin = low - margin
     if size.prod() > VOXELS:
         reason = f"the grid would have {size.prod():.3g} voxels"
-        raise Unreadable(NAME, reason, "give larger voxels")
+        raise Unreadable(NAME, reason, "use larger voxels")
     return origin, (int(size[0]), int(size[1]), int(size[2]))
 
 

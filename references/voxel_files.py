@@ -85,7 +85,7 @@ def _reader(file: Path) -> Callable[[Path, Vector | None, float | None], VoxelVo
 
 def _numpy(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
     if spacing is None:
-        raise Unreadable(file.name, "a NumPy file does not say how large its voxels are",
+        raise Unreadable(file.name, "a NumPy file does not give the size of its voxels",
                          "give `spacing`, such as `spacing = (0.425 mm, 0.425 mm, 0.62 mm)`")  # fmt: skip
     with open_regular(file) as opened:
         found = np.load(opened, allow_pickle=False)
@@ -93,7 +93,7 @@ def _numpy(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolum
             return VoxelVolume(found, np.diag(spacing), np.zeros(3))
         if len(found.files) != 1:
             reason = f"it holds {len(found.files)} arrays ({', '.join(found.files[:12])})"
-            raise Unreadable(file.name, reason, "keep the voxels alone in it")
+            raise Unreadable(file.name, reason, "save only the voxel array")
         return VoxelVolume(found[found.files[0]], np.diag(spacing), np.zeros(3))
 
 
@@ -115,7 +115,7 @@ def _nrrd(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume
     elif spacing is not None:
         return VoxelVolume(values, np.diag(spacing), np.zeros(3))
     else:
-        raise Unreadable(file.name, "it does not say how large its voxels are", "give `spacing`")
+        raise Unreadable(file.name, "it does not give the size of its voxels", "give `spacing`")
     origin = np.asarray(header.get("space origin", np.zeros(3)), dtype=float)
     length = unit or _length(file.name, said)
     return VoxelVolume(values, length * axes, length * origin)
@@ -130,12 +130,12 @@ def _data_file(file: Path, header: Mapping[str, Any]) -> Path | None:
     if told is None:
         return None
     if told.partition(" ")[0] == "LIST" or "%" in told:
-        raise Unreadable(file.name, "its voxels lie in several files", "write them into one")
+        raise Unreadable(file.name, "its voxels are in several files", "write them into one")
     try:
         return path_within(file.parent, told)
     except UnsafeFile as error:
-        reason = f"its voxels lie in {told[:80]}, and {error.strerror}"
-        raise Unreadable(file.name, reason, "put the two files side by side") from None
+        reason = f"its voxels are in {told[:80]}, which cannot be read: {error.strerror}"
+        raise Unreadable(file.name, reason, "put both files into one folder") from None
 
 
 def _nifti(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
@@ -150,7 +150,7 @@ def _length(name: str, said: Iterable[str] | None) -> float:
     words = {str(word).strip().lower() for word in said or ()}
     if len(words) == 1 and (word := words.pop()) in UNITS:
         return UNITS[word]
-    reason = "it does not say in which unit its lengths are"
+    reason = "it does not give the unit of its lengths"
     raise Unreadable(name, reason, "give `unit`, such as `unit = 1 mm`")
 
 
@@ -162,7 +162,11 @@ def _dicom(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolum
 
 def _of_slices(file: Path, slices: list[Any]) -> VoxelVolume:
     if not slices:
-        raise Unreadable(file.name, "it belongs to no series of slices", "name a slice, or the folder of a series")
+        raise Unreadable(
+            file.name,
+            "it does not belong to a series of slices",
+            "give the path of a slice, or of the folder of a series",
+        )
     across, down = (np.asarray(slices[0].ImageOrientationPatient, dtype=float)[k : k + 3] for k in (0, 3))
     places = np.array([s.ImagePositionPatient for s in slices], dtype=float)
     order = np.argsort(places @ np.cross(across, down))
@@ -190,7 +194,7 @@ def _series(file: Path) -> list[Any]:
             return found.get(str(getattr(pydicom.dcmread(opened), "SeriesInstanceUID", "")), [])
     if len(found) != 1:
         reason = f"the folder holds {len(found)} DICOM series"
-        raise Unreadable(file.name, reason, "name a folder with one, or one file of the series")
+        raise Unreadable(file.name, reason, "give a folder with one series, or one file of the series")
     return next(iter(found.values()))
 
 
@@ -205,21 +209,21 @@ def _slices(file: Path) -> list[Path]:
             continue  # folders, pipes, and links to elsewhere
         found.append(one)
     if len(found) > MOST_SLICES:
-        reason = f"its folder holds {len(found)} files, and {MOST_SLICES} are read"
-        raise Unreadable(file.name, reason, "give the series a folder of its own")
+        reason = f"its folder has {len(found)} files; the limit is {MOST_SLICES}"
+        raise Unreadable(file.name, reason, "put the series into its own folder")
     return found
 
 
 def _step(name: str, places: Array) -> Array:
     """Return the step from slice to slice (3,), mm. Raises Unreadable if they are not equally spaced."""
     if len(places) < 2:
-        raise Unreadable(name, "the series has a single slice", "give the whole series")
+        raise Unreadable(name, "the series has only one slice", "give the whole series")
     steps = np.diff(places, axis=0)
     step = steps.mean(axis=0)
     apart = float(np.linalg.norm(steps - step, axis=1).max() / np.linalg.norm(step))
     if apart > EQUAL:
-        reason = f"its slices are not equally spaced (by {100 * apart:.2g} % of their distance)"
-        raise Unreadable(name, reason, "look for a slice that is missing or given twice")
+        reason = f"its slices are not equally spaced (deviation {100 * apart:.2g} % of their distance)"
+        raise Unreadable(name, reason, "check for missing or duplicate slices")
     return np.asarray(step)
 
 
@@ -250,14 +254,14 @@ def _with_spacing(volume: VoxelVolume, spacing: Vector | None) -> VoxelVolume:
 def _checked(name: str, volume: VoxelVolume) -> VoxelVolume:
     values = np.asarray(volume.values)
     if values.ndim != 3 or min(values.shape) < 2:
-        raise Unreadable(name, f"its voxels have shape {values.shape}", "give a grid of three dimensions")
+        raise Unreadable(name, f"its voxels have shape {values.shape}", "give a three-dimensional grid")
     if volume.axes.shape != (3, 3) or not abs(np.linalg.det(volume.axes)) > 0:
-        raise Unreadable(name, "the steps of its grid do not span space", "give `spacing`")
+        raise Unreadable(name, "the voxel directions are linearly dependent", "give `spacing`")
     values = values.astype(np.float64 if values.dtype == np.float64 else np.float32)
     if not (finite := np.isfinite(values)).all():
         i, j, k = np.unravel_index(int(finite.argmin()), finite.shape)
         reason = (
             f"{int((~finite).sum())} of its {finite.size} voxels are not finite numbers, the first is ({i}, {j}, {k})"
         )
-        raise Unreadable(name, f"{reason}, counted from 0", "fill them with a value first")
+        raise Unreadable(name, f"{reason}, counted from 0", "replace them by a finite value first")
     return VoxelVolume(values, volume.axes, volume.origin)

@@ -29,7 +29,7 @@ def refuse(name: str, value: object, expected: str) -> NoReturn:
     """Raise BadArgument with the expected and the given value."""
     shown = repr(value)
     shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
-    raise BadArgument(f"`{name}` is {expected}; {shown} ({type(value).__name__}) was given")
+    raise BadArgument(f"`{name}` must be {expected}, not {shown} ({type(value).__name__})")
 
 
 def count(name: str, value: object, least: int = 1) -> int:
@@ -63,7 +63,7 @@ def text(name: str, value: object, what: str) -> str:
 def place(name: str, value: object, what: str) -> Path:
     """Return a non-empty path. Raises BadArgument."""
     if not isinstance(value, str | os.PathLike) or not isinstance(os.fspath(value), str) or "\0" in os.fspath(value):
-        refuse(name, value, f"{what}, as a text or a path")
+        refuse(name, value, f"{what}, as a string or a path")
     if not os.fspath(value):
         refuse(name, value, f"{what}, and not empty")
     return Path(os.fspath(value))
@@ -71,7 +71,7 @@ def place(name: str, value: object, what: str) -> Path:
 
 def places(name: str, value: object) -> tuple[str, ...]:
     """Return one or several files, or names of installed plugins. Raises BadArgument."""
-    wanted = "a file or the name of an installed plugin, or several"
+    wanted = "a file or the name of an installed plugin, or a list of them"
     if isinstance(value, str | os.PathLike):
         value = (value,)
     if isinstance(value, Mapping | bytes) or not isinstance(value, Iterable):
@@ -81,7 +81,7 @@ def places(name: str, value: object) -> tuple[str, ...]:
 
 def models(value: object) -> tuple[str, ...]:
     """Return the names of one or several models. Raises BadArgument."""
-    wanted = "the name of a model, or names of several"
+    wanted = "the name of a model, or a list of names"
     if isinstance(value, str):
         return (value,)
     if isinstance(value, Mapping | bytes) or not isinstance(value, Iterable):
@@ -105,7 +105,7 @@ def override(name: str, value: object) -> str:
     elif isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(float(value)):
         written = repr(int(value)) if isinstance(value, Integral) else repr(float(value))
     if written is None:
-        refuse(name, value, 'a parameter: a text such as "120 mm", one quantity, or a number where it has no unit')
+        refuse(name, value, 'a parameter value: a string such as "120 mm", a quantity, or a number if it has no unit')
     return f"{name}={written}"
 
 
@@ -126,7 +126,7 @@ def varied(value: object) -> tuple[str, ...]:
             refuse("vary", value, wanted)
         given = [override(name, v).partition("=")[2] for v in several]
         if not given:
-            refuse("vary", value, f"{wanted}, none of them empty")
+            refuse("vary", value, f"{wanted}, without empty lists")
         found.append(f"{name}={','.join(given)}")
     return tuple(found)
 
@@ -134,5 +134,5 @@ def varied(value: object) -> tuple[str, ...]:
 def once(resume: object, fresh: object) -> tuple[bool, bool]:
     """Return `resume` and `fresh`, of which at most one may be True. Raises BadArgument."""
     if flag("resume", resume) and flag("fresh", fresh):
-        raise BadArgument("`resume` goes on with what is there and `fresh` forgets it: give one of them")
+        raise BadArgument("`resume` continues earlier results and `fresh` discards them: give only one")
     return bool(resume), flag("fresh", fresh)

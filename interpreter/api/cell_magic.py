@@ -35,13 +35,13 @@ class _LineParser(argparse.ArgumentParser):
 def parser() -> argparse.ArgumentParser:
     """Return the argument parser of the magic's line."""
     own = _LineParser(
-        "%%scene", description="Run the cell as a scene, show its report, and leave `scene` and `report`."
+        "%%scene", description="Run the cell as a scene, show its report, and define `scene` and `report`."
     )
-    own.add_argument("name", nargs="?", help="leave the report under this name, too; messages call the cell so")
+    own.add_argument("name", nargs="?", help="also store the report under this name, which messages use for the cell")
     own.add_argument("-p", action="append", default=[], metavar="NAME=VALUE", help="replace a parameter or a field")
     own.add_argument("--model", action="append", default=[], metavar="NAME", help="only this model")
-    own.add_argument("--stated", action="store_true", help="ask models what error they state themselves")
-    own.add_argument("--plugin", action="append", default=[], metavar="FILE", help="take words from somebody's file")
+    own.add_argument("--stated", action="store_true", help="estimate the error of each model")
+    own.add_argument("--plugin", action="append", default=[], metavar="FILE", help="load a plugin from a file")
     return own
 
 
@@ -63,7 +63,7 @@ class SceneMagics(Magics):
         except ValueError as error:  # a quotation mark that is not closed
             raise UsageError(f"%%scene: {error} in `{line}`") from None
         if given.name is not None and not given.name.isidentifier():
-            raise UsageError(f"%%scene: `{given.name}` is no name that Python could have; options begin with a dash")
+            raise UsageError(f"%%scene: `{given.name}` is not a valid Python name; options start with a dash")
         shell: Any = self.shell
         for name in (*LEFT, *([given.name] if given.name else [])):
             shell.user_ns.pop(name, None)  # names left by an earlier cell

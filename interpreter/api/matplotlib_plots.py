@@ -87,19 +87,21 @@ def _chosen(findings: Findings, name: str | None, kind: str | None) -> Drawing:
 def _refusal(findings: Findings, name: str | None, kind: str | None, known: Mapping[str, Found]) -> str:
     """Return an error message: why this cannot be drawn, and the names that can."""
     drawn = [f"`{n}` ({k})" for k, found in known.items() for n in found]
-    can = f"what can: {listed(drawn)}" if drawn else "nothing of this report can; `report.frame()` has its numbers"
+    can = (
+        f"available: {listed(drawn)}" if drawn else "this report has no data to draw; `report.frame()` has its numbers"
+    )
     asked = f"`{name}`" if name is not None else "This report"
     how = f" as `{kind}`" if kind else ""
     if name is None:
-        why = "it has none"
+        why = "it has no data"
     elif any(name in found for found in known.values()):
-        why = "it is known in another way"
+        why = "it has data of another kind"
     elif name in [m.name for m in findings.metrics]:
-        why = "it is one number for each model"
+        why = "it has one number for each model"
     elif name in findings.probes:
-        why = "it is no line, and nothing moves in time"
+        why = "it is not a line, and there is no motion"
     else:
-        why = "no probe and no metric of the report has this name"
+        why = "the report has no probe or metric of this name"
     return f"{asked} cannot be drawn{how}: {why}; {can}"
 
 
@@ -113,7 +115,7 @@ def _lines(findings: Findings) -> Found:
         own = centre_lines.Lines(findings, number, probe)
         i, j = own.plane
         traces = [Trace(n, X[:, i], X[:, j]) for n, X in own.lines.items() if n not in own.far]
-        left = f", without {listed(own.far)} (too far away)" if own.far else ""
+        left = f", without {listed(own.far)} (outside the drawing)" if own.far else ""
         return Drawing(f"{probe}{left}", (own.axes[0], "m"), (own.axes[1], "m"), traces, equal=True)
 
     return {probe: lambda n=n, p=probe: made(n, p) for n, probe in enumerate(lines_of(findings))}  # type: ignore[misc]

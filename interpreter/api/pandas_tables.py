@@ -13,19 +13,19 @@ if TYPE_CHECKING:
 
 COLUMNS = {  # name: what stands there; None where it is not known
     "model": "the name of the model, or of the reference",
-    "kind": "`model`, or what kind of reference it is",
+    "kind": "`model`, or the kind of the reference",
     "metric": "the name of the metric",
-    "state": "the value of the state of the analysis; not a number where it has only one",
+    "state": "value of the state of the analysis; NaN if there are no states",
     "value": "in `unit`",
-    "unit": "of SI; 1 of a plain number",
-    "stated_error": "what the model states of the value, in `unit`",
-    "reference": "what the metric measures from",
-    "uncertainty": "of that reference, in `unit`",
-    "published": "what the scene says that others found, in `unit`",
-    "verdict": "`met`, `not_met` or `cannot_tell`: the worst of what is expected of it",
-    "status": "how the model ended: `converged`, `not_converged`, ...",
-    "reason": "why there is no value",
-    "seconds": "wall time of the solution, s: the median of its runs",
+    "unit": "SI unit; 1 for a plain number",
+    "stated_error": "error of the value as stated by the model, in `unit`",
+    "reference": "reference of the metric",
+    "uncertainty": "uncertainty of that reference, in `unit`",
+    "published": "published value given in the scene, in `unit`",
+    "verdict": "worst result of its expectations: `met`, `not_met` or `cannot_tell`",
+    "status": "status of the model: `converged`, `not_converged`, ...",
+    "reason": "reason why there is no value",
+    "seconds": "wall time of the solution, s, median of its runs",
 }
 NUMBERS = ("state", "value", "stated_error", "uncertainty", "published", "seconds")
 WORST = ("not_met", "cannot_tell", "met")

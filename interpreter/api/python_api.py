@@ -68,7 +68,7 @@ class LoadedScene:
 
         only = () if models is None else api_arguments.models(models)
         if models is not None and not only:
-            raise api_arguments.BadArgument("`models` is empty; leave it out to run all models")
+            raise api_arguments.BadArgument("`models` is empty; omit it to run all models")
         api_arguments.count("repeat", repeat)
         asked = () if api_arguments.flag("stated", stated) else None
         from softmark.interpreter.api import notebook_progress
@@ -92,7 +92,7 @@ def load(file: str | Path, /, plugins: Sequence[str | Path] = (), **parameters: 
     """
     from softmark.interpreter.api.api_arguments import place
 
-    place("file", file, "the file of a scene or the name of a standard one")
+    place("file", file, "the file of a scene, or the name of a standard scene")
     try:
         path = locate_scene(str(file))
         source = read_scene_file(path)
@@ -167,7 +167,7 @@ def compare(
 
     if not scenes:
         raise api_arguments.BadArgument(
-            "`softmark.compare` needs a scene: a file, a standard scene, or what `load` gave"
+            "`softmark.compare` needs a scene: a file, a standard scene, or the result of `load`"
         )
     texts, only = api_arguments.varied(vary), api_arguments.models(models)
     jobs, repeats = api_arguments.count("jobs", jobs), api_arguments.count("repeats", repeats, least=0)

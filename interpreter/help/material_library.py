@@ -127,5 +127,5 @@ def page(name: str) -> str | None:
     rows = [f"  {l:<9.4g}{units.format_value(stress, units.PRESSURE)}" for l, stress in tensile_curve(own)]
     said = [f"{key}: {text}" for key, text in own.said.items()]
     use = f'use "{own.file}" as lib      # and then lib.{own.name}'
-    table = ["", "Pulled along one axis, nominal stress by stretch:", *rows] if rows else []
+    table = ["", "Uniaxial tension, nominal stress by stretch:", *rows] if rows else []
     return "\n".join([f"{own.name} (material of the library)", "", own.what, "", own.text, use, "", *said, *table])

@@ -39,22 +39,22 @@ SILENT = frozenset({
     "SOLVERCONTROLS", "DIAGNOSTICS", "SYSTEM",
 })  # fmt: skip
 OTHERWISE = {  # cards that change the meaning of others: decks with them are refused
-    "TRANSFORM": "its supports and forces are in other directions at some nodes",
-    "SUBMODEL": "it is a part of another model",
+    "TRANSFORM": "supports and forces at some nodes are in local directions",
+    "SUBMODEL": "it depends on the results of another model",
 }  # fmt: skip
 WHY = {  # reasons for common cards that are not read
-    "TIE": "it glues surfaces: `contact glue = tied(body)` glues pieces where they lie on each other",
-    "CONTACTPAIR": "contact is declared by hand: `contact c = self_contact(body)` of pieces of one body",
-    "CONTACT": "contact is declared by hand: `contact c = self_contact(body)` of pieces of one body",
-    "COUPLING": "no support or load here is passed on from a reference point",
-    "RIGIDBODY": "no support or load here is passed on from a reference point",
-    "MPC": "no scene has equations between nodes",
-    "EQUATION": "no scene has equations between nodes",
-    "TEMPERATURE": "no scene has temperatures",
-    "INITIALCONDITIONS": "a scene begins without stress, at rest",
-    "SHELLSECTION": "only solids are cells of a body",
-    "BEAMSECTION": "only solids are cells of a body",
-    "MEMBRANESECTION": "only solids are cells of a body",
+    "TIE": "ties are not imported: declare `contact glue = tied(body)`, which ties coincident surfaces",
+    "CONTACTPAIR": "contact is not imported: declare `contact c = self_contact(body)` between pieces of one body",
+    "CONTACT": "contact is not imported: declare `contact c = self_contact(body)` between pieces of one body",
+    "COUPLING": "supports and loads at reference points are not supported",
+    "RIGIDBODY": "supports and loads at reference points are not supported",
+    "MPC": "constraint equations between nodes are not supported",
+    "EQUATION": "constraint equations between nodes are not supported",
+    "TEMPERATURE": "temperatures are not supported",
+    "INITIALCONDITIONS": "a scene starts at rest and free of stress",
+    "SHELLSECTION": "only solid elements are supported",
+    "BEAMSECTION": "only solid elements are supported",
+    "MEMBRANESECTION": "only solid elements are supported",
 }  # fmt: skip
 OTHER_STEPS = frozenset({
     "DYNAMIC", "FREQUENCY", "BUCKLE", "MODALDYNAMIC", "HEATTRANSFER", "COUPLEDTEMPERATURE-DISPLACEMENT", "VISCO",
@@ -65,7 +65,7 @@ OTHER_STEPS = frozenset({
 })  # fmt: skip
 STATIC_OPTIONS = frozenset({"DIRECT", "SOLVER", "ALLSDTOL", "CONTINUE", "EXPLICIT", "TIMERESET", "TOTALTIMEATSTART"})
 SECTION_OPTIONS = frozenset({"ELSET", "MATERIAL", "CONTROLS"})
-ONLY_C3D8 = "C3D8 is integrated in full, as CalculiX has it; Abaqus takes the mean of the change of volume"
+ONLY_C3D8 = "C3D8 is fully integrated, as in CalculiX; Abaqus uses the mean volume change"
 ACTING = frozenset({"BOUNDARY", "CLOAD", "DLOAD", "DSLOAD"})
 
 
@@ -129,7 +129,7 @@ class _Reader:
         step = self.steps[-1] if self.steps and not self.steps[-1].ended else None
         if card.keyword in OTHERWISE:
             raise NotImportable(f"{card.title} in line {card.line}: {OTHERWISE[card.keyword]}",
-                          "write the deck without: supports and forces along x, y and z")  # fmt: skip
+                          "remove the card, and give supports and forces along x, y and z")  # fmt: skip
         if card.keyword in abaqus_materials.CARDS and self.material is not None:
             self.material.cards.append(card)
             return
@@ -145,7 +145,7 @@ class _Reader:
                                           read_amplitude(card)})  # fmt: skip
         elif card.keyword == "STEP":
             if step is not None:
-                raise step.card.error("the step that begins here has no *END STEP")
+                raise step.card.error("the step that starts here has no *END STEP")
             self.steps.append(_Step(card))
         elif card.keyword == "ENDSTEP" and step is not None:
             step.ended = True
@@ -157,32 +157,36 @@ class _Reader:
             if step is not None:
                 step.other = card
             else:
-                self.left.append(NotImported(card.title, "it stands in no step", card.line))
+                self.left.append(NotImported(card.title, "it is outside of a step", card.line))
         elif card.keyword not in SILENT:
-            self.left.append(NotImported(card.title, WHY.get(card.keyword, "no reader for it"), card.line))
+            self.left.append(NotImported(card.title, WHY.get(card.keyword, "not supported"), card.line))
 
     def _section(self, card: Card) -> None:
         for option in card.unknown_options(SECTION_OPTIONS):
-            why = {"ORIENTATION": "directions of a material are not read",
-                   "COMPOSITE": "layers of a section are not read"}.get(option, "it is not read")  # fmt: skip
+            why = {"ORIENTATION": "material orientations are not supported",
+                   "COMPOSITE": "composite layers are not supported"}.get(option, "not supported")  # fmt: skip
             self.left.append(NotImported(f"{option} of *SOLID SECTION", why, card.line))
         self.sections.append(card)
 
     def _static(self, card: Card, step: _Step) -> None:
         step.static = card
         if "RIKS" in card.options:
-            self.left.append(NotImported("RIKS of *STATIC",
-                                  "the end of such a step is where it stops, not the whole load; "
-                                  "`static(path = arc_length)` would follow it", card.line))  # fmt: skip
+            self.left.append(
+                NotImported(
+                    "RIKS of *STATIC",
+                    "a RIKS step may end before the full load; use `static(path = arc_length)` to follow the path",
+                    card.line,
+                )
+            )
         for option in card.unknown_options(STATIC_OPTIONS | {"RIKS"}):
-            self.left.append(NotImported(f"{option} of *STATIC", "the scene is solved without it", card.line))
+            self.left.append(NotImported(f"{option} of *STATIC", "the scene is solved without this option", card.line))
 
     # -------------------------------------------------------------- steps
 
     def _follow_steps(self) -> None:
         """Accumulate supports and loads up to the end of the last static step. Raises DeckError."""
         if self.steps and not self.steps[-1].ended:
-            raise self.steps[-1].card.error("the step that begins here has no *END STEP")
+            raise self.steps[-1].card.error("the step that starts here has no *END STEP")
         kept = [step for i, step in enumerate(self.steps) if self._is_kept(step, i)]
         total = sum(step.period for step in kept) or 1.0
         self.loads = AccumulatedLoads(self.amplitudes, StepTimes(0.0, total))
@@ -195,7 +199,10 @@ class _Reader:
             for card in step.cards:
                 self.left += self.loads.take(card)
         if len(self.steps) > 1:
-            self.taken.append(f"of {len(self.steps)} steps the scene has what acts at the end of the last of *STATIC")
+            self.taken.append(
+                f"of {len(self.steps)} steps, the scene contains the loads and supports at the end of the last "
+                f"*STATIC step"
+            )
         self.taken += self.loads.taken
 
     def _is_kept(self, step: _Step, number: int) -> bool:
@@ -203,14 +210,14 @@ class _Reader:
         if what is None and "PERTURBATION" in step.card.options:
             if number == 0 and step.static is not None:  # linear, and no load acts before it
                 self.taken.append(
-                    f"the step in line {step.card.line} is a perturbation of the body at rest: small strain"
+                    f"the step in line {step.card.line} is a linear perturbation of the undeformed body: small strain"
                 )
                 return True
             what = step.card
         if what is None:
             return True
         kind = what.title if what is step.other else "PERTURBATION"
-        self.left.append(NotImported(f"a step of {kind}", "only steps of *STATIC are carried over", what.line))
+        self.left.append(NotImported(f"a step of {kind}", "only *STATIC steps are imported", what.line))
         return False
 
     # -------------------------------------------------------------- together
@@ -226,7 +233,7 @@ class _Reader:
         if found.strain == "finite":
             found.parts = [abaqus_materials.in_finite_strain(part) for part in found.parts]
         found.left += [NotImported(own.what, own.why, own.line) for own in mesh.ignored]
-        found.left += [NotImported(f"the part `{name[:60]}`", "no instance places it") for name in mesh.unplaced]
+        found.left += [NotImported(f"the part `{name[:60]}`", "no instance of it exists") for name in mesh.unplaced]
         self._explain(found)
         self._act(body)
         self._name_sets(body)
@@ -240,7 +247,7 @@ class _Reader:
         for card in self.sections:
             elset, material = card.options.get("ELSET", ""), card.options.get("MATERIAL", "").upper()
             if not elset:
-                raise card.error("*SOLID SECTION names no set of elements: ELSET=NAME", "add the set")
+                raise card.error("*SOLID SECTION has no element set", "add ELSET=NAME")
             if not len(which := body.cells(elset, card)):
                 continue
             owner[which] = len(named)
@@ -251,15 +258,15 @@ class _Reader:
             if len(own := np.flatnonzero(np.isin(owner, [i for i, told in enumerate(named) if told == name]))):
                 yield MaterialPart(name, own, *law)
         if len(rest := np.flatnonzero(owner == -1)):
-            why = f"no *SOLID SECTION has them: the first is {body.mesh.describe_element(int(body.elements[rest[0]]))}"
+            why = f"they have no *SOLID SECTION; the first is {body.mesh.describe_element(int(body.elements[rest[0]]))}"
             self.left.append(NotImported(f"the material of {len(rest)} cells", why))
             yield MaterialPart("rest", rest, None, why)
 
     def _law(self, material: str, card: Card) -> tuple[ImportedLaw | None, str]:
         """Return the law of a material, or why there is none. Raises DeckError."""
         if (told := self.materials.get(material)) is None:
-            why = f"the material `{material[:60]}` is not defined" if material else "its section names no material"
-            self.left.append(NotImported(f"the material `{material[:60]}`", "it is not defined", card.line))
+            why = f"the material `{material[:60]}` is not defined" if material else "its section has no material"
+            self.left.append(NotImported(f"the material `{material[:60]}`", "not defined", card.line))
             return None, why
         before = len(self.left)
         law = abaqus_materials.read_law(told, self.left)
@@ -269,10 +276,12 @@ class _Reader:
     def _explain(self, found: Deck) -> None:
         laws = [p.law for p in found.parts if p.law is not None]
         if found.strain == "finite" and any(law.word == "st_venant_kirchhoff" for law in laws):
-            found.taken.append("*ELASTIC with NLGEOM is the law of St Venant and Kirchhoff, as CalculiX has it; Abaqus "
-                               "has another at large strain")  # fmt: skip
+            found.taken.append(
+                "*ELASTIC with NLGEOM is read as St Venant-Kirchhoff, as in CalculiX; Abaqus uses another law at "
+                "large strain"
+            )
         if found.strain == "finite" and not self.finite:
-            found.taken.append("*HYPERELASTIC without NLGEOM is of finite strain, as CalculiX has it")
+            found.taken.append("*HYPERELASTIC without NLGEOM is read with finite strain, as in CalculiX")
         if found.kind == "hex8":
             found.taken.append(ONLY_C3D8)
         found.taken += self.taken
@@ -286,7 +295,7 @@ class _Reader:
                      body.sides([(body.cells(press.who, press.card), press.label, press.who)], press.card))  # fmt: skip
             border = faces[found.sides.border.reshape(len(found.cells), -1)[faces[:, 0], faces[:, 1]]]
             if len(border) < len(faces):
-                why = "faces between two cells are no surface"
+                why = "faces between two cells are not on the surface"
                 found.left.append(NotImported(f"pressure on {len(faces) - len(border)} faces", why, press.card.line))
             if len(border):
                 found.pushes.append(FaceLoad(press.who or "surface", border, press.value))
@@ -304,14 +313,16 @@ class _Reader:
             if len(np.unique(whole)) < len(body.deck.cells):
                 card, who = cards[vector]
                 self.left.append(
-                    NotImported(f"GRAV on the set `{who}`", "gravity acts on a whole body here", card.line)
+                    NotImported(f"GRAV on the set `{who}`", "gravity can only act on the whole body", card.line)
                 )
                 continue
             body.deck.weights += [vector] * (len(whole) // len(body.deck.cells))
             if len(whole) % len(body.deck.cells):
                 card, who = cards[vector]
                 self.left.append(
-                    NotImported(f"GRAV on the set `{who}` once more", "gravity acts on a whole body here", card.line)
+                    NotImported(
+                        f"repeated GRAV on the set `{who}`", "gravity can only act on the whole body", card.line
+                    )
                 )
 
     def _name_sets(self, body: _Body) -> None:
@@ -331,7 +342,9 @@ class _Reader:
         made_of = {card.options.get("MATERIAL", "").upper() for card in self.sections}
         for name, told in self.materials.items():
             if name not in made_of:
-                found.left.append(NotImported(f"the material `{name[:60]}`", "no cells are made of it", told.card.line))
+                found.left.append(
+                    NotImported(f"the material `{name[:60]}`", "no cells have this material", told.card.line)
+                )
 
 
 def _is_rubber(law: ImportedLaw | None) -> bool:
@@ -361,26 +374,26 @@ class _Body:
             cell = cell_of(kind)
             if cell in KINDS and kind.startswith("C3D"):
                 if kind != PLAIN[cell]:
-                    why = f"is taken as {PLAIN[cell]}, integrated in full, without what makes it another"
+                    why = f"is imported as {PLAIN[cell]} with full integration, without its special formulation"
                     left.append(NotImported(kind, why, card.line))
             elif kind.startswith("C3D"):
-                raise NotImportable(f"{kind} in line {card.line} are cells that no model here has",
-                              "cells are tetrahedra of 4 or 10 nodes or hexahedra of 8 or 20")  # fmt: skip
+                raise NotImportable(f"{kind} in line {card.line} are not supported as cells",
+                              "use tetrahedra with 4 or 10 nodes, or hexahedra with 8 or 20 nodes")  # fmt: skip
             else:
                 others += many
                 left.append(
-                    NotImported(f"{many} elements {kind or '*ELEMENT'}", "only solids are cells of a body", card.line)
+                    NotImported(f"{many} elements {kind or '*ELEMENT'}", "only solid elements are supported", card.line)
                 )
                 if cell in solids:
-                    raise NotImportable(f"{kind} in line {card.line} are not cells of a solid at rest",
-                                  "cells are C3D4, C3D10, C3D8 and C3D20")  # fmt: skip
+                    raise NotImportable(f"{kind} in line {card.line} are not solid elements for stress analysis",
+                                  "use C3D4, C3D10, C3D8 or C3D20")  # fmt: skip
         if not solids:
             words = f" ({others} elements of other kinds)" if others else ""
-            raise NotImportable(f"{name} has no tetrahedra and no hexahedra{words}",
-                          "decks of solids are carried over: C3D4, C3D10, C3D8 and C3D20")  # fmt: skip
+            raise NotImportable(f"{name} has no tetrahedra or hexahedra{words}",
+                          "only solid elements are imported: C3D4, C3D10, C3D8 and C3D20")  # fmt: skip
         if len(solids) > 1:
             raise NotImportable(f"{name} has several kinds of cells: {', '.join(sorted(PLAIN[c] for c in solids))}",
-                          "a model here has cells of one kind: write one deck for each")  # fmt: skip
+                          "a model has cells of one kind: write one deck for each")  # fmt: skip
 
     def _use(self, kind: str, word: str, card: Card) -> None:
         for space, name in self.mesh.find_sets("nodes" if kind == "nodes" else "elements", word, card, card.scope):
@@ -409,7 +422,7 @@ class _Body:
             self.deck.left.append(NotImported(f"{card.title} on `{name[:60]}`", "it has no nodes", card.line))
         places = self.node_places[own]
         if lost := int((places < 0).sum()):
-            why = "they are of no solid cell, as reference points are"
+            why = "they belong to no solid cell, for example reference points"
             self.deck.left.append(NotImported(f"{card.title} on {lost} nodes (`{name[:60]}`)", why, card.line))
         found: Ints = np.sort(places[places >= 0])
         return found
@@ -426,7 +439,7 @@ class _Body:
         faces = [np.zeros((0, 2), dtype=np.int64)]
         for cells, label, who in rows:
             if not label[1:].isdigit() or not 1 <= int(label[1:]) <= count:
-                self.deck.left.append(NotImported(f"`{who}, {label}`", "no side of a solid is called so", card.line))
+                self.deck.left.append(NotImported(f"`{who}, {label}`", "not a face of a solid element", card.line))
                 continue
             faces.append(np.stack([cells, np.full(len(cells), int(label[1:]) - 1)], axis=1))
         found: Ints = np.unique(np.concatenate(faces), axis=0)

@@ -26,13 +26,13 @@ NAMED = {
 SHELLS = frozenset({"NOWARP", "NOOVAL", "NODEFORM"})  # constraints of pipe elements
 READ = frozenset({"OP", "AMPLITUDE", "TYPE", "REGIONTYPE", "NAME"})
 WHY = {
-    "FOLLOWER": "the load turns with the surface in a way that no load here does",
-    "FIXED": "it holds nodes where the step before has moved them, which no scene can say",
-    "LOADCASE": "it is one of several load cases, or of harmonic loads",
-    "USER": "its values come from a subroutine",
-    "SUBMODEL": "its values come from another analysis",
-    "SECTOR": "it acts on one sector of a cyclic structure",
-    "CYCLICMODE": "it is for cyclic symmetry",
+    "FOLLOWER": "such a follower load is not supported",
+    "FIXED": "fixing nodes at their positions from the previous step is not supported",
+    "LOADCASE": "load cases and harmonic loads are not supported",
+    "USER": "values from a subroutine are not supported",
+    "SUBMODEL": "values from another analysis are not supported",
+    "SECTOR": "loads on one sector of a cyclic structure are not supported",
+    "CYCLICMODE": "cyclic symmetry is not supported",
 }
 Nodes = Callable[[str, Card], Ints]
 Target = tuple[str, str]  # set or node number in upper case, and its scope
@@ -113,7 +113,7 @@ class AccumulatedLoads:
             unknown.insert(0, "TYPE")
         if unknown:
             kind = f"{unknown[0]}={card.options[unknown[0]]}" if card.options[unknown[0]] else unknown[0]
-            why = WHY.get(unknown[0], "is not read, and the load may mean something else by it")
+            why = WHY.get(unknown[0], "is not supported and may change the meaning of the load")
             why = f"{kind}: {why}" if unknown[0] in WHY else f"{kind} {why}"
             return [NotImported(f"{card.title} on {len(card.lines)} lines", why, card.line)]
         factor = 1.0
@@ -122,8 +122,10 @@ class AccumulatedLoads:
             if isinstance(curve, str):
                 return [NotImported(f"{card.title} on {len(card.lines)} lines", curve, card.line)]
             factor = curve
-            self.taken.append(f"{card.title} in line {card.line} has the amplitude `{name}`: the scene has "
-                              f"{factor:.12g} times its values, the factor at the end of the step")  # fmt: skip
+            self.taken.append(
+                f"{card.title} in line {card.line} has the amplitude `{name}`: values in the scene are multiplied by "
+                f"{factor:.12g}, the factor at the end of the step"
+            )
         return [left for row in card.each_row() if row for left in self._row(card, row, factor)]
 
     def _remove_earlier(self, keyword: str) -> None:
@@ -153,11 +155,11 @@ class AccumulatedLoads:
                 self._move(row[0], c, 0.0, card)
             return
         if word in SHELLS:
-            yield NotImported(f"{word} of *BOUNDARY on `{row[0]}`", "it is for elements of pipes", card.line)
+            yield NotImported(f"{word} of *BOUNDARY on `{row[0]}`", "it applies to pipe elements", card.line)
             return
         if not word.isdigit():
-            raise card.error(f"`{row[1][:40]}` is neither a direction of *BOUNDARY nor a name of one",
-                             f"directions are 1 to 3, names {', '.join(NAMED)}")  # fmt: skip
+            raise card.error(f"`{row[1][:40]}` is neither a direction nor a named type of *BOUNDARY",
+                             f"use directions 1 to 3, or {', '.join(NAMED)}")  # fmt: skip
         first = read_integer(row[1], card)
         last = read_integer(row[2], card) if len(row) > 2 and row[2] else first
         value = factor * read_number(row[3], card) if len(row) > 3 and row[3] else 0.0
@@ -166,7 +168,7 @@ class AccumulatedLoads:
         if first < 1 or last < first or (last > 3 and (value or last > 6 or first > 3)):
             beyond = first if first < 1 or first > 3 else last
             why = (
-                "it is a temperature or another quantity" if beyond > 6 or beyond < 1 else "nodes of solids do not turn"
+                "it is not a displacement" if beyond > 6 or beyond < 1 else "nodes of solid elements have no rotations"
             )
             yield NotImported(f"direction {beyond} of *BOUNDARY on `{row[0]}`", why, card.line)
 
@@ -183,7 +185,7 @@ class AccumulatedLoads:
             added = before.value if before is not None and before.step == self.step else 0.0
             self.forced[key] = NodalForce(row[0], value + added, card, self.step)
         else:
-            why = "nodes of solids do not turn" if 4 <= component <= 6 else "it is not a force"
+            why = "nodes of solid elements have no rotations" if 4 <= component <= 6 else "it is not a force component"
             yield NotImported(f"direction {component} of *CLOAD on `{row[0]}`", why, card.line)
 
     def _distributed(self, card: Card, row: list[str], factor: float) -> Iterator[NotImported]:
@@ -201,13 +203,13 @@ class AccumulatedLoads:
             same = [p for p in self.presses if (p.who, p.label) == (row[0], label)]
             if any(p.step == self.step for p in same):
                 yield NotImported(
-                    f"`{label}` on `{row[0]}` once more", "programs differ in whether it adds up", card.line
+                    f"repeated `{label}` on `{row[0]}`", "programs differ in whether the loads are added", card.line
                 )
                 return
             self.presses = [p for p in self.presses if p not in same]
             self.presses.append(PressureLoad(row[0], label, value, card, self.step))
             return
-        why = "only P, P1 to P6 and GRAV are read" if label != "GRAV" else "it has no size and direction"
+        why = "only P, P1 to P6 and GRAV are supported" if label != "GRAV" else "magnitude or direction is missing"
         yield NotImported(f"`{label}` of {card.title} on `{row[0]}`", why, card.line)
 
     # -------------------------------------------------------------- together
@@ -244,8 +246,8 @@ class AccumulatedLoads:
                 before, then = told.get((node, c), (0.0, own.step))
                 if then != own.step:
                     raise NotImportable(
-                        f"*CLOAD in line {own.card.line}: a node is loaded by several sets in several steps",
-                        "write one step with all that acts",
+                        f"*CLOAD in line {own.card.line}: a node is loaded through several sets in several steps",
+                        "write one step with all loads",
                     )
                 told[node, c] = (before + own.value, own.step)
         total: dict[int, list[float]] = {}

@@ -27,17 +27,21 @@ CARDS = NEUTRAL | {
     "CONCRETETENSIONSTIFFENING", "TENSIONSTIFFENING", "SHEARRETENTION", "FAILURERATIOS", "PIEZOELECTRIC",
 }  # fmt: skip
 WHY = {
-    "VISCOELASTIC": "a step at rest has its stiffness at once or in the long run, and which one is not read; "
-                    "leave the card out, and write that stiffness as *ELASTIC or *HYPERELASTIC",
-    "HYPERFOAM": "no law here has the energy of foam",
-    "PLASTIC": "no law here has plasticity",
-    "USERMATERIAL": "its law is a subroutine",
+    "VISCOELASTIC": (
+        "whether a static step uses the instantaneous or the long-term stiffness is not read; remove the card, and "
+        "give the stiffness as *ELASTIC or *HYPERELASTIC"
+    ),
+    "HYPERFOAM": "foam is not supported",
+    "PLASTIC": "plasticity is not supported",
+    "USERMATERIAL": "user material subroutines are not supported",
 }  # fmt: skip
 VOID = 1e20  # D2 and D3 above which their terms vanish
-NO_D = "D1 is missing or 0, by which Abaqus means no change of volume, and CalculiX a value of its own"
-MORE_D = "D2 and D3 add to the energy of the volume, which no law here has (1e30 leaves them out)"
-NO_MORE_D = ("a D2 that is missing or 0 leaves its term out in Abaqus, and CalculiX takes a value of its own (1e30 "
-             "leaves it out in both)")  # fmt: skip
+NO_D = "D1 is missing or 0, which means incompressible in Abaqus, and a default value in CalculiX"
+MORE_D = "the volumetric terms of D2 and D3 are not supported (1e30 disables them)"
+NO_MORE_D = (
+    "D2 is missing or 0, which disables its term in Abaqus, and means a default value in CalculiX (1e30 disables it "
+    "in both)"
+)
 NO_SHEAR = "its shear modulus is not positive"
 FORMS = ("ARRUDA-BOYCE", "MARLOW", "MOONEY-RIVLIN", "NEOHOOKE", "OGDEN", "POLYNOMIAL", "REDUCEDPOLYNOMIAL", "USER",
          "VANDERWAALS", "YEOH")  # fmt: skip
@@ -64,17 +68,19 @@ def read_law(told: MaterialCards, left: list[NotImported]) -> ImportedLaw | None
         if card.keyword == "DENSITY" and (values := _numbers(card)):
             density = values[0]
             if len(card.lines) > 1:
-                left.append(NotImported(f"*DENSITY of `{told.name}`", "its first line alone is taken", card.line))
+                left.append(NotImported(f"*DENSITY of `{told.name}`", "only its first line is used", card.line))
         elif card.keyword == "ELASTIC":
             found = _elastic(card)
         elif card.keyword == "HYPERELASTIC":
             found = _hyperelastic(card)
         elif card.keyword in NEUTRAL:
             left.append(
-                NotImported(f"{card.title} of `{told.name}`", "it does nothing without heat and time", card.line)
+                NotImported(
+                    f"{card.title} of `{told.name}`", "it has no effect without temperature and time", card.line
+                )
             )
         else:
-            found = WHY.get(card.keyword, "no law here has it")
+            found = WHY.get(card.keyword, "not supported")
         if isinstance(found, str):
             left.append(NotImported(f"{card.title} of `{told.name}`", found, card.line))
             return None
@@ -92,11 +98,11 @@ def _numbers(card: Card) -> list[float]:
 def _elastic(card: Card) -> ImportedLaw | str:
     kind, values = card.options.get("TYPE", "ISOTROPIC").upper(), _numbers(card)
     if unknown := card.unknown_options(frozenset({"TYPE"})):
-        return f"its option {unknown[0]} is not read"
+        return f"its option {unknown[0]} is not supported"
     if not kind.startswith("ISO"):
-        return f"TYPE={kind} is not read, only the isotropic law"
+        return f"TYPE={kind} is not supported, only the isotropic law"
     if len(card.lines) != 1 or len(values) not in (2, 3):
-        return "only one line of Young's modulus and Poisson's ratio is read, not what depends on temperature"
+        return "only one line of Young's modulus and Poisson's ratio is supported, without temperature dependence"
     return ImportedLaw("linear_elastic", {"young": values[0]}, {"poisson": values[1]})
 
 
@@ -107,15 +113,15 @@ def _hyperelastic(card: Card) -> ImportedLaw | str:
     form = next((o for o in card.options if o in FORMS), "POLYNOMIAL")
     if unknown := card.unknown_options(frozenset({"N", form})):
         why = {
-            "TESTDATAINPUT": "its constants are to be fitted to test data: write the constants",
-            "MODULI": "moduli at once and in the long run are of viscoelastic solids, which are not read",
+            "TESTDATAINPUT": "fitting constants to test data is not supported: write the constants",
+            "MODULI": "instantaneous and long-term moduli of viscoelastic solids are not supported",
         }
-        return why.get(unknown[0], f"its option {unknown[0]} is not read")
+        return why.get(unknown[0], f"its option {unknown[0]} is not supported")
     if form in ("MARLOW", "USER", "VANDERWAALS"):
-        return f"no law here has the energy {form}"
+        return f"the law {form} is not supported"
     degree = int(word) if (word := card.options.get("N", "1") or "1").isdigit() else 0
     if not 1 <= degree <= 6:
-        return f"N={word[:20]} is not a number of terms from 1 to 6"
+        return f"N={word[:20]} is not a whole number from 1 to 6"
     form = {"REDUCEDPOLYNOMIAL": {1: "NEOHOOKE", 3: "YEOH"}, "POLYNOMIAL": {1: "MOONEY-RIVLIN"}}.get(form, {}).get(
         degree, form)  # fmt: skip
     counts = {"NEOHOOKE": (1, 1), "MOONEY-RIVLIN": (2, 1), "YEOH": (3, 3), "OGDEN": (2 * degree, degree),
@@ -123,16 +129,16 @@ def _hyperelastic(card: Card) -> ImportedLaw | str:
               "POLYNOMIAL": (degree * (degree + 3) // 2, degree)}[form]  # fmt: skip
     values = _numbers(card)
     if len(values) > sum(counts) + 1 or len(values) < counts[0]:  # after the constants there may be a temperature
-        return f"it has {len(values)} numbers, and one set of constants is {counts[0]} with {counts[1]} of D"
+        return f"it has {len(values)} numbers; one set has {counts[0]} constants and {counts[1]} values of D"
     C, D = values[: counts[0]], values[counts[0] : sum(counts)]
     if form in ("POLYNOMIAL", "REDUCEDPOLYNOMIAL") and (form, degree) != ("REDUCEDPOLYNOMIAL", 2):
-        return f"no law here has the energy {form} with N={degree}"
+        return f"the law {form} with N={degree} is not supported"
     if not D or D[0] <= 0.0:
         return NO_D
     if any(d < VOID for d in [*D[1:], *[0.0] * (counts[1] - len(D))]):
         return MORE_D if any(0.0 < d < VOID for d in D[1:]) else NO_MORE_D
     if len(values) > sum(counts) and values[-1] < 0.0:
-        return "its constants are not one set of numbers"
+        return "its constants are not a single set of numbers"
     return _with_bulk(form, degree, C, 2.0 / D[0])
 
 
@@ -165,7 +171,7 @@ def _with_bulk(form: str, degree: int, C: list[float], bulk: float) -> ImportedL
         terms = [(2.0 * m / a, a) for m, a in zip(moduli, exponents, strict=True) if m != 0.0]
         return ImportedLaw("ogden", {"bulk": bulk}, stress_lists={"mu": tuple(m for m, _ in terms)},
                    lists={"alpha": tuple(a for _, a in terms)})  # fmt: skip
-    return "its energy of the volume is ((J^2 - 1)/2 - ln J)/D, which no law here has"
+    return "its volumetric energy ((J^2 - 1)/2 - ln J)/D is not supported"
 
 
 def in_finite_strain(part: MaterialPart) -> MaterialPart:

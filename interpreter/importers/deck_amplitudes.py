@@ -41,11 +41,11 @@ def read_amplitude(card: Card) -> Amplitude | str:
     kind = "".join(card.options.get("DEFINITION", "TABULAR").upper().split())
     known = OPTIONS | (EQUAL if kind == "EQUALLYSPACED" else {"SMOOTH"})  # SMOOTH rounds the corners of derivatives
     if kind not in ("TABULAR", "EQUALLYSPACED", "SMOOTHSTEP"):
-        return f"DEFINITION={kind} is not read, only tables"
+        return f"DEFINITION={kind} is not supported, only tables"
     if unknown := card.unknown_options(frozenset(known)):
-        return f"its option {unknown[0]} is not read"
+        return f"its option {unknown[0]} is not supported"
     if card.options.get("VALUE", "RELATIVE").upper() != "RELATIVE":
-        return "VALUE=ABSOLUTE is not read"
+        return "VALUE=ABSOLUTE is not supported"
     numbers = [read_number(word, card) for row in card.each_row() for word in row if word]
     if kind == "EQUALLYSPACED":
         step = read_number(card.options.get("FIXEDINTERVAL", "0"), card)
@@ -54,7 +54,7 @@ def read_amplitude(card: Card) -> Amplitude | str:
     else:
         times, values = numbers[::2], numbers[1::2]
     if not values or len(times) != len(values) or any(b <= a for a, b in pairwise(times)):
-        return "its data are not pairs of increasing times and factors"
+        return "its data are not pairs of increasing time and factor"
     total = "".join(card.options.get("TIME", "STEPTIME").upper().split()) == "TOTALTIME"
     return Amplitude(tuple(times), tuple(values), total, kind == "SMOOTHSTEP")
 

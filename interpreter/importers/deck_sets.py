@@ -10,7 +10,7 @@ from softmark.interpreter.importers.imported_deck import Deck, Ints, NamedSet, N
 def add_cell_set(deck: Deck, name: str, cells: Ints) -> None:
     """Add a set of cells (k,); a set of all cells is skipped, since it is the body."""
     if not len(cells):
-        deck.left.append(NotImported(f"the set `{name[:60]}`", "none of its elements are cells of the body"))
+        deck.left.append(NotImported(f"the set `{name[:60]}`", "none of its elements is a cell of the body"))
     elif len(cells) < len(deck.cells):
         deck.named.append(NamedSet(name, cells, "cells"))
 
@@ -19,7 +19,7 @@ def add_face_set(deck: Deck, name: str, faces: Ints) -> None:
     """Add a set of faces (f, 2)."""
     inside = ~deck.sides.border.reshape(len(deck.cells), -1)[faces[:, 0], faces[:, 1]]
     if not len(faces) or inside.any():
-        why = f"{int(inside.sum())} of its {len(faces)} faces are not of the surface of the body"
+        why = f"{int(inside.sum())} of its {len(faces)} faces are not on the surface of the body"
         deck.left.append(NotImported(f"the surface `{name[:60]}`", why))
         return
     deck.named.append(NamedSet(name, faces, "faces"))
@@ -31,7 +31,9 @@ def add_node_set(deck: Deck, name: str, nodes: Ints) -> None:
         return
     faces, alone = deck.sides.within(own)
     if not len(own):
-        deck.left.append(NotImported(f"the set of nodes `{name[:60]}`", "none of its nodes are of a cell of the body"))
+        deck.left.append(
+            NotImported(f"the set of nodes `{name[:60]}`", "none of its nodes belongs to a cell of the body")
+        )
     elif len(alone):
         deck.named.append(NamedSet(name, own, "nodes"))
     else:

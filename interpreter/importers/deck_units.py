@@ -26,8 +26,8 @@ SYSTEMS: dict[str, tuple[str, str, str]] = {  # name (length, mass, time): units
 }
 SAME = 1e-9  # relative difference below which two units are the same
 GIVE = (
-    "say what one unit of its lengths is, `--unit 1mm`, and of its stresses, `--stress 1MPa`; or name a "
-    f"consistent system: `--units` {', '.join(SYSTEMS)}"
+    "give its length unit, `--unit 1mm`, and its stress unit, `--stress 1MPa`; or a consistent system: `--units` "
+    f"{', '.join(SYSTEMS)}"
 )
 _QUANTITY = re.compile(r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)?\s*(\S+)\s*")
 
@@ -96,20 +96,20 @@ class FileUnits:
 
     def _stress(self, of: str) -> FileUnit:
         if self.stress is None:
-            raise MissingUnit(f"the file has {of}, and not their unit",
-                          "say what one unit of its stresses is: `--stress 1MPa`, or `--units mm-t-s`")  # fmt: skip
+            raise MissingUnit(f"the file has {of}, but no stress unit",
+                          "give the stress unit, `--stress 1MPa`, or `--units mm-t-s`")  # fmt: skip
         return self.stress
 
     def _time(self, of: str) -> float:
         if self.time is None:
-            raise MissingUnit(f"the file has {of}, and not the unit of its times",
-                          "say what one unit of its times is: `--time 1s`, or `--units mm-t-s`")  # fmt: skip
+            raise MissingUnit(f"the file has {of}, but no time unit",
+                          "give the time unit, `--time 1s`, or `--units mm-t-s`")  # fmt: skip
         return self.time.factor
 
 
 def _sized(value: float) -> float:
     if not math.isfinite(value):
-        raise MissingUnit("a number of the file is beyond all sizes in these units", "say the units that the file has")
+        raise MissingUnit("a number of the file is out of range in these units", "give the units of the file")
     return value
 
 
@@ -126,19 +126,17 @@ def agree_on_units(told: FileUnits | None, declared: DeclaredUnits | None) -> Fi
     known = None if declared is None or declared.system is None else units_of_system(declared.system)
     if told is None and known is None:
         if declared is not None:
-            raise MissingUnit(
-                f"the file declares its units as `{declared.text[:40]}`, which is no system that is known", GIVE
-            )
-        raise MissingUnit("a file does not say in which units its numbers are, and none are guessed", GIVE)
+            raise MissingUnit(f"the file declares the unknown unit system `{declared.text[:40]}`", GIVE)
+        raise MissingUnit("the units of the file are not given, and are not guessed", GIVE)
     if told is None or known is None or declared is None:
         return told or known  # type: ignore[return-value]  # one of them is there
     for what, own, theirs in (("length", told.length, known.length), ("stress", told.stress, known.stress),
                               ("time", told.time, known.time)):  # fmt: skip
         if own is not None and theirs is not None and not math.isclose(own.factor, theirs.factor, rel_tol=SAME):
             raise ContradictoryUnits(
-                f"the file declares the units `{declared.text[:40]}`, whose unit of {what} is {theirs.text}, and the "
-                f"command line says {own.text}",
-                "leave the units out of the command line, or correct `<units>` in the file if it is wrong there",
+                f"the file declares the units `{declared.text[:40]}`, whose unit of {what} is {theirs.text}, but the "
+                f"command line has {own.text}",
+                "remove the units from the command line, or correct `<units>` in the file",
             )
     return known
 
@@ -153,14 +151,12 @@ def read_unit_options(system: str | None, length: str | None, stress: str | None
     """Return the units given on the command line. Raises MissingUnit."""
     if system is not None:
         if length or stress or time:
-            raise MissingUnit(
-                f"`--units {system}` says all units, and others are given beside it", "give one or the other"
-            )
+            raise MissingUnit(f"`--units {system}` cannot be combined with other units", "give one or the other")
         if system not in SYSTEMS:
-            raise MissingUnit(f"`{system}` is no system of units that is known", "known are " + ", ".join(SYSTEMS))
+            raise MissingUnit(f"`{system}` is not a known system of units", "use " + ", ".join(SYSTEMS))
         return units_of_system(system)
     if length is None:
-        raise MissingUnit("a file does not say in which units its numbers are, and none are guessed", GIVE)
+        raise MissingUnit("the units of the file are not given, and are not guessed", GIVE)
     return FileUnits(
         parse_file_unit("--unit", length, LENGTH),
         parse_file_unit("--stress", stress, PRESSURE) if stress else None,
@@ -173,12 +169,12 @@ def parse_file_unit(option: str, text: str, dimension: Dimension) -> FileUnit:
     remedy = {LENGTH: "1mm", PRESSURE: "1MPa", TIME: "1s", DENSITY: "1000kg/m^3"}[dimension]
     found = _QUANTITY.fullmatch(text)
     if found is None:
-        raise MissingUnit(f"`{option} {text}` is no quantity", f"write `{option} {remedy}`")
+        raise MissingUnit(f"`{option} {text}` is not a quantity", f"write `{option} {remedy}`")
     try:
         number = float(found[1] or 1)
         measure = parse_unit(found[2])
     except (UnitError, ValueError) as error:
-        raise MissingUnit(f"`{option} {text}` is no quantity: {error}", f"write `{option} {remedy}`") from None
+        raise MissingUnit(f"`{option} {text}` is not a quantity: {error}", f"write `{option} {remedy}`") from None
     if measure.dimension != dimension or not 0.0 < number * measure.factor < 1e300:
         raise MissingUnit(f"`{option} {text}` is not {dimension_name(dimension)}", f"write `{option} {remedy}`")
     return FileUnit(f"{found[1] or 1} {found[2]}", number * measure.factor)

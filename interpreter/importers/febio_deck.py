@@ -92,9 +92,9 @@ class _Reader:
         """Return the whole deck as a record. Raises Unreadable, NotImportable."""
         version = self.top.get("version", "")
         if version not in VERSIONS:
-            raise NotImportable(f"{self.name} is of version {version[:20] or 'none'} of FEBio's format",
-                          f"versions {' and '.join(VERSIONS)} are read: save it in one of them")  # fmt: skip
-        self.left += [NotImported(f"`{own.tag}`", "no reader for it") for own in self.top if own.tag not in ROOM]
+            raise NotImportable(f"{self.name} has version {version[:20] or 'none'} of the FEBio format",
+                          f"save it in version {' or '.join(VERSIONS)}")  # fmt: skip
+        self.left += [NotImported(f"`{own.tag}`", "not supported") for own in self.top if own.tag not in ROOM]
         self._kind_of_analysis()
         found = self._mesh()
         found.parts = list(self._parts(found))
@@ -104,10 +104,10 @@ class _Reader:
         self._formulation(found)
         self._sets(found)
         if found.kind in ("tet10", "hex20"):
-            found.taken.append(f"{found.kind} is integrated as it is here; FEBio may take other points")
+            found.taken.append(f"{found.kind} uses softmark's integration points; FEBio may use others")
         if next(self._section("LoadData"), None) is not None:
             where = "at the end of the analysis" if self.moment is None else f"at time {self.moment:g}"
-            found.taken.append(f"what follows a curve has the size that it has {where}")
+            found.taken.append(f"values that follow a load curve are taken {where}")
         found.taken += self.below
         found.left, found.ended, found.units = self.left, self.ended, self._units()
         self._something_acts(found)
@@ -131,19 +131,17 @@ class _Reader:
         if not found.ended or moves or found.pushes or found.forces or found.weights:
             return
         own = max(found.ended, key=lambda ended: abs(ended.peak))
-        raise NotImportable(f"{self.name}: nothing acts at the end: {own.described}",
-                      f"say whose moment is wanted: `--at {own.when:g}` has the greatest load", "E758")  # fmt: skip
+        raise NotImportable(f"{self.name}: no load acts at the end: {own.described}",
+                      f"choose a time: `--at {own.when:g}` has the largest load", "E758")  # fmt: skip
 
     def _kind_of_analysis(self) -> None:
         module = self.top.find("Module")
         kind = "solid" if module is None else module.get("type", "solid")
         if kind != "solid":
-            raise NotImportable(
-                f"{self.name} is a deck of the module `{kind[:40]}`", "decks of `solid` are carried over"
-            )
+            raise NotImportable(f"{self.name} uses the module `{kind[:40]}`", "only `solid` models are imported")
         self.static = (child_text(self.top.find("Control"), "analysis") or "STATIC").strip().upper() in ("STATIC", "0")
         if not self.static:
-            self._leave("an analysis in time", "only those at rest are carried over")
+            self._leave("a dynamic analysis", "only static analyses are imported")
 
     # ------------------------------------------------------------------ mesh
 
@@ -156,14 +154,14 @@ class _Reader:
             for node in nodes:
                 number, at = self.words.whole(node.get("id")), self.words.floats(node.text, 3).tolist()
                 if points.setdefault(number, at) != at:
-                    raise self.words.wrong(f"two nodes are called {number}, in two places")
+                    raise self.words.wrong(f"node number {number} occurs twice, at different positions")
         blocks: dict[str, list[list[int]]] = {}
         self.ids: list[int] = []
         self.domains: list[tuple[str, int, int]] = []
         for elements in mesh.findall("Elements"):
             kind, name = elements.get("type", ""), elements.get("name", "")
             if kind not in KINDS:
-                self._leave(f"{len(elements)} elements `{kind[:40]}` (`{name[:60]}`)", "no cells of a solid here")
+                self._leave(f"{len(elements)} elements `{kind[:40]}` (`{name[:60]}`)", "not supported as solid cells")
                 continue
             rows = blocks.setdefault(kind, [])
             first = len(rows)
@@ -172,13 +170,13 @@ class _Reader:
             self.ids += [self.words.whole(e.get("id")) for e in elements]
         if len(blocks) != 1 or not any(blocks.values()):
             raise NotImportable(f"{self.name} has {'no' if not blocks else 'several kinds of'} solid cells",
-                          f"one kind of {', '.join(KINDS)} is carried over")  # fmt: skip
+                          f"use one kind of {', '.join(KINDS)}")  # fmt: skip
         ((kind, rows),) = blocks.items()
         if any(len(row) != KINDS[kind] for row in rows):
-            raise self.words.wrong(f"an element `{kind}` has not {KINDS[kind]} nodes")
+            raise self.words.wrong(f"an element `{kind}` does not have {KINDS[kind]} nodes")
         used, cells = np.unique(np.array(rows, dtype=np.int64), return_inverse=True)
         if missing := [n for n in used.tolist() if n not in points]:
-            raise self.words.wrong(f"an element has the node {missing[0]}, which is nowhere")
+            raise self.words.wrong(f"an element refers to the missing node {missing[0]}")
         self.place = {n: i for i, n in enumerate(used.tolist())}
         X: Floats = np.array([points[n] for n in used.tolist()], dtype=np.float64)
         own = cells.reshape(len(rows), -1).astype(np.int64)
@@ -190,29 +188,32 @@ class _Reader:
         of = {own.get("name", ""): own.get("mat", "") for own in self._section("MeshDomains")}
         for domain in self._section("MeshDomains"):
             for odd in (*sorted(domain.attrib.keys() - {"name", "mat"}), *(inner.tag for inner in domain)):
-                self._leave(f"`{odd[:40]}` of the domain `{domain.get('name', '')[:60]}`", "cells are as they are here")
+                self._leave(
+                    f"`{odd[:40]}` of the domain `{domain.get('name', '')[:60]}`",
+                    "cells use softmark's own formulation",
+                )
         together_: dict[str, list[int]] = {}
         for name, first, last in self.domains:
             together_.setdefault(of.get(name, ""), []).extend(range(first, last))
         for name, cells in together_.items():
             own = materials.get(name)
             if own is None:
-                self._leave(f"the material of {len(cells)} cells", "`MeshDomains` does not say it")
+                self._leave(f"the material of {len(cells)} cells", "not given in `MeshDomains`")
             law = None if own is None else self._law(own)
             yield MaterialPart(name or "rest", np.array(cells, dtype=np.int64), law)
 
     def _law(self, own: ElementT) -> ImportedLaw | None:
         kind, name = own.get("type", ""), own.get("name", "")[:60]
         if kind not in LAWS:
-            self._leave(f"the material `{name}`, `{kind[:60]}`", "no law here is read for it")
+            self._leave(f"the material `{name}`, `{kind[:60]}`", "this law is not supported")
             return None
         word, stresses, plain, choices = LAWS[kind]
         known = {"density", *stresses, *plain}
         if odd := [c.tag for c in own if c.tag not in known or c.attrib]:
-            self._leave(f"the material `{name}`, `{kind}`", f"its `{odd[0]}` is not read, or not a number alone")
+            self._leave(f"the material `{name}`, `{kind}`", f"its `{odd[0]}` is not supported, or is not a number")
             return None
         if missing := [n for n in (*stresses, *plain) if own.find(n) is None]:
-            self._leave(f"the material `{name}`, `{kind}`", f"it does not say `{missing[0]}`")
+            self._leave(f"the material `{name}`, `{kind}`", f"`{missing[0]}` is missing")
             return None
         density = child_text(own, "density")
         return ImportedLaw(
@@ -230,7 +231,7 @@ class _Reader:
             if all(apart):
                 found.formulation = "mean_dilatation"
             else:
-                self._leave("three fields of `Mooney-Rivlin` in hex8", "other materials here have none")
+                self._leave("three fields of `Mooney-Rivlin` in hex8", "not supported for other materials")
 
     # ------------------------------------------------------------------ sets
 
@@ -242,7 +243,7 @@ class _Reader:
                 found = []
                 for facet in own:
                     if facet.tag not in FACETS:
-                        raise self.words.wrong(f"`{facet.tag[:40]}` is no facet")
+                        raise self.words.wrong(f"`{facet.tag[:40]}` is not a facet")
                     found.append(self._nodes_of(self.words.wholes(facet.text)))
                 return found
         return None
@@ -292,7 +293,7 @@ class _Reader:
         rows = np.array([f[:many] for f in facets if len(f) >= many], dtype=np.int64).reshape(-1, many)
         faces, foreign = found.sides.of(rows)
         if foreign:
-            self._leave(f"{foreign} facets of `{name[:60]}`", "they are no faces of the surface of its cells")
+            self._leave(f"{foreign} facets of `{name[:60]}`", "they are not faces on the surface")
         return faces
 
     def _sets(self, found: Deck) -> None:
@@ -314,10 +315,10 @@ class _Reader:
                 faces = self._faces(name, found)
                 deck_sets.add_face_set(found, name, np.zeros((0, 2), dtype=np.int64) if faces is None else faces)
             elif own.tag not in ("Nodes", "Elements", "NodeSet", "Surface"):
-                self._leave(f"`{own.tag[:40]}` `{name[:60]}` of the mesh", "no reader for it")
+                self._leave(f"`{own.tag[:40]}` `{name[:60]}` of the mesh", "not supported")
         for own in self._section("MeshData"):
             if own.tag != "NodeData":
-                self._leave(f"`{own.tag[:40]}` `{own.get('name', '')[:60]}`", "values of nodes alone are read")
+                self._leave(f"`{own.tag[:40]}` `{own.get('name', '')[:60]}`", "only nodal values are supported")
 
     # ------------------------------------------------------- what acts on it
 
@@ -340,7 +341,7 @@ class _Reader:
         if self.moment is None:
             return end
         if not 0.0 <= self.moment <= (math.inf if end is None else end * (1.0 + 1e-9)):
-            raise NotImportable(f"time {self.moment:g} is no moment of the analysis of {self.name}",
+            raise NotImportable(f"time {self.moment:g} is outside the analysis of {self.name}",
                           "give one from 0 to its end" + ("" if end is None else f", `--at {end:g}`"))  # fmt: skip
         return self.moment
 
@@ -382,8 +383,9 @@ class _Reader:
         if abs(value) <= 1e-12 * abs(peak):
             self.ended.append(EndedLoad(self.reading, number, peak, when, end))
         else:
-            self.below.append(f"{self.reading} follows curve {number[:20]}, which is {value:g} at time {end:g} and was "
-                              f"{peak:g} at time {when:g}")  # fmt: skip
+            self.below.append(
+                f"{self.reading} follows load curve {number[:20]}: {value:g} at time {end:g}, {peak:g} at time {when:g}"
+            )
 
     def _boundary(self, found: Deck) -> None:
         told: dict[tuple[int, int], float] = {}
@@ -392,16 +394,18 @@ class _Reader:
             nodes = self._nodes(own.get("node_set", ""))
             acts = self._mapped(own) or self._prescribed(own)
             if own.tag != "bc" or nodes is None or acts is None:
-                self._leave(what, "neither held nor moved in x, y or z by a set of nodes and numbers")
+                self._leave(what, "not a nodal displacement in x, y or z")
                 continue
             if (nodes < 0).any():
-                self._leave(f"{what} on nodes of no cell", "a scene has nodes of cells alone")
+                self._leave(f"{what} on nodes of no cell", "only nodes of cells are supported")
             for component, values in acts.items():
                 for node, value in zip(nodes.tolist(), np.broadcast_to(values, len(nodes)).tolist(), strict=True):
                     if node < 0:
                         continue
                     if told.setdefault((node, component), value) != value:
-                        raise NotImportable(f"{what} and another move a node differently", "let one of them hold it")
+                        raise NotImportable(
+                            f"{what} and another prescribe different displacements of a node", "keep only one of them"
+                        )
         found.holds = group_equal_supports(told)
 
     def _mapped(self, own: ElementT) -> dict[int, Floats] | None:
@@ -441,7 +445,7 @@ class _Reader:
         elif own.tag == "body_load" and own.get("type") in ("const", "body force"):
             self._body_force(own, what, found)
         else:
-            self._leave(what, "only pressures, dead tractions, forces at nodes and body forces are read")
+            self._leave(what, "only pressures, dead tractions, nodal forces and body forces are supported")
 
     def _at_nodes(self, own: ElementT, what: str, found: Deck) -> None:
         nodes, node = self._nodes(own.get("node_set", "")), own.find("value")
@@ -449,7 +453,7 @@ class _Reader:
         one = self._value(node) if mapped is None and (node is None or node.get("type") != "map") else None
         rows = mapped if one is None else one[None, :]
         if nodes is None or rows is None or rows.shape[1] != 3 or (nodes < 0).any():
-            self._leave(what, "its nodes, or its vectors at the end, are not known")
+            self._leave(what, "its nodes or its final vectors are missing")
             return
         found.forces += group_equal_forces(
             zip(nodes.tolist(), np.broadcast_to(rows, (len(nodes), 3)).tolist(), strict=True)
@@ -467,13 +471,13 @@ class _Reader:
             value, count = (vector * (1.0 if scale is None else scale) if known and vector is not None else None), 3
         else:
             if kind not in ("pressure", "traction"):
-                self._leave(what, f"it is a `{kind[:40]}`: of loads on surfaces, pressures and tractions are read")
+                self._leave(what, f"surface load `{kind[:40]}` is not supported, only pressures and tractions")
                 return
-            self._leave(what, "a pressure here follows the surface, a traction is dead: of FEBio's `linear` 0, and 1")
+            self._leave(what, "pressures must be follower loads (`linear` 0) and tractions dead loads (`linear` 1)")
             return
         faces = self._faces(name, found)
         if value is None or len(value) != count or faces is None or not len(faces):
-            self._leave(what, "its surface or its size at the end is not known")
+            self._leave(what, "its surface or its final magnitude is missing")
             return
         x, *yz = value.tolist()
         if not any(value.tolist()):
@@ -487,9 +491,9 @@ class _Reader:
             each = [np.zeros(1) if own.find(c) is None else self._value(own.find(c)) for c in "xyz"]
             vector = None if any(e is None or len(e) != 1 for e in each) else np.concatenate(each)  # type: ignore[arg-type]
         if vector is None or len(vector) != 3 or own.get("elem_set"):
-            self._leave(what, "not one vector on the whole body at the end")
+            self._leave(what, "not a uniform vector on the whole body at the end")
             return
         x, y, z = (-vector).tolist()
         if any((x, y, z)):
             found.weights.append((x, y, z))
-        found.taken.append("a body force b acts as -density b, as FEBio's source has it")
+        found.taken.append("a body force b acts as -density b, as in FEBio")

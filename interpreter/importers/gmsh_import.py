@@ -19,15 +19,17 @@ def read(path: Path) -> Deck:
         data = parse(path)
         own, names = keep_node_order(data, path, 1.0), getattr(data, "field_data", {})
     except UnreadableMesh as error:
-        raise Unreadable(path.name, str(error), error.remedy or "write the mesh again") from None
+        raise Unreadable(path.name, str(error), error.remedy or "export the mesh again") from None
     part = MaterialPart(path.stem, np.arange(len(mesh.cells)), None)
     found = Deck(path.name, own.kind, own.points, own.cells, [part], static=False, mesh=path)
     for name, (_, dimension) in names.items():
         if dimension < 2:
-            found.left.append(NotImported(f"the group `{name}`", "it has points or lines: a scene has cells and faces"))
+            found.left.append(
+                NotImported(f"the group `{name}`", "it contains points or lines; only cells and faces are supported")
+            )
     for name, group in (mesh.groups or {}).items():
         if group.kind == "faces" and (group.inside or group.foreign or not len(group.members)):
-            found.left.append(NotImported(f"the group `{name}`", f"{group.described}: not faces of the surface alone"))
+            found.left.append(NotImported(f"the group `{name}`", f"{group.described}: not only faces of the surface"))
         elif len(group.members):
             found.groups.append(name)
     return found

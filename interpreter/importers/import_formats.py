@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from softmark.interpreter.importers.imported_deck import Deck
 
-AGAIN = "write the file again"
+AGAIN = "export the file again"
 READERS = {".feb": "febio_deck", ".inp": "abaqus_deck", ".msh": "gmsh_import", ".pml": "pml_import"}
 WITH_CURVES = frozenset({"febio_deck"})  # readers that can import a time before the end
 TITLES = "CalculiX and Abaqus (.inp), FEBio (.feb), Gmsh (.msh), PML with its LML (.pml)"
@@ -27,21 +27,19 @@ def read(path: Path, moment: float | None = None) -> Deck:
 
     reader = READERS.get(path.suffix.lower())
     if reader is None and path.is_dir():
-        raise Unreadable(str(path), "it is a folder", f"name a file in it; known are {TITLES}")
+        raise Unreadable(str(path), "it is a folder", f"give a file in it; supported are {TITLES}")
     if reader is None:
-        remedy = UNPACK if path.suffix.lower() == ".gz" else f"known are {TITLES}"
-        raise Unreadable(path.name, f"`{path.suffix or path.name}` is no ending that is known", remedy)
+        remedy = UNPACK if path.suffix.lower() == ".gz" else f"supported are {TITLES}"
+        raise Unreadable(path.name, f"unknown file extension `{path.suffix or path.name}`", remedy)
     own = import_module(f"softmark.interpreter.importers.{reader}")
     if moment is not None and reader not in WITH_CURVES:
         from softmark.interpreter.importers.imported_deck import NotImportable
 
-        raise NotImportable(
-            f"{path.name} has no curves over time that are read", "leave out `--at`: decks of FEBio have them"
-        )
+        raise NotImportable(f"{path.name} has no load curves", "omit `--at`, which is only for FEBio files")
     try:
         if not path.is_file():
             what = "it is a folder" if path.is_dir() else "there is no such file"
-            raise Unreadable(path.name, what, "name a file that is there")
+            raise Unreadable(path.name, what, "check the path")
         require_uncompressed(path)
         with limited_resources(path), np.errstate(all="ignore"):
             found: Deck = own.read(path) if moment is None else own.read(path, moment)
@@ -52,5 +50,5 @@ def read(path: Path, moment: float | None = None) -> Deck:
         LookupError,
         ArithmeticError,
     ) as error:  # unexpected defects of the file
-        raise Unreadable(path.name, f"its words do not fit together ({describe_read_error(error)})", AGAIN) from error
+        raise Unreadable(path.name, f"its content is inconsistent ({describe_read_error(error)})", AGAIN) from error
     return found

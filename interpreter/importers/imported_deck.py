@@ -121,8 +121,10 @@ class EndedLoad:
     @property
     def described(self) -> str:
         """Sentence that reports the load as ended, with its curve and its times."""
-        return (f"{self.what} is 0 at time {self.moment:g}, which is carried over: "
-                f"its curve {self.curve[:20]} is {self.peak:g} at time {self.when:g}")  # fmt: skip
+        return (
+            f"{self.what} is 0 at the imported time {self.moment:g}; its load curve {self.curve[:20]} is "
+            f"{self.peak:g} at time {self.when:g}"
+        )
 
 
 @dataclass

@@ -44,7 +44,7 @@ def read(path: Path) -> Deck:
         own = NumberParser(beside.name)
         _loads(parsed(beside.name, read_regular(beside), "loads"), own, found, place)
     else:
-        found.left.append(NotImported("supports and loads", f"there is no {beside.name} beside it"))
+        found.left.append(NotImported("supports and loads", f"the file {beside.name} is missing in its folder"))
     return found
 
 
@@ -67,21 +67,21 @@ def _model(top: ElementT, name: str, words: NumberParser) -> tuple[Deck, dict[in
             whole = sum(map(len, blocks.values()))
             parts.append((body, whole - len(rows), whole))
     if len(blocks) != 1:
-        what = "several kinds of cells" if blocks else "no tetrahedra and no hexahedra of FEM"
-        raise NotImportable(f"{name} has {what}", "one kind of TETRAHEDRON and HEXAHEDRON is carried over")
+        what = "several kinds of cells" if blocks else "no FEM tetrahedra or hexahedra"
+        raise NotImportable(f"{name} has {what}", "use either TETRAHEDRON or HEXAHEDRON")
     ((kind, table),) = blocks.items()
     used, cells = np.unique(np.array(table, dtype=np.int64), return_inverse=True)
     if missing := [n for n in used.tolist() if n not in points]:
-        raise words.wrong(f"a cell has the atom {missing[0]}, which is nowhere")
+        raise words.wrong(f"a cell refers to the missing atom {missing[0]}")
     X: Floats = np.array([points[n] for n in used.tolist()], dtype=np.float64)
     found = Deck(name, KINDS[kind][0], X, cells.reshape(len(table), -1).astype(np.int64), [], left=left)
     strains = {_strain(body, found) for body, _, _ in parts}
     if len(strains) > 1:
-        raise NotImportable(f"{name} has bodies with several words for `deformation`", "write one file for each")
+        raise NotImportable(f"{name} has bodies with different values of `deformation`", "write one file for each")
     found.strain = strains.pop()
     found.parts = [_part(body, first, last, words, left) for body, first, last in parts]
     if kind == "HEXAHEDRON":
-        found.taken.append("hexahedra stay whole; SOFA's reader cut each into five tetrahedra")
+        found.taken.append("hexahedra are kept; SOFA's reader split each into five tetrahedra")
     return found, {n: i for i, n in enumerate(used.tolist())}
 
 
@@ -92,9 +92,7 @@ def _bodies(top: ElementT, left: list[NotImported]) -> Iterator[ElementT]:
         if kind == "FEM":
             yield body
         else:
-            left.append(
-                NotImported(f"the body `{body.get('name', '')[:60]}`", f"it is of the type {kind[:40]}, not FEM")
-            )
+            left.append(NotImported(f"the body `{body.get('name', '')[:60]}`", f"its type is {kind[:40]}, not FEM"))
 
 
 def _cells(body: ElementT, words: NumberParser, left: list[NotImported]) -> Iterator[tuple[str, list[int]]]:
@@ -109,14 +107,17 @@ def _cells(body: ElementT, words: NumberParser, left: list[NotImported]) -> Iter
         if len(row) != KINDS[kind][1]:
             raise words.wrong(f"a cell {kind} has {len(row)} atoms")
         yield kind, row
-    left += [NotImported(f"{n} cells {kind[:40]}", "no cells of a solid here") for kind, n in odd.items()]
+    left += [NotImported(f"{n} cells {kind[:40]}", "not supported as solid cells") for kind, n in odd.items()]
 
 
 def _strain(body: ElementT, found: Deck) -> str:
     word = body.get("deformation", "LARGE").upper()
     if word != "SMALL":
-        told = f"deformation = {word[:20]}" if "deformation" in body.attrib else "no word for `deformation`"
-        said = f"{told} is corotational strain, a rotation at each point; SOFA has one for each cell"
+        told = f"deformation = {word[:20]}" if "deformation" in body.attrib else "no value of `deformation`"
+        said = (
+            f"{told} is imported as corotational strain with a rotation at each integration point; SOFA has one per "
+            f"cell"
+        )
         found.taken += [said] if said not in found.taken else []
     return STRAINS.get(word, "corotational")
 
@@ -124,14 +125,14 @@ def _strain(body: ElementT, found: Deck) -> str:
 def _part(body: ElementT, first: int, last: int, words: NumberParser, left: list[NotImported]) -> MaterialPart:
     name = body.get("name", "")
     if "mass" in body.attrib:
-        left.append(NotImported(f"the mass of `{name[:60]}`", "a scene has densities: `--density` says one"))
+        left.append(NotImported(f"the mass of `{name[:60]}`", "a scene needs a density: give `--density`"))
     law = None
     if "young" in body.attrib and "poisson" in body.attrib:
         density = words.number(body.get("density")) if "density" in body.attrib else None
         young, poisson = words.number(body.get("young")), words.number(body.get("poisson"))
         law = ImportedLaw("linear_elastic", {"young": young}, {"poisson": poisson}, density)
     else:
-        left.append(NotImported(f"the material of `{name[:60]}`", "it does not say `young` and `poisson`"))
+        left.append(NotImported(f"the material of `{name[:60]}`", "`young` or `poisson` is missing"))
     return MaterialPart(name or "body", np.arange(first, last), law)
 
 
@@ -147,7 +148,7 @@ def _loads(top: ElementT, words: NumberParser, found: Deck, place: dict[int, int
         vector = _vector(load, words)
         value = _value(load, words)
         if kind not in ("Translation", "Force") or vector is None or value is None:
-            found.left.append(NotImported(what, "only translations and forces along a direction are read"))
+            found.left.append(NotImported(what, "only translations and forces along a direction are supported"))
         elif kind == "Force":
             x, y, z = (value * (c or 0.0) for c in vector)
             found.forces.append(NodeForces("force", nodes, (x, y, z)))
@@ -156,9 +157,11 @@ def _loads(top: ElementT, words: NumberParser, found: Deck, place: dict[int, int
                 for node in nodes.tolist() if along is not None else ():
                     told = value * (along or 0.0)
                     if held.setdefault((node, c), told) != told:
-                        raise NotImportable(f"{what} and another move an atom differently", "let one of them hold it")
+                        raise NotImportable(
+                            f"{what} and another prescribe different displacements of an atom", "keep only one of them"
+                        )
     found.holds = group_equal_supports(held)
-    found.taken.append("translations and forces have the value of their last event, which stays")
+    found.taken.append("translations and forces have the value of their last event")
 
 
 def _applied(load: ElementT, words: NumberParser, place: dict[int, int], found: Deck, what: str) -> Ints:
@@ -170,10 +173,10 @@ def _applied(load: ElementT, words: NumberParser, place: dict[int, int], found: 
         if high < low:
             raise words.wrong(f"`{word[:40]}` ends before it begins")
         if high - low + len(numbers) > LIMIT:
-            raise words.wrong(f"`{word[:40]}` are too many atoms")
+            raise words.wrong(f"`{word[:40]}` has too many atoms")
         numbers.update(range(low, high + 1))
     if lost := len(numbers - place.keys()):
-        found.left.append(NotImported(f"{what} on {lost} atoms", "they are of no cell"))
+        found.left.append(NotImported(f"{what} on {lost} atoms", "they belong to no cell"))
     return np.array(sorted(place[n] for n in numbers if n in place), dtype=np.int64)
 
 

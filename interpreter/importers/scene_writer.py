@@ -36,12 +36,13 @@ from softmark.solvers.mesh.files.mesh_validation import (
 from softmark.solvers.mesh.mesh import Mesh
 
 FORCES = 10_000  # maximum number of nodal forces; each takes some 7 ms of a run
-DOUBLED = "some lie where other nodes do, and a scene says single nodes by where they lie"
+DOUBLED = "some coincide with other nodes, and a scene selects nodes by position"
 DUST = 1e-16  # relative to the largest force: smaller ones are round-off
 WIDE = 100
 ANY_DENSITY = "1000.0 kg/m^3"  # density for materials without one, where no result depends on it
-NO_DENSITY = ("a material has no density, and nothing of a body at rest without weight depends on it: the scene has "
-              f"{ANY_DENSITY} in its place")  # fmt: skip
+NO_DENSITY = (
+    f"a material has no density; the scene uses {ANY_DENSITY}, which does not affect a static analysis without gravity"
+)
 
 
 @dataclass(frozen=True)
@@ -112,14 +113,15 @@ def _count_pieces(deck: Deck) -> None:
         return
     if deck.mesh is not None:
         raise NotImportable(f"{deck.title} has {deck.pieces} pieces that share no nodes",
-                      "declare the body by hand, with `pieces = keep` of `mesh(...)`")  # fmt: skip
+                      "declare the body yourself, with `pieces = keep` of `mesh(...)`")  # fmt: skip
     if (place := find_overlap(Mesh(deck.points, deck.cells, deck.kind))) is not None:
         where = ", ".join(f"{v:g}" for v in place[0].tolist())
-        raise NotImportable(f"{deck.title} has {deck.pieces} pieces, of which some overlap: ({where}) lies inside two",
-                      "no body has matter twice at one place: move the pieces, or write each to a deck")  # fmt: skip
-    deck.taken.append(f"its {deck.pieces} pieces share no nodes and are one body of so many pieces: nothing of the "
-                      "scene joins them, so each needs supports; `contact glue = tied(body)` glues them where they "
-                      "touch, `contact c = self_contact(body)` keeps them from passing through each other")  # fmt: skip
+        raise NotImportable(f"{deck.title} has {deck.pieces} pieces that overlap: ({where}) lies inside two of them",
+                      "move the pieces apart, or write each to its own deck")  # fmt: skip
+    deck.taken.append(
+        f"the body has {deck.pieces} pieces that share no nodes: they are not connected, so each needs supports; "
+        f"`contact glue = tied(body)` ties them where they touch, `contact c = self_contact(body)` prevents penetration"
+    )
 
 
 def _report_inverted_cells(deck: Deck, units: FileUnits) -> str | None:
@@ -128,17 +130,17 @@ def _report_inverted_cells(deck: Deck, units: FileUnits) -> str | None:
         return None
     middle = deck.points[deck.cells[own[0]]].mean(axis=0) * units.length.factor
     place = format_position(middle)
-    return f"{len(own)} of its {len(deck.cells)} cells are inside out, the first has its middle at {place}"
+    return f"{len(own)} of its {len(deck.cells)} cells are inverted, the first one at {place}"
 
 
 def _notes(deck: Deck, left: Sequence[NotImported]) -> Iterator[str]:
     for ended in dict.fromkeys(deck.ended):
         yield from _comment(f"without effect: {ended.described}")
     for what in deck.taken:
-        yield from _comment(f"taken so: {what}")
+        yield from _comment(f"interpreted: {what}")
     for own in left:
         where = "" if own.line is None else f" (line {own.line})"
-        yield from _comment(f"not carried over: {own.what}{where}: {own.why}")
+        yield from _comment(f"not imported: {own.what}{where}: {own.why}")
 
 
 def _comment(text: str) -> Iterator[str]:
@@ -177,7 +179,7 @@ class _Writer:
         deck = self.deck
         system = f" ({self.units.system})" if self.units.system else ""
         yield from ("softmark 1", f"scene {_quoted(deck.title)}", "")
-        yield from _comment(f"Imported from {deck.title}{system}; what was not carried over stands at the end.")
+        yield from _comment(f"Imported from {deck.title}{system}; parts that were not imported are listed at the end.")
         yield ""
         parts = sorted(deck.parts, key=lambda part: -len(part.cells))
         materials = [self.name("solid", part.name if part.law else "told") for part in parts]
@@ -186,7 +188,7 @@ class _Writer:
         unit = self.units.length.text
         kept = ", coincident = keep" if len(self.doubled) else ""
         if kept:
-            deck.taken.append(f"{len(self.doubled)} nodes lie where others do, and each is its own: nothing joins them")
+            deck.taken.append(f"{len(self.doubled)} nodes coincide with others but are not connected to them")
         kept += ", pieces = keep" if deck.pieces > 1 else ""
         yield f"body body = solid(mesh({_quoted(self.mesh_name)}, unit = {unit}{kept}), {materials[0]})"
         for name, part in zip(materials[1:], parts[1:], strict=True):
@@ -207,9 +209,11 @@ class _Writer:
     def _model(self) -> Iterator[str]:
         deck = self.deck
         if not deck.holds or not deck.static:
-            lacks = "holds the body" if not deck.holds else "is an analysis at rest"
-            yield from _comment(f"Nothing that was carried over {lacks}: declare what is missing, an analysis, and a "
-                                f"model such as `fem({deck.kind}, strain = {deck.strain})`.")  # fmt: skip
+            lacks = "supports the body" if not deck.holds else "is a static analysis"
+            yield from _comment(
+                f"Nothing in the imported file {lacks}: declare it, with an analysis and a model such as "
+                f"`fem({deck.kind}, strain = {deck.strain})`."
+            )
             return
         yield "analysis rest = static()"
         kept = f", formulation = {deck.formulation}" if deck.formulation else ""
@@ -236,8 +240,8 @@ class _Writer:
         if law is None:
             why = f" ({own.why})" if own.why else ""
             if self.filled.material is None:
-                raise MissingValue(f"{cells} cells (`{part}`) have no material that was carried over{why}",
-                              "say what they are made of: `--material 'neo_hookean(young = 60 kPa, poisson = 0.45, "
+                raise MissingValue(f"{cells} cells (`{part}`) have no imported material{why}",
+                              "give their material: `--material 'neo_hookean(young = 60 kPa, poisson = 0.45, "
                               "density = 1000 kg/m^3)'`")  # fmt: skip
             return _constructor(self.filled.material)
         fields = [f"{name} = {self.units.of_stress(value)}" for name, value in law.stresses.items()]
@@ -253,8 +257,8 @@ class _Writer:
             if NO_DENSITY not in self.deck.taken:
                 self.deck.taken.append(NO_DENSITY)
         else:
-            raise MissingValue(f"the material `{part}` has no density, which a scene says of every material",
-                          "say it, `--density 1000kg/m^3`; at rest nothing depends on it but weight")  # fmt: skip
+            raise MissingValue(f"the material `{part}` has no density, which a scene requires",
+                          "give it, `--density 1000kg/m^3`; in static analyses it affects only gravity")  # fmt: skip
         fields += [f"density = {density}", *(f"{name} = {word}" for name, word in law.choices.items())]
         return f"{law.word}({', '.join(fields)})"
 
@@ -304,7 +308,7 @@ class _Writer:
         if many > FORCES:
             total = np.sum([len(f.nodes) * np.array(f.force) for f in known], axis=0) * self.units.of_force(1.0)
             self.deck.left.append(NotImported(f"forces on {many} nodes, {_vector(total.tolist())} N in all",
-                                       f"a scene says them one by one, {FORCES} at most"))  # fmt: skip
+                                       f"a scene has one declaration per force, at most {FORCES}"))  # fmt: skip
             return
         for force in known:
             vector = _vector([self.units.of_force(v) for v in force.force])
@@ -326,7 +330,7 @@ class _Writer:
         """Return forces without round-off residues, which may be smaller than any quantity of a scene."""
         least = DUST * max((abs(v) for force in forces for v in force.force), default=0.0)
         if any(0.0 < abs(v) < least for force in forces for v in force.force):
-            self.deck.taken.append(f"components of forces below {DUST:g} of the greatest are rounding, and 0")
+            self.deck.taken.append(f"force components below {DUST:g} of the largest are set to 0")
         told = []
         for own in forces:
             x, y, z = (v if abs(v) >= least else 0.0 for v in own.force)
@@ -339,7 +343,7 @@ def _constructor(told: str) -> str:
     tree, problems = parse(Source("--material", f"material told = {told}\n"))
     if problems or len(tree.declarations) != 1 or "\n" in told:
         example = "`--material 'neo_hookean(young = 60 kPa, poisson = 0.45, density = 1000 kg/m^3)'`"
-        raise MissingValue(f"`{told}` is no material as a scene writes it", f"such as {example}")
+        raise MissingValue(f"`{told}` is not a material in the language of scenes", f"write it like {example}")
     return told
 
 

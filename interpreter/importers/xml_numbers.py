@@ -30,7 +30,7 @@ class NumberParser:
                 raise ValueError
             found: Floats = np.array(words, dtype=np.float64)
         except ValueError:
-            raise self.wrong(f"`{(text or '').strip()[:40]}` are no numbers") from None
+            raise self.wrong(f"`{(text or '').strip()[:40]}` are not numbers") from None
         if not np.isfinite(found).all() or (count is not None and len(found) != count):
             raise self.wrong(f"`{(text or '').strip()[:40]}` are not {count or 'finite'} numbers")
         return found
@@ -43,14 +43,14 @@ class NumberParser:
         """Return whole numbers >= 0. Raises Unreadable."""
         found = self.floats(text)
         if (found != np.floor(found)).any() or (np.abs(found) > LARGEST).any() or (found < 0).any():
-            raise self.wrong(f"`{(text or '').strip()[:40]}` are no whole numbers")
+            raise self.wrong(f"`{(text or '').strip()[:40]}` are not whole numbers")
         return found.astype(np.int64)
 
     def whole(self, text: str | None) -> int:
         """Return one whole number >= 0. Raises Unreadable."""
         found = self.wholes(text)
         if len(found) != 1:
-            raise self.wrong(f"`{(text or '').strip()[:40]}` is no whole number")
+            raise self.wrong(f"`{(text or '').strip()[:40]}` is not a whole number")
         return int(found[0])
 
 

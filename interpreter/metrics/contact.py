@@ -52,11 +52,9 @@ class ContactArea(ContactMetric):
     """Contact area of a body's surface in its deformed shape (with small strain, in its undeformed shape).
 
     For `self_contact` it is half the area of both surfaces. The edge of the contact lies between a node in contact and
-    one out
-    of contact, where pressure and gap place it. On a coarse mesh the area is the least accurate result of a contact,
-    and
-    it does not converge if contact opens and closes with the mesh. Against another model or a theory, the value is the
-    difference relative to the area of that solution.
+    one out of contact, where pressure and gap place it. On a coarse mesh the area is the least accurate result of a
+    contact, and it does not converge if contact opens and closes with the mesh. Against another model or a theory, the
+    value is the difference relative to the area of that solution.
 
     In a dynamic analysis the report also gives largest_in_time_m2 and its time largest_at_s.
     """
@@ -82,8 +80,7 @@ class ContactPressure(ContactMetric):
     It is force per deformed area (with small strain, per undeformed area), recovered from the nodal contact forces: the
     field, linear or bilinear on facets, that has the same nodal forces. At the edge of a sharp punch the pressure is
     singular and grows with every refinement; at a rounded edge it converges. Against another model or a theory, the
-    value
-    is the difference relative to the pressure of that solution.
+    value is the difference relative to the pressure of that solution.
 
     The report also gives largest_Pa; in a dynamic analysis also largest_in_time_Pa and its time largest_at_s.
     """
@@ -127,17 +124,13 @@ class ContactGap(ContactMetric):
     """Least distance between the contact points of a body's surface and a rigid body; always positive.
 
     Contact points are the nodes, the midpoints of eight-node facets, in 3D also points inside facets that are longer
-    than
-    the radius of curvature of the rigid body, and points that were added where facets penetrated. For `self_contact`
-    it is the
-    distance between the body's flat facets.
+    than the radius of curvature of the rigid body, and points that were added where facets penetrated. For
+    `self_contact` it is the distance between the body's flat facets.
 
     Before contact it is the initial separation. For a body that may touch itself, it is the distance between parts of
-    the
-    surface that face each other within 30 degrees, such as the walls of a slot. In contact it is the gap that the
-    barrier
-    leaves, less than the barrier's `distance`. That gap is not a property of the bodies, but it is part of the stated
-    error of all other results.
+    the surface that face each other within 30 degrees, such as the walls of a slot. In contact it is the gap that the
+    barrier leaves, less than the barrier's `distance`. That gap is not a property of the bodies, but it is part of the
+    stated error of all other results.
 
     The report also gives left_m, the mean gap in contact, weighted by the contact forces; in a dynamic analysis also
     least_in_time_m and its time least_at_s.

@@ -31,26 +31,20 @@ class CurveError(CurveMetric):
     In a dynamic analysis the curve is a `displacement` or a contact result over time. In a static analysis it runs from
     state to state: the value of the metric `of` against the value of the metric `over`, such as force over travel. In
     each state the number is for the curve up to that state, in the last state for the whole curve. The error of
-    straight
-    lines between states is part of the stated error: use enough states.
+    straight lines between states is part of the stated error: use enough states.
 
     `rms`: root mean square of the difference, divided by that of the reference. `max`: largest difference, divided by
-    the
-    largest value of the reference. `area`: area between the two curves, divided by the area below |reference|.
+    the largest value of the reference. `area`: area between the two curves, divided by the area below |reference|.
     `unexplained`: int (y - r)^2 / int (r - mean of r)^2, which is 1 - R^2. `slope`: difference of the slopes of the
-    least
-    squares lines through the first part, `initial`, of the range, relative to that of the reference. All are exact
-    integrals and extremes of piecewise linear curves; nothing is sampled. For a single state `rms`, `max` and `area`
-    are
-    the difference divided by the value of the reference, and the other statistics have no value.
+    least squares lines through the first part, `initial`, of the range, relative to that of the reference. All are
+    exact integrals and extremes of piecewise linear curves; nothing is sampled. For a single state `rms`, `max` and
+    `area` are the difference divided by the value of the reference, and the other statistics have no value.
 
     The uncertainty of a value is the same statistic of the reference's uncertainty. For `max` it is the uncertainty
-    where
-    the difference is largest, for `slope` the largest change of slope that it allows. The report also gives covered
-    (the
-    share of the reference's range that is compared) and where that range begins and ends; rms and largest difference in
-    the unit of the metric, and where the difference is largest; r_squared; and inside, the share of the range on which
-    the difference is below the uncertainty, or the curve lies inside the band of codes.
+    where the difference is largest, for `slope` the largest change of slope that it allows. The report also gives
+    covered (the share of the reference's range that is compared) and where that range begins and ends; rms and largest
+    difference in the unit of the metric, and where the difference is largest; r_squared; and inside, the share of the
+    range on which the difference is below the uncertainty, or the curve lies inside the band of codes.
     """
 
     of: Annotated[str, "metric", "metric whose curve is compared"]
@@ -139,8 +133,7 @@ class CurveError(CurveMetric):
         """Estimate the change of the value due to straight lines between states.
 
         It is a third of the change when every second state is left out, because the error falls with the square of
-        their
-        distance. Raises Undefined for fewer than three states.
+        their distance. Raises Undefined for fewer than three states.
         """
         if len(x) < 3:
             raise Undefined("the error of a curve with fewer than three states is not known")

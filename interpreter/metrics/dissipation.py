@@ -20,10 +20,9 @@ class Dissipation(ForceMetric):
     Friction is summed from state to state, as friction coefficient times pressure times slip at every node.
 
     `solve.energies_in_time` of the report lists it with the work of internal forces and the stored energy. It equals
-    their
-    difference up to the error of the time step, so the remainder of the three measures that error. Dissipation never
-    decreases. It is undefined for laws that are not convex, because their springs have no energy (W368), and zero for
-    elastic bodies. Against another model or a theory, the value is the difference relative to that solution.
+    their difference up to the error of the time step, so the remainder of the three measures that error. Dissipation
+    never decreases. It is undefined for laws that are not convex, because their springs have no energy (W368), and zero
+    for elastic bodies. Against another model or a theory, the value is the difference relative to that solution.
     """
 
     body: Annotated[str, "body", "the body"]

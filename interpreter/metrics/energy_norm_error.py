@@ -30,22 +30,19 @@ class EnergyNormError(Metric):
     reference, dE its difference from the model's strain, w the volume of each point of the probe, and C the isotropic
     stiffness at rest, A : C : A = lam tr(A)^2 + 2 mu A : A. For small strains this is the energy norm of finite element
     theory, |e|^2 = integral of eps(e) : C : eps(e), whose square is twice the strain energy of the error (Zienkiewicz
-    and
-    Zhu 1987). At finite strain it remains a norm of the strain error, but is no longer the energy of a material.
+    and Zhu 1987). At finite strain it remains a norm of the strain error, but is no longer the energy of a material.
 
     E does not change under a rigid motion, so a rotation of either solution is not an error here. This norm detects
-    wrong
-    strains, and `tip_error` detects wrong positions. The "relative energy norm error" of Marchal et al. (2008), here
-    `relative_l2_error`, is an l2 norm of displacements: it has no stiffness weights, grows with any rigid motion, and
-    depends on where the points lie.
+    wrong strains, and `tip_error` detects wrong positions. The "relative energy norm error" of Marchal et al. (2008),
+    here `relative_l2_error`, is an l2 norm of displacements: it has no stiffness weights, grows with any rigid motion,
+    and depends on where the points lie.
 
     F = I + du/dX by central differences over 1e-4 of the body's extent. Their error is of second order, 1e-8 relative
-    for
-    a field that varies over the extent, and rounding adds 1e-12. The step is much shorter than a cell, so few
-    differences
-    cross a face of a piecewise field (those take the mean of both sides). Linear tetrahedra have a constant strain in
-    each cell: expect eta to fall with the first power of the cell size. A beam theory with rigid cross-sections has no
-    lateral strain: compared with a solid that is a model error, and as a reference solids cannot reach it.
+    for a field that varies over the extent, and rounding adds 1e-12. The step is much shorter than a cell, so few
+    differences cross a face of a piecewise field (those take the mean of both sides). Linear tetrahedra have a constant
+    strain in each cell: expect eta to fall with the first power of the cell size. A beam theory with rigid
+    cross-sections has no lateral strain: compared with a solid that is a model error, and as a reference solids cannot
+    reach it.
 
     The report also gives error_energy_J and reference_energy_J (half the two sums), volume_m3, points, step_m and
     strain_max (largest norm of E in the reference, which shows whether strains are small).

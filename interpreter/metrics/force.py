@@ -23,16 +23,12 @@ class Force(ForceMetric):
     It is the sum of internal minus applied forces over the points that the support constrains. It is computed again by
     independent formulas and balanced with all loads to 1e-8 (`checks` of the report). The part that two supports share
     counts for the first of them in the scene; the report gives the point of action. The force of a plate that pulls
-    along
-    +z is positive along +z. Against another model, the value is the difference relative to the magnitude of that
-    model's
-    force.
+    along +z is positive along +z. Against another model, the value is the difference relative to the magnitude of that
+    model's force.
 
     In a dynamic analysis it is the force of a contact, from barrier and friction: at the end, or the largest or the
-    mean
-    over time, and a curve; `MODEL.METRIC.at(2 ms)` gives the value at a time. There it is the mean over the two
-    adjacent
-    steps, so that the curve has the impulse that the body received.
+    mean over time, and a curve; `MODEL.METRIC.at(2 ms)` gives the value at a time. There it is the mean over the two
+    adjacent steps, so that the curve has the impulse that the body received.
 
     The report also gives size_N, the magnitude of the force, and in a dynamic analysis largest_in_time_N and its time
     largest_at_s.

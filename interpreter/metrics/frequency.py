@@ -18,12 +18,10 @@ class Frequency(Metric):
     """Natural frequency of a small undamped vibration about the static equilibrium.
 
     K phi = w^2 M phi with the tangent K under the full load: tension raises the frequencies and compression lowers
-    them,
-    down to zero where the body buckles. Modes are numbered from the lowest; those of a round or square body come in
-    pairs. The mass is that of the model (`mass` of `fem`); a beam has its mass and the rotational inertia of its
-    sections
-    at its nodes. With `strain = small`, loads do not change the tangent, and the metric is undefined under any load.
-    Pressures that follow the surface have no modes. A body with symmetry planes has only its symmetric modes; an
+    them, down to zero where the body buckles. Modes are numbered from the lowest; those of a round or square body come
+    in pairs. The mass is that of the model (`mass` of `fem`); a beam has its mass and the rotational inertia of its
+    sections at its nodes. With `strain = small`, loads do not change the tangent, and the metric is undefined under any
+    load. Pressures that follow the surface have no modes. A body with symmetry planes has only its symmetric modes; an
     antisymmetric mode may be lower. The residual of each mode is checked, but no independent formulas verify it. The
     stated error comes from a finer space over the cells; for beams and springs from coarser ones.
 

@@ -21,8 +21,7 @@ class Hausdorff(Metric):
 
     max(max_a min_b |a - b|, max_b min_a |b - a|), with a over the points of the deformed surface and b anywhere in the
     triangles of the other surface, and vice versa. While `surface_distance` measures only the distance from the model
-    to
-    the measurement, this also detects parts of the measurement that the model misses. Each side is evaluated at the
+    to the measurement, this also detects parts of the measurement that the model misses. Each side is evaluated at the
     corners of its triangles; between them a distance may be larger, by at most the size of a triangle.
 
     A measured surface that is open, or shows more than the body, makes the distance from it to the model large although

@@ -27,22 +27,18 @@ class Hysteresis(CurveMetric):
     """Area of the loop between loading and unloading, relative to the work of loading.
 
     The states of the analysis go up and down again: `static(states = [25, 50, 75, 100, 75, 50, 25] %)`. The curve is
-    the
-    value of the metric `of` against that of the metric `over`, such as force over travel; it turns where it is farthest
-    from its start. The value is 1 - (int y dx of unloading) / (int y dx of loading), on the range that both ways cover,
-    exact for straight lines between states. It is 0 for an elastic body that returns along the same path, 1 if no work
-    is
-    returned, and negative if more is returned than was put in. It has no value before the states turn back; `expect`
-    refers to the value of the last state.
+    the value of the metric `of` against that of the metric `over`, such as force over travel; it turns where it is
+    farthest from its start. The value is 1 - (int y dx of unloading) / (int y dx of loading), on the range that both
+    ways cover, exact for straight lines between states. It is 0 for an elastic body that returns along the same path, 1
+    if no work is returned, and negative if more is returned than was put in. It has no value before the states turn
+    back; `expect` refers to the value of the last state.
 
     `against` a measured curve that also unloads, it is the difference of the two shares, both on the part of the
-    model's
-    range that was measured. Its uncertainty is the change of the share when all measured values are off by their
-    uncertainty, up on one way and down on the other, combined in quadrature with the deviation between repeats.
+    model's range that was measured. Its uncertainty is the change of the share when all measured values are off by
+    their uncertainty, up on one way and down on the other, combined in quadrature with the deviation between repeats.
 
     The stated error contains a part for the straight lines between states. If loading and unloading pass through the
-    same
-    states with the same values, mesh errors are the same on both ways and scale all work by one factor.
+    same states with the same values, mesh errors are the same on both ways and scale all work by one factor.
 
     The report also gives the two works, where the loop begins and ends, and where it turns; for a difference also both
     shares and covered, the share of the loop's range that was measured.
@@ -118,10 +114,8 @@ def _bound_change(course: MetricCurve, loop: Loop, off: Floats, shared: bool) ->
     """Bound the change of the lost share if values are off by `off` (n,).
 
     If the work of loading W and of unloading U are off by up to w and u, the bound is (u + |U / W| w) / (|W| - w). If
-    both
-    ways pass through the same states, an error belongs to a state and not to a way: both works are off by the same
-    amount,
-    and the bound is the share times w / (|W| - w).
+    both ways pass through the same states, an error belongs to a state and not to a way: both works are off by the same
+    amount, and the bound is the share times w / (|W| - w).
     """
     w, u = curve_geometry.split_loop(course.x, off).works
     loading, unloading = loop.works

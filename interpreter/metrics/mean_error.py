@@ -22,11 +22,11 @@ class MeanError(DistanceStatistic):
     """Mean distance between model and reference over the points of a probe, or another statistic of it.
 
     d_i = |u^_i - u_i|, with u^ of the model and u of the reference at the same material point. The statistics are its
-    mean,
-    its population standard deviation sd = sqrt(mean(d^2) - mean(d)^2), its largest value and its root mean square.
-    Relative statistics use r_i = d_i / |u_i|, each point by its own displacement in the reference, over the points that
-    move by more than a micrometre. The relative mean is the mean of these ratios, so that points near a support, which
-    hardly move, weigh as much as those at the tip. All points count equally: the result depends on where they lie.
+    mean, its population standard deviation sd = sqrt(mean(d^2) - mean(d)^2), its largest value and its root mean
+    square. Relative statistics use r_i = d_i / |u_i|, each point by its own displacement in the reference, over the
+    points that move by more than a micrometre. The relative mean is the mean of these ratios, so that points near a
+    support, which hardly move, weigh as much as those at the tip. All points count equally: the result depends on where
+    they lie.
 
     The report also gives all of them: mean_m, sd_m, max_m, min_m, rms_m, p95_m (95th percentile), relative_mean,
     relative_sd and relative_points (the number of ratios).

@@ -24,9 +24,8 @@ class Moment(ForceMetric):
 
     Forces act at the deformed positions of their points; in a model of small strain at the undeformed ones. By default
     the reference point is the centroid of the constrained part in its deformed position: of its volume, or of its
-    surface
-    area if no whole cell is constrained; for a beam, of the length of its axis. The report gives it as `at` of the
-    reaction. The moment is verified and balanced as forces are. Against another model, the value is the difference
+    surface area if no whole cell is constrained; for a beam, of the length of its axis. The report gives it as `at` of
+    the reaction. The moment is verified and balanced as forces are. Against another model, the value is the difference
     relative to the magnitude of that model's moment.
 
     In a dynamic analysis it is the moment of a contact, as for its force.

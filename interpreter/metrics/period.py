@@ -31,16 +31,13 @@ class Period(Metric):
     """Period of the oscillation of a point, with its damping ratio.
 
     The displacement q(t) of the last point of the probe along a direction crosses its rest position at times t_0 ...
-    t_k,
-    found by linear interpolation between samples: T = 2 (t_k - t_0) / k. The extremes of the half-waves between
-    crossings
-    follow a_{j+1} - c = -s (a_j - c) for a damped oscillation about c, so a straight line through the pairs
+    t_k, found by linear interpolation between samples: T = 2 (t_k - t_0) / k. The extremes of the half-waves between
+    crossings follow a_{j+1} - c = -s (a_j - c) for a damped oscillation about c, so a straight line through the pairs
     (a_j, a_{j+1}) gives both the rest position c and s = exp(-delta / 2) with the logarithmic decrement delta; the
     damping ratio is zeta = delta / sqrt(4 pi^2 + delta^2). It includes the numerical damping of the time integration; a
     smaller step separates that from material damping. The metric needs four crossings and three extremes of one
-    dominant
-    mode. It is undefined, with a reason, if cycles or half-waves differ too much, or if the spectrum between the first
-    and the last crossing has two peaks of similar strength or its peak at another frequency.
+    dominant mode. It is undefined, with a reason, if cycles or half-waves differ too much, or if the spectrum between
+    the first and the last crossing has two peaks of similar strength or its peak at another frequency.
 
     The report also gives frequency_Hz, damping_ratio, log_decrement, rest_m (the rest position along the direction),
     amplitude_m (of the first half-wave), crossings, cycles (their number), spread_s (the standard deviation of their

@@ -71,10 +71,8 @@ class Outflow(ForceMetric):
     """Volume of fluid that has left a `biphasic` body through a permeable support since the start.
 
     It is the residual of the pressure equations at the support, so that all outflows and the change of the body's
-    volume
-    sum to zero; `solve.fluid.balance` of the report gives the remaining imbalance. Against another model or a theory,
-    the
-    value is the difference relative to that solution.
+    volume sum to zero; `solve.fluid.balance` of the report gives the remaining imbalance. Against another model or a
+    theory, the value is the difference relative to that solution.
     """
 
     of: Annotated[str, "support", "`drained(...)` or `pore_pressure(...)`"]

@@ -27,10 +27,9 @@ class PressureAlong(ContactMetric):
     Its value is the largest pressure at these points; the report draws the curve along a line. The pressure is that of
     `contact_pressure`, force per deformed area (with small strain, per undeformed area); points are given by their
     undeformed positions. Against another model or a theory, the value is the root mean square of the difference over
-    the
-    points, divided by that of the other solution's pressure. Where the pressure is singular, as at the edge of a sharp
-    punch and under the tip of a cone, a warning appears (W388), no error is stated, and no theory has a value: let the
-    probe end before such a point.
+    the points, divided by that of the other solution's pressure. Where the pressure is singular, as at the edge of a
+    sharp punch and under the tip of a cone, a warning appears (W388), no error is stated, and no theory has a value:
+    let the probe end before such a point.
 
     The report also gives largest_Pa and mean_Pa over the points, the position of the largest pressure or difference
     (at_m), and the number of points.

@@ -26,21 +26,19 @@ class RealTimeFactor(Metric):
 
     In a dynamic analysis a frame is a time step dt. Real time means t_comp <= dt for the computing time of a step, and
     dt <= 1 / F_c for the rate F_c at which a person sees (25 Hz) or feels (hundreds of Hz to 1 kHz) the result. A
-    static
-    analysis has no time of its own; there a frame is one solution from rest, and the criterion is t_comp <= 1 / F_c.
+    static analysis has no time of its own; there a frame is one solution from rest, and the criterion is t_comp <= 1 /
+    F_c.
 
     The value is t_99 / limit, where the limit is dt or 1 / F_c and t_99 is the time within which 99 % of the frames are
     computed (the shortest frame time that is not below 99 % of them: no interpolation). The verdict is yes if the value
-    is
-    at most 1 and dt is at most 1 / F_c. One frame in a hundred may be late; the report gives the number of late frames
-    and
-    the worst one. Times are wall-clock seconds without compilation and meshing; the report also gives CPU seconds. They
-    apply to the computer that the report names. If a step was not solved to its tolerance, there is no value.
+    is at most 1 and dt is at most 1 / F_c. One frame in a hundred may be late; the report gives the number of late
+    frames and the worst one. Times are wall-clock seconds without compilation and meshing; the report also gives CPU
+    seconds. They apply to the computer that the report names. If a step was not solved to its tolerance, there is no
+    value.
 
     The report also gives verdict (whether it is real time) and verdict_reason, margin (1 - value), limit_s, median_s,
     p95_s, p99_s, worst_s, worst_frame (from 1), missed (frames over the limit), frames, cpu_median_s, rate_Hz, step_s
-    (dt;
-    dynamic only) and basis (what was timed).
+    (dt; dynamic only) and basis (what was timed).
 
     Source: Marchal, Allard, Duriez and Cotin (2008), section 2.2.
     """

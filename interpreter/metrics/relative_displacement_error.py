@@ -20,8 +20,7 @@ class RelativeDisplacementError(DisplacementMetric):
 
     eta = |u^ - u| / |u|, with u of the reference and u^ of the model stacked over the points: equation (1) of Marchal,
     Allard, Duriez and Cotin (2008), who call it the relative energy norm error. It is a plain l2 norm of displacements
-    and
-    not the energy norm of finite element theory: it has no stiffness weights and depends on where the points lie.
+    and not the energy norm of finite element theory: it has no stiffness weights and depends on where the points lie.
     """
 
     probe: Annotated[str, "probe", "probe whose points are compared"]

@@ -36,11 +36,9 @@ class Slip(FrictionMetric):
     """Largest slip distance of a surface point in contact on the other body, accumulated over all states.
 
     It is the length of the path, not the distance from its start: sliding back and forth adds up. Where a point sticks
-    it
-    still moves elastically by friction times pressure over the barrier's stiffness, less than the barrier's distance;
-    that
-    does not count as slip. In a dynamic analysis the states are its time steps, and the report also gives
-    largest_in_time_m and its time largest_at_s.
+    it still moves elastically by friction times pressure over the barrier's stiffness, less than the barrier's
+    distance; that does not count as slip. In a dynamic analysis the states are its time steps, and the report also
+    gives largest_in_time_m and its time largest_at_s.
     """
 
     of: Annotated[str, "contact", "the contact"]
@@ -62,10 +60,8 @@ class StickArea(FrictionMetric):
     """Undeformed area of a body's surface that is in contact and does not slide in this state.
 
     Each node represents a part of the surface, so the area is accurate to about the area of the cells along its border.
-    For
-    a sphere on a half-space under a shear force Q it is a circle of (1 - Q / (friction P))^(1/3) times the contact
-    radius
-    (Cattaneo 1938, Mindlin 1949).
+    For a sphere on a half-space under a shear force Q it is a circle of (1 - Q / (friction P))^(1/3) times the contact
+    radius (Cattaneo 1938, Mindlin 1949).
 
     In a dynamic analysis the report also gives largest_in_time_m2 and its time largest_at_s.
     """

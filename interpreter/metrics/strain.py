@@ -20,17 +20,14 @@ class Strain(TensorMetric):
 
     With F = R U: `green` is (F^T F - I)/2, `biot` is U - I (the change of length per length along principal axes), and
     `logarithmic` is ln U. For a model of small strains all three are the symmetric part of the displacement gradient.
-    `xy`
-    and the like are tensor components, half the change of an angle. The gradient is recovered like stress, with the
-    same
-    orders and the same limits at edges and corners (see `stress`).
+    `xy` and the like are tensor components, half the change of an angle. The gradient is recovered like stress, with
+    the same orders and the same limits at edges and corners (see `stress`).
 
     Against another model, the value is |difference| at the points relative to the norm of that model's strain, as for
     `stress`.
 
     The report also gives largest_1, least_1, at_m, points, norm_Pa, cells_apart_Pa and usual_stress_Pa, as `stress`
-    does,
-    and cells_apart_1, the relative difference between the strains of adjacent cells there.
+    does, and cells_apart_1, the relative difference between the strains of adjacent cells there.
     """
 
     probe: Annotated[str, "probe", "probe at whose points it is evaluated"]

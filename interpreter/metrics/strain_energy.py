@@ -29,9 +29,8 @@ class StrainEnergy(ForceMetric):
     """Strain energy of a body at equilibrium, as the model integrates it over its cells, segments or springs.
 
     Under loads only, a linear solid stores half of the work of its loads along the displacements (Clapeyron), and
-    meshes
-    store less than the exact solution; under prescribed displacements they store more. Disabled deformation modes of a
-    beam store nothing. Against another model, the value is the difference relative to that model's energy.
+    meshes store less than the exact solution; under prescribed displacements they store more. Disabled deformation
+    modes of a beam store nothing. Against another model, the value is the difference relative to that model's energy.
     """
 
     body: Annotated[str, "body", "the body"]

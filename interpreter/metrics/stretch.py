@@ -19,17 +19,14 @@ class Stretch(TensorMetric):
     """Stretch at the points of a probe: deformed length over undeformed length, 1 without deformation.
 
     Components are the principal stretches in descending order, the stretches |F e| of fibres along `x`, `y` or `z`, or
-    the
-    volume ratio J = det F. For a model of small strains they are 1 + strain, and 1 + its trace. The gradient is
-    recovered
-    like stress (see `stress`). The `largest` is the greatest of the values.
+    the volume ratio J = det F. For a model of small strains they are 1 + strain, and 1 + its trace. The gradient is
+    recovered like stress (see `stress`). The `largest` is the greatest of the values.
 
     Against another model, the value is |difference| at the points relative to the norm of that model's strain U - 1, as
     for `stress`: bodies that lengthen by 1 % and 2 % differ by half.
 
     The report also gives largest_1, least_1, at_m, points, norm_Pa, cells_apart_Pa and usual_stress_Pa, as `stress`
-    does,
-    and cells_apart_1, the relative difference between the strains of adjacent cells there.
+    does, and cells_apart_1, the relative difference between the strains of adjacent cells there.
     """
 
     probe: Annotated[str, "probe", "probe at whose points it is evaluated"]

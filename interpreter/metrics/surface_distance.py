@@ -30,13 +30,11 @@ class SurfaceDistance(DistanceStatistic):
 
     For each point x = X + u of the probe, d is the distance to the measured surface, inside its triangles and not
     only at their corners. `along = nearest` takes the closest point. `along = normal` goes from x along the normal of
-    the
-    deformed surface, both ways, to the first intersection within `reach`: points without an intersection are left out
-    and
-    counted, and with a long reach some find the far side of the body. The value is the mean of d over the points, its
-    population standard deviation sd = sqrt(mean(d^2) - mean(d)^2), its largest value or its root mean square. Points
-    count equally, so a probe with the points of another study's mesh repeats its weights. Against a reference with
-    displacements, the surface is that of the probe as the reference deforms it.
+    the deformed surface, both ways, to the first intersection within `reach`: points without an intersection are left
+    out and counted, and with a long reach some find the far side of the body. The value is the mean of d over the
+    points, its population standard deviation sd = sqrt(mean(d^2) - mean(d)^2), its largest value or its root mean
+    square. Points count equally, so a probe with the points of another study's mesh repeats its weights. Against a
+    reference with displacements, the surface is that of the probe as the reference deforms it.
 
     Either distance is a lower bound: a point may find a different part of the surface than its own, and a surface that
     slides along itself shows no error. The metric is meaningful for errors that are small compared with the body;
@@ -47,18 +45,14 @@ class SurfaceDistance(DistanceStatistic):
     the measurement; points with d0 of a micrometre or less are left out. Their fixed point is the first point of their
     mesh, a clamped one. Here it is the point that the model moves least, the first if there are several: the same on
     their mesh, and independent of numbering on others. The relative mean is the mean of these ratios and not the ratio
-    of
-    the means, and its standard deviation is large because points near the clamp divide by small numbers. In their code
-    a
-    point with nothing within its distance limit counts as d = 0; here there is no limit.
+    of the means, and its standard deviation is large because points near the clamp divide by small numbers. In their
+    code a point with nothing within its distance limit counts as d = 0; here there is no limit.
 
     The report also gives mean_m, sd_m, max_m, min_m, rms_m and p95_m of d; bias_m (mean of d with a sign, positive
-    outside
-    the measured surface); relative_mean, relative_sd, relative_points and relative_offset_m (|dx0|);
+    outside the measured surface); relative_mean, relative_sd, relative_points and relative_offset_m (|dx0|);
     by_displacement_mean, _sd and _points (d_i / |u_i|: each point by its own displacement in the model, as the paper
     states it and an earlier version of their program computed it; run again on their mesh, this version gives the
-    relative
-    columns of Table 1); points, without_hit and, along normals, reach_m.
+    relative columns of Table 1); points, without_hit and, along normals, reach_m.
 
     Source: Marchal, Allard, Duriez and Cotin (2008), section 2.2 and Table 1; their EvalSurfaceDistance in SOFA (2008).
     """

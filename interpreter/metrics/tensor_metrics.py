@@ -57,8 +57,7 @@ class TensorMetric(Metric):
 
         One component may agree by chance. The norm of the difference bounds that of every component and principal value
         (Weyl 1912), and that of von Mises stress with sqrt(3/2). The error of each field against `right` changes by at
-        most
-        that (triangle inequality). On an interface each side is compared with the same side. Raises Undefined.
+        most that (triangle inequality). On an interface each side is compared with the same side. Raises Undefined.
         """
         sides, theirs = pair_sides(one, other, samples)
         difference, shares = self.tensors(sides.tensors) - self.tensors(theirs), sides.per_row(samples.shares)

@@ -24,12 +24,9 @@ class TrajectoryError(Metric):
 
     sqrt(sum |u(X, t) - u_ref(X, t)|^2 / sum |u_ref(X, t)|^2), over the points X of the probe and the times t of the
     reference that both cover, each time weighted by its interval (steps may have been halved). Between its own times u
-    is
-    interpolated linearly. Errors on the way show here and not in metrics of the end, where a damped body has come to
-    rest
-    whatever it did before: an unconverged step that was accepted, numerical damping, a wrong frequency. Details:
-    worst_m,
-    the largest distance of any point at any time, and when_s.
+    is interpolated linearly. Errors on the way show here and not in metrics of the end, where a damped body has come to
+    rest whatever it did before: an unconverged step that was accepted, numerical damping, a wrong frequency. Details:
+    worst_m, the largest distance of any point at any time, and when_s.
     """
 
     probe: Annotated[str, "probe", "probe whose points are followed"]

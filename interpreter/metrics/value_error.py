@@ -28,9 +28,8 @@ class ErrorOfValue(DerivedMetric):
 
     The uncertainty of the error is that of the given value, in the same terms: a smaller error only shows that the two
     agree. The stated error of a model is that of the metric, in the same terms. The report also gives the found value,
-    the
-    given value and its uncertainty, and found minus given with its sign, all in the unit of the metric, and whether the
-    difference is within the uncertainty.
+    the given value and its uncertainty, and found minus given with its sign, all in the unit of the metric, and whether
+    the difference is within the uncertainty.
     """
 
     of: Annotated[str, "metric", "metric whose value is compared"]

@@ -22,10 +22,9 @@ class LoadWork(ForceMetric):
     """Work of a load at full size along the displacements of the body: f . u, the potential energy that it loses.
 
     Under a slowly applied load a linear solid stores half of it. For a pressure that follows the surface, or a moment
-    with
-    a fixed axis, the work depends on the path, so it has no value (in a model of small strain it has). Gravity acts on
-    every body, and each model reports the work on its own body. Against another model, the value is the difference
-    relative to that model's work.
+    with a fixed axis, the work depends on the path, so it has no value (in a model of small strain it has). Gravity
+    acts on every body, and each model reports the work on its own body. Against another model, the value is the
+    difference relative to that model's work.
     """
 
     of: Annotated[str, "load", "the load"]

@@ -34,12 +34,12 @@ def _group_by_status(noun: str, results: Mapping[str, Any]) -> list[str]:
 
 def _status_text(result: Any) -> str:
     """Return the status of a result, as text, and whether cells are inverted."""
-    return f"{result.status} with cells inside out" if getattr(result, "inverted", 0) else str(result.status)
+    return f"{result.status} with inverted cells" if getattr(result, "inverted", 0) else str(result.status)
 
 
 def _expected(expectations: Sequence[Any]) -> str:
     if not expectations:
-        return "nothing was expected"
+        return "no expectations"
     count = len(expectations)
     return f"{sum(e.passed is True for e in expectations)} of {count} expectation{'s' * (count != 1)} met"
 
@@ -62,7 +62,7 @@ def represent_probe(seen: Any) -> str:
 def represent_metric(metric: Any) -> str:
     """Return `<MetricResult: 0.0012 m>`, or the reason why there is no value."""
     if metric.value is None:
-        return f"<{_name(metric)}: no value, {shorten(metric.reason or 'and no reason was given')}>"
+        return f"<{_name(metric)}: no value, {shorten(metric.reason or 'no reason given')}>"
     unit = "" if metric.unit in ("1", "") else f" {metric.unit}"
     return f"<{_name(metric)}: {metric.value:.6g}{unit}>"
 

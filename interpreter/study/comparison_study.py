@@ -161,7 +161,8 @@ def _refuse_mixing(journal: Journal, tasks: Mapping[str, PointTask], request: Co
     if finished and not request.resume:
         count = f"{len(finished)} finished task" + ("s" if len(finished) > 1 else "")
         raise JournalRefused(
-            f"{request.folder} holds {count} of this comparison; `--resume` goes on from there, `--fresh` starts anew"
+            f"{request.folder} contains {count} of this comparison; continue with `--resume`, or start again with "
+            f"`--fresh`"
         )
 
 
@@ -179,8 +180,8 @@ class _Done:
 
     def words(self) -> str:
         """Progress in words, shown after an interruption."""
-        kept = f"{self.count} of {len(self.keys)} tasks are in {self.journal.path}"
-        return f"{kept}; the same command with `--resume` goes on"
+        kept = f"{self.count} of {len(self.keys)} tasks are saved in {self.journal.path}"
+        return f"{kept}; continue with the same command and `--resume`"
 
 
 # ------------------------------------------------------------------ accuracy

@@ -139,11 +139,14 @@ def _check_geometry(scene: Scene, contact: Declared, first: Declared, second: De
     """Check that the rigid body has a signed distance, fits a plane body, and lies outside the deformable body."""
     shape = first.thing.shape
     if not isinstance(shape, DISTANT) or (isinstance(shape, RoundBody) and shape.kept):
-        yield diagnostic("E653", first.at("shape"), f"contact with the shape of the rigid body `{first.name}` is not "
-                                                    "supported",
-                         "unsupported shape of a rigid body", "use a `half_space`, a whole `sphere`, `box`, "
-                                                        "`rounded_box`, `cylinder`, `tube`, `cone`, `punch`, "
-                                                        "`rounded_cone`, `extruded` or `tetrahedralized(...)`")  # fmt: skip
+        yield diagnostic(
+            "E653",
+            first.at("shape"),
+            f"contact with the shape of the rigid body `{first.name}` is not supported",
+            "unsupported shape of a rigid body",
+            "use a `half_space`, a whole `sphere`, `box`, `rounded_box`, `cylinder`, `tube`, `cone`, `punch`, "
+            "`rounded_cone`, `extruded` or `tetrahedralized(...)`",
+        )
         return
     if shape.prebuilt or shape.enclosed or shape.bounds is None:
         return  # its file is only read when needed

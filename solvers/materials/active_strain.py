@@ -19,26 +19,26 @@ else:
 
 @dataclass(frozen=True)
 class ActiveStrain(ActiveMaterial):
-    """Muscle whose fibres would be shorter, were nothing in their way: active strain, in whatever law it has.
+    """Muscle by active strain: the stress-free length of the fibres is shortened, with any passive law.
 
     psi = psi of the law at F Fa^-1, f the fibres before deformation, and
     Fa = (1 - s) f (x) f + (1 - s)^(-1/2) (I - f (x) f)
-    Where nothing holds it, it is free of stress at F = Fa: its fibres are shorter by `shortening` s, and it is thicker
-    across them, for Fa keeps the volume. Held at its length it pulls, with the stress that its law has in fibres of the
-    stretch 1 / (1 - s). So what it pulls is what its law resists, and grows less where it has shortened; a tension that
-    is given (`active`) does not know how far it has. Less than nothing makes it longer. By an `amplitude` it shortens
-    from state to state, or in the time of a quasistatic analysis; in a motion it is short from the start, and a course
-    is
-    refused. It may vary in space. Its stress comes at once and not with the loads: where one step is too long, take
-    several states.
+    Unloaded, the muscle is free of stress at F = Fa: its fibres are shorter by the fraction `shortening` = s, and it is
+    thicker across them, because Fa preserves the volume. Held at its initial length it has the stress of the law at a
+    fibre stretch of 1 / (1 - s). The force therefore decreases as the muscle shortens, unlike the prescribed tension of
+    `active`. A negative s lengthens the fibres. An `amplitude` changes s from state to state, or over the time of a
+    quasistatic analysis; in a dynamic analysis s is constant and an amplitude is refused. s may vary in space. It acts
+    in full from the start and is not raised with the loads: if one step is too large, use several states.
     Source: Ambrosi, Pezzuto (2012), "Active stress vs. active strain in mechanobiology: constitutive issues",
     J. Elasticity 107:199; Nardinocchi, Teresi (2007), J. Elasticity 88:27.
     """
 
-    law: Annotated[Any, "material", "the passive material"]
-    shortening: Annotated[float, "1 in [-0.5, 0.5]", "s, relative shortening of free fibres"]
-    own: Annotated[Any, "fibres", FIBRES + "; default: those of the passive law"] = None
-    amplitude: Annotated[Any | None, "amplitude", "amplitude of the shortening; default: constant"] = None
+    law: Annotated[Any, "material", "passive material"]
+    shortening: Annotated[float, "1 in [-0.5, 0.5]", "s, relative shortening of unloaded fibres"]
+    own: Annotated[Any, "fibres", FIBRES + "; default: those of the law"] = None
+    amplitude: Annotated[
+        Any | None, "amplitude", "amplitude of the shortening; default: full shortening from the start"
+    ] = None
     varying = ("density", "shortening")
     does = "shortening"
 

@@ -80,23 +80,25 @@ class ActiveTension(Anisotropic):
 
 @dataclass(frozen=True)
 class Active(ActiveMaterial):
-    """Muscle that pulls along its fibres with a tension, in whatever law it has at rest.
+    """Muscle by active stress: a tension along the fibres is added to any passive law.
 
     S = S of the law + T f (x) f, the second Piola-Kirchhoff stress; f are the fibres before deformation
-    The tension grows with the loads: in a static analysis both come in the same steps, to their full size. By a
-    `amplitude` it grows and falls as loads do, in the states of a static analysis, in the time of a quasistatic one or
-    of a motion; without one it is whole from the start. What it does in a motion is in the balance of energy, and told
-    by
-    itself: `muscle_work`, a part of `load_work`. As it is Ta f (x) f, force per area before deformation over stretch,
-    stress along stretched fibres grows with the square of their stretch. It may vary in space, by an expression or a
-    field. `fibres` are those of the law; one without, as rubber, takes its own here.
+    In a static analysis the tension is raised together with the loads. An `amplitude` scales it as it scales loads:
+    over the states of a static analysis, or over time in a quasistatic or dynamic one; by default the full tension
+    acts from
+    the start. Its work is part of the energy balance of a dynamic analysis and listed as `muscle_work`, a part of
+    `load_work`. T is a second Piola-Kirchhoff stress (force per undeformed area, divided by the stretch), so the Cauchy
+    stress along the fibres grows with the square of their stretch. T may vary in space, by an expression or a field.
+    The fibres are those of the law; give `own` for a law without fibres, such as rubber.
     Source: Land et al. (2015), Proc. R. Soc. A 471:20150641, problem 3; Nash, Hunter (2000), J. Elasticity 61:113.
     """
 
-    law: Annotated[Any, "material", "the passive material"]
-    tension: Annotated[float, "Pa in [0, inf)", "T, second Piola-Kirchhoff stress along the fibres"]
-    own: Annotated[Any, "fibres", FIBRES + "; default: those of the passive law"] = None
-    amplitude: Annotated[Any | None, "amplitude", "amplitude of the tension; default: constant"] = None
+    law: Annotated[Any, "material", "passive material"]
+    tension: Annotated[float, "Pa in [0, inf)", "T, active second Piola-Kirchhoff stress along the fibres"]
+    own: Annotated[Any, "fibres", FIBRES + "; default: those of the law"] = None
+    amplitude: Annotated[Any | None, "amplitude", "amplitude of the tension; default: full tension from the start"] = (
+        None
+    )
     varying = ("density", "tension")
     does = "tension"
     pulls = True  # the active stress is applied together with the loads

@@ -31,11 +31,13 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-FIBRES = "fibre direction: `+x`, `(1, 1, 0)`, expressions such as `(-y, x, 0 mm)`, or a rule such as `helix(...)`"
-BULK = "K in K/2 (J - 1)^2, added to the law's own resistance; default: incompressible"
+FIBRES = (
+    "direction of the fibres: `+x`, `(1, 1, 0)`, expressions such as `(-y, x, 0 mm)`, or a rule such as `helix(...)`"
+)
+BULK = "K in the additional energy K/2 (J - 1)^2; default: incompressible"
 Density = Annotated[float, "kg/m^3 in (0, inf)", "mass per volume of the undeformed solid"]
 Fibres = Annotated[Any, "fibres", FIBRES]
-Sheets = Annotated[Any, "fibres", "sheet direction; its component along the fibres is ignored"]
+Sheets = Annotated[Any, "fibres", "direction of the sheets; only its component normal to the fibres counts"]
 Bulk = Annotated[float | None, "Pa in (0, inf)", BULK]
 
 

@@ -15,17 +15,18 @@ SERIES = (1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 / 673750.0)
 
 @dataclass(frozen=True)
 class ArrudaBoyce(IsochoricInvariantMaterial):
-    """Arruda and Boyce's rubber: a network of eight chains in a cube, the first five terms of its series.
+    """Arruda-Boyce rubber: the eight-chain model, by the first five terms of its series.
 
     psi = m sum_n C_n / limit^(2n - 2) (I^n - 3^n) + K/2 g(J)^2, I = J^(-2/3) tr F^T F and C = 1/2, 1/20, 11/1050,
-    19/7000, 519/673750. Chains are straight at I = 3 limit^2, where the series, unlike the chain, still gives way. The
-    shear modulus at rest is a little above m, by 3/(5 limit^2) of it and smaller terms.
+    19/7000, 519/673750. Chains are fully extended at I = 3 limit^2, where the stress of the series, unlike that of the
+    chain, remains finite. The initial shear modulus is slightly larger than m: by the fraction 3/(5 limit^2) and
+    smaller terms.
     Source: Arruda and Boyce (1993), "A three-dimensional constitutive model for the large stretch behavior of rubber
     elastic materials", J. Mech. Phys. Solids 41:389.
     """
 
     m: Annotated[float, "Pa in (0, inf)", "modulus of the chains, n k T"]
-    limit: Annotated[float, "1 in (1, inf)", "locking stretch of a chain, lambda_m; 2 to 10 for rubber"]
+    limit: Annotated[float, "1 in (1, inf)", "lambda_m, stretch of a fully extended chain; 2 to 10 for rubber"]
     second = False
 
     @property

@@ -16,32 +16,30 @@ else:
 
 @dataclass(frozen=True)
 class Biphasic:
-    """A porous skeleton saturated with a fluid, neither of which changes its own volume: cartilage, discs, gels, soil.
+    """Porous skeleton saturated with fluid, both incompressible (poroelastic): cartilage, discs, gels, soil.
 
-    The stress is that of the skeleton less the pressure p of the fluid, and fluid flows from high pressure to low:
+    The stress is that of the skeleton minus the fluid pressure p, and fluid flows from high to low pressure:
     P = P_law(F) - p J F^-T,  dJ/dt = div_X(J F^-1 k F^-T grad_X p)
-    `law` is the skeleton once it has drained, with the Poisson's ratio that it then has. `permeability` is Darcy's, in
-    m^4/(N s): that of the rock or tissue in m^2 over the viscosity of the fluid in Pa s. It is isotropic in the
-    deformed body. With an `exponent` or a `stiffening` it changes with the volume (Holmes and Mow),
+    `law` is the drained skeleton, with its drained Poisson's ratio. `permeability` is the hydraulic permeability in
+    Darcy's law, in m^4/(N s): the intrinsic permeability in m^2 divided by the viscosity of the fluid in Pa s. It is
+    isotropic in the deformed body. With an `exponent` or a `stiffening` it changes with the volume (Holmes and Mow),
     k = permeability ((J - solid) / (1 - solid))^exponent exp(stiffening (J^2 - 1) / 2),
-    where `solid` is the share of the volume at rest that is solid; J never falls to it, for there no pores are left.
-    Small strain takes a constant k alone.
+    where `solid` is the initial solid volume fraction; J always stays above it, because no pores would be left. Small
+    strain accepts only a constant k.
 
-    `fem(tet10)`, `fem(hex20)` and `fem(hex27)` take it, in the time of `analysis quasistatic`; pressures are continuous
-    and linear between corners (Taylor and Hood), so that nothing oscillates where fluid has had no time to flow. Faces
-    are sealed but where `support drained(...)` or `pore_pressure(...)` say otherwise. Loads are those of skeleton and
-    fluid together. No inertia counts. Gravity pulls on the density of the law and not on the fluid by itself: for a
-    body under water give what it weighs there, and pressures are those above the water's. Source: Biot (1941), J. Appl.
-    Phys. 12:155; Mow, Kuei, Lai and Armstrong (1980), J. Biomech. Eng. 102:73; Holmes and Mow (1990), J. Biomech.
-    23:1145; Coussy (2004), "Poromechanics", chapters 3 and 4.
+    It needs `fem(tet10)`, `fem(hex20)` or `fem(hex27)` and a `quasistatic` analysis. Pressures are continuous and
+    linear between corners (Taylor and Hood), so they do not oscillate before fluid has had time to flow. Surfaces are
+    sealed unless `support drained(...)` or `pore_pressure(...)` opens them. Loads act on skeleton and fluid together.
+    Inertia is neglected. Gravity acts on the density of the law, not separately on the fluid: for a submerged body give
+    its submerged density; pressures are then relative to the hydrostatic pressure.
+    Source: Biot (1941), J. Appl. Phys. 12:155; Mow, Kuei, Lai and Armstrong (1980), J. Biomech. Eng. 102:73; Holmes and
+    Mow (1990), J. Biomech. 23:1145; Coussy (2004), "Poromechanics", chapters 3 and 4.
     """
 
-    law: Annotated[Any, "material", "drained solid skeleton"]
-    permeability: Annotated[
-        float, "m^4/(N*s) in (0, inf)", "initial permeability over viscosity, such as `1e-15 m^4/(N*s)`"
-    ]
-    exponent: Annotated[float, "1 in [0, 100]", "exponent of the decrease with pore volume"] = 0.0
-    stiffening: Annotated[float, "1 in [0, 100]", "M of Holmes and Mow, in the exponential"] = 0.0
+    law: Annotated[Any, "material", "the drained skeleton"]
+    permeability: Annotated[float, "m^4/(N*s) in (0, inf)", "initial hydraulic permeability: `1e-15 m^4/(N*s)`"]
+    exponent: Annotated[float, "1 in [0, 100]", "exponent of the decrease of permeability as pores close"] = 0.0
+    stiffening: Annotated[float, "1 in [0, 100]", "M of Holmes and Mow, exponent of the exponential factor"] = 0.0
     solid: Annotated[float, "1 in [0, 1)", "initial solid volume fraction"] = 0.0
 
     def __getattr__(self, name: str) -> Any:

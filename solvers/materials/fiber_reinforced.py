@@ -35,7 +35,9 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-Onset = Annotated[float, "1 in (0, 0.1]", "strain range E over which fibres are recruited; beyond it their law holds"]
+Onset = Annotated[
+    float, "1 in (0, 0.1]", "strain over which fibres become taut; beyond it the fibre law holds unchanged"
+]
 ONSET = 1e-4
 TAUT = 4.0 / 15.0  # fraction of k1 that fibres add to the direction-averaged shear modulus
 

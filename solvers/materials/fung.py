@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Fung(IsochoricInvariantMaterial):
-    """Soft tissue that turns stiff exponentially, without a direction of its own (Fung and Demiray).
+    """Isotropic soft tissue that stiffens exponentially (Fung and Demiray).
 
     psi = mu/(2 b) (exp(b i) - 1) + K/2 g(J)^2, i = J^(-2/3) tr F^T F - 3
     Source: Demiray (1972), "A note on the elasticity of soft biological tissues", J. Biomech. 5:309; Fung (1967),
@@ -22,7 +22,7 @@ class Fung(IsochoricInvariantMaterial):
     """
 
     mu: Annotated[float, "Pa in (0, inf)", "shear modulus of the undeformed solid"]
-    b: Annotated[float, "1 in (0, inf)", "rate of stiffening; 0.5 to 20 for soft tissue"]
+    b: Annotated[float, "1 in (0, inf)", "rate of exponential stiffening; 0.5 to 20 for soft tissue"]
     second = False
 
     @property

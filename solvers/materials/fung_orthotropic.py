@@ -151,11 +151,11 @@ class ExponentialStrainLaw(Anisotropic):
 
 @dataclass(frozen=True)
 class FungOrthotropic(ExponentialStrainLaw):
-    """Fung's orthotropic solid: stiffer by its exponential along fibres, sheets and across both, each by its own.
+    """Fung's orthotropic tissue: exponential stiffening with separate constants along fibres, sheets and their normal.
 
     psi = C/2 (exp Q - 1) + K/2 (J - 1)^2, with Green's strain E along fibres f, sheets s and n = f x s
     Q = bff Eff^2 + bss Ess^2 + bnn Enn^2 + 2 bfs Efs^2 + 2 bfn Efn^2 + 2 bsn Esn^2
-    It resists compression as it does tension. With bulk left out J = 1: `formulation = mixed` finds the pressure.
+    Compression is resisted like tension. Without `bulk` J = 1, and `formulation = mixed` finds the pressure.
     Source: Fung, Fronek, Patitucci (1979), "Pseudoelasticity of arteries and the choice of its mathematical
     expression"; Costa, Holmes, McCulloch (2001), "Modelling cardiac mechanical properties in three
     dimensions", without terms that couple normal strains.
@@ -163,13 +163,13 @@ class FungOrthotropic(ExponentialStrainLaw):
 
     sheeted = True
 
-    stiffness: Annotated[float, "Pa in (0, inf)", "C, a factor of all stresses"]
-    bff: Annotated[float, "1 in (0, inf)", "exponent coefficient of the strain along the fibres"]
-    bss: Annotated[float, "1 in (0, inf)", "exponent coefficient of the strain along the sheets"]
-    bnn: Annotated[float, "1 in (0, inf)", "exponent coefficient of the strain across both"]
-    bfs: Annotated[float, "1 in (0, inf)", "exponent coefficient of the shear between fibres and sheets"]
-    bfn: Annotated[float, "1 in (0, inf)", "exponent coefficient of the shear between fibres and the normal direction"]
-    bsn: Annotated[float, "1 in (0, inf)", "exponent coefficient of the shear between sheets and the normal direction"]
+    stiffness: Annotated[float, "Pa in (0, inf)", "C, factor of all stresses"]
+    bff: Annotated[float, "1 in (0, inf)", "coefficient in Q of the strain along the fibres"]
+    bss: Annotated[float, "1 in (0, inf)", "coefficient in Q of the strain along the sheets"]
+    bnn: Annotated[float, "1 in (0, inf)", "coefficient in Q of the strain along their normal"]
+    bfs: Annotated[float, "1 in (0, inf)", "coefficient in Q of the shear between fibres and sheets"]
+    bfn: Annotated[float, "1 in (0, inf)", "coefficient in Q of the shear between fibres and normal"]
+    bsn: Annotated[float, "1 in (0, inf)", "coefficient in Q of the shear between sheets and normal"]
     density: Density
     fibres: Fibres
     sheets: Sheets = None

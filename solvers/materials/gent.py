@@ -15,16 +15,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Gent(IsochoricInvariantMaterial):
-    """Gent's rubber: chains that are straight at a limit, near which the solid turns rigid.
+    """Gent rubber: chains of limited extensibility, so that stress grows without bound as the limit is approached.
 
     psi = -mu/2 limit ln(1 - i/limit) + K/2 g(J)^2, i = J^(-2/3) tr F^T F - 3 < limit
-    The limit is that of its domain: the energy beyond is infinite, and no such state is ever tried. In a pull
-    t^2 + 2/t - 3 = limit is the largest stretch t; without a limit it is neo-Hookean.
+    The energy is infinite beyond the limit, and no such state is ever tried. In uniaxial tension the largest stretch t
+    satisfies t^2 + 2/t - 3 = limit. As the limit tends to infinity the law is neo-Hookean.
     Source: Gent (1996), "A new constitutive relation for rubber", Rubber Chem. Technol. 69:59.
     """
 
     mu: Annotated[float, "Pa in (0, inf)", "shear modulus of the undeformed solid"]
-    limit: Annotated[float, "1 in (0, inf)", "limit J_m of J^(-2/3) tr F^T F - 3; 30 to 100 for rubber"]
+    limit: Annotated[float, "1 in (0, inf)", "J_m, upper bound of J^(-2/3) tr F^T F - 3; 30 to 100 for rubber"]
     second = False
 
     @property

@@ -15,15 +15,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class HolzapfelGasserOgden(FiberReinforced):
-    """The wall of an artery: a matrix with two families of collagen, dispersed about directions at plus and minus.
+    """Artery wall: a matrix with two families of dispersed collagen fibres at angles of plus and minus `angle`.
 
     psi = c/2 (I1 - 3 - 2 ln J) + sum over both of k1/(2 k2) (exp(k2 <E>^2) - 1) + K/2 (J - 1)^2
     E = kappa (I1 - 3) + (1 - 3 kappa) (I4 - 1), I4 = |F a|^2, a = cos(angle) f +- sin(angle) s
-    `fibres` is the direction that the angle is counted from (around the artery) and `sheets` the other in the plane of
-    the fibres (along it). kappa = 0: all fibres of a family are parallel; 1/3: they lie in all directions alike. Where
-    E < 0 a family is slack, <E> = 0; its stress begins as a cubic over E = `onset`, so that the tangent does not jump,
-    and is that of the formula beyond. Invariants are those of F itself, which differs from forms with their isochoric
-    parts as far as the volume changes. With bulk left out J = 1, and `formulation = mixed` finds the pressure.
+    `fibres` is the direction from which the angle is measured (circumferential), and `sheets` the second direction in
+    the plane of the fibres (axial). kappa = 0: all fibres of a family are parallel; 1/3: isotropic dispersion. A family
+    with E < 0 is slack, <E> = 0; for E below `onset` its stress is a cubic, so that the tangent is continuous. The
+    invariants are those of F, not of its isochoric part; the two forms differ where the volume changes. Without `bulk`
+    J = 1, and `formulation = mixed` finds the pressure.
     Source: Gasser, Ogden, Holzapfel (2006), J. R. Soc. Interface 3:15; Nolan et al. (2014), "A robust anisotropic
     hyperelastic formulation for the modelling of soft tissue".
     """
@@ -32,16 +32,16 @@ class HolzapfelGasserOgden(FiberReinforced):
 
     c: Annotated[float, "Pa in (0, inf)", "shear modulus of the matrix"]
     k1: Annotated[
-        float, "Pa in (0, inf)", "fibre stiffness: a quarter of the modulus added by a fibre family when just taut"
+        float, "Pa in (0, inf)", "fibre stiffness: a quarter of the modulus that a family adds when just taut"
     ]
-    k2: Annotated[float, "1 in [0, inf)", "rate of stiffening of the fibres"]
+    k2: Annotated[float, "1 in [0, inf)", "rate of exponential stiffening of the fibres"]
     angle: Annotated[
-        float, "rad in [0, 1.5707963267948966]", "angle of both fibre families from `fibres`, one to each side"
+        float, "rad in [0, 1.5707963267948966]", "angle between `fibres` and each family, one on either side"
     ]
     density: Density
     fibres: Fibres
     sheets: Sheets
-    kappa: Annotated[float, "1 in [0, 0.3333333333333333]", "dispersion: 0 parallel, 1/3 in all directions"] = 0.0
+    kappa: Annotated[float, "1 in [0, 0.3333333333333333]", "dispersion of fibres: 0 parallel, 1/3 isotropic"] = 0.0
     bulk: Bulk = None
     onset: Onset = ONSET
 

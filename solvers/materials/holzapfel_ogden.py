@@ -18,26 +18,26 @@ else:
 
 @dataclass(frozen=True)
 class HolzapfelOgden(FiberReinforced):
-    """Passive heart muscle after Holzapfel and Ogden: an exponential matrix, fibres, sheets, and shear between them.
+    """Passive heart muscle (Holzapfel and Ogden): exponential terms for matrix, fibres, sheets and their shear.
 
     psi = a/(2b) (exp(b (I1 - 3)) - 1) - a ln J + sum over i = f, s of a_i/(2 b_i) (exp(b_i <I4i - 1>^2) - 1)
         + a_fs/(2 b_fs) (exp(b_fs I8^2) - 1) + K/2 (J - 1)^2, I4i = |F i|^2, I8 = F f . F s
-    Fibres and sheets resist tension alone: where they are shorter than at rest <I4i - 1> = 0, and their stress begins
-    as a cubic over I4i - 1 = `onset`, so that the tangent does not jump. -a ln J leaves no stress at rest. With bulk
-    left out J = 1, and `formulation = mixed` finds the pressure.
+    Fibres and sheets resist only tension: <I4i - 1> = 0 where they are shortened, and for I4i - 1 below `onset` their
+    stress is a cubic, so that the tangent is continuous. The term -a ln J makes the undeformed state free of stress.
+    Without `bulk` J = 1, and `formulation = mixed` finds the pressure.
     Source: Holzapfel, Ogden (2009), "Constitutive modelling of passive myocardium", Phil. Trans. R. Soc. A 367:3445.
     """
 
     sheeted = True
 
     a: Annotated[float, "Pa in (0, inf)", "initial shear modulus of the matrix"]
-    b: Annotated[float, "1 in (0, inf)", "rate of stiffening of the matrix"]
+    b: Annotated[float, "1 in (0, inf)", "rate of exponential stiffening of the matrix"]
     a_f: Annotated[float, "Pa in [0, inf)", "stiffness of the fibres"]
-    b_f: Annotated[float, "1 in [0, inf)", "rate of stiffening of the fibres"]
+    b_f: Annotated[float, "1 in [0, inf)", "rate of exponential stiffening of the fibres"]
     a_s: Annotated[float, "Pa in [0, inf)", "stiffness of the sheets"]
-    b_s: Annotated[float, "1 in [0, inf)", "rate of stiffening of the sheets"]
+    b_s: Annotated[float, "1 in [0, inf)", "rate of exponential stiffening of the sheets"]
     a_fs: Annotated[float, "Pa in [0, inf)", "stiffness of the shear between fibres and sheets"]
-    b_fs: Annotated[float, "1 in [0, inf)", "rate of stiffening of that shear"]
+    b_fs: Annotated[float, "1 in [0, inf)", "rate of exponential stiffening of that shear"]
     density: Density
     fibres: Fibres
     sheets: Sheets = None

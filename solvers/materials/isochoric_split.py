@@ -51,11 +51,11 @@ class IsochoricMaterial(Isotropic):
     """
 
     young: float = field(init=False, repr=False, compare=False)
-    poisson: Annotated[float, "1 in (-1, 0.5]", "initial Poisson's ratio; alternative to `bulk`"] = field(
+    poisson: Annotated[float, "1 in (-1, 0.5]", "initial Poisson's ratio; alternatively give `bulk`"] = field(
         default=LATER, kw_only=True
     )
     density: Annotated[float, "kg/m^3 in (0, inf)", "mass per volume of the undeformed solid"] = field(kw_only=True)
-    bulk: Annotated[float | None, "Pa in (0, inf)", "initial bulk modulus; alternative to `poisson`"] = field(
+    bulk: Annotated[float | None, "Pa in (0, inf)", "initial bulk modulus, instead of `poisson`"] = field(
         default=None, kw_only=True
     )
     volumetric: Annotated[

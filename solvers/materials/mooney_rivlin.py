@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MooneyRivlin(IsochoricInvariantMaterial):
-    """Mooney-Rivlin rubber: neo-Hooke and a part that turns soft as the solid is stretched.
+    """Mooney-Rivlin rubber: neo-Hookean plus a term that softens with stretch.
 
     psi = c1 (J^(-2/3) I1 - 3) + c2 (J^(-4/3) I2 - 3) + K/2 g(J)^2, I1 and I2 the invariants of F^T F; mu = 2 (c1 + c2)
-    With c2 = 0 and `volumetric = squared` it is `neo_hookean_isochoric`. For rubber to stretches of about 2 to 3; c2
-    that is fitted to a pull alone makes other states far too stiff, and it must not be negative.
+    With c2 = 0 and `volumetric = squared` it is `neo_hookean_isochoric`. For rubber up to stretches of about 2 to 3. A
+    c2 fitted to uniaxial tension only makes other states far too stiff; it must not be negative.
     Source: Mooney (1940), J. Appl. Phys. 11:582; Rivlin (1948), Phil. Trans. R. Soc. A 241:379; Holzapfel, "Nonlinear
     Solid Mechanics" (2000), section 6.5.
     """

@@ -19,18 +19,18 @@ else:
 
 @dataclass(frozen=True)
 class Ogden(PrincipalStretchMaterial):
-    """Ogden's rubber: powers of the principal stretches, as many terms as there are constants.
+    """Ogden rubber: a sum of powers of the principal stretches, with any number of terms.
 
     psi = sum_n mu_n/alpha_n (t1^alpha_n + t2^alpha_n + t3^alpha_n - 3) + K/2 g(J)^2, t_a = J^(-1/3) times the stretches
-    The shear modulus is the sum of mu_n alpha_n / 2. Others write it with 2 mu_n/alpha_n^2: their mu_n is alpha_n/2
-    times this one. alpha = 2 alone is neo-Hookean, and [2, -2] is Mooney-Rivlin. Terms whose mu_n alpha_n is negative
-    may take its resistance away at some stretch.
+    The shear modulus is the sum of mu_n alpha_n / 2. In the form with 2 mu_n/alpha_n^2, mu_n is alpha_n/2 times this
+    one. The single power alpha = 2 is neo-Hookean, and [2, -2] is Mooney-Rivlin. Terms with negative mu_n alpha_n may
+    make the material unstable at some stretch.
     Source: Ogden (1972), "Large deformation isotropic elasticity", Proc. R. Soc. Lond. A 326:565; in isochoric form
     Holzapfel, "Nonlinear Solid Mechanics" (2000), section 6.5.
     """
 
-    mu: Annotated[tuple[float, ...], "each of Pa", "constants of the terms, mu_n"]
-    alpha: Annotated[tuple[float, ...], "each of 1", "exponents of the terms, alpha_n, one for each mu_n"]
+    mu: Annotated[tuple[float, ...], "each of Pa", "mu_n, constants of the terms"]
+    alpha: Annotated[tuple[float, ...], "each of 1", "alpha_n, powers of the terms, one for each constant"]
     powerless = (
         "mu", "the sum of mu_n alpha_n is not positive", "no initial shear modulus",
         "give mu_n and alpha_n of each term the same sign, or make other terms larger",

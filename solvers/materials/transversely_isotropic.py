@@ -14,23 +14,25 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TransverselyIsotropic(FiberReinforced):
-    """A soft matrix with one family of parallel fibres, alike in all directions across them: tendon, ligament, muscle.
+    """Transversely isotropic soft tissue with one family of parallel fibres: tendon, ligament, muscle.
 
     psi = mu/2 (I1 - 3 - 2 ln J) + k1/(2 k2) (exp(k2 (I4 - 1)^2) - 1) + K/2 (J - 1)^2, I1 = tr F^T F, I4 = |F f|^2
-    With k2 = 0 the fibre term is k1/2 (I4 - 1)^2: along the fibres 4 k1 is added to the modulus at rest. Fibres that
-    resist tension alone have no term where they are shorter than at rest; their stress begins as a cubic over
-    I4 - 1 = `onset`, so that the tangent does not jump, and is that of the formula beyond. With bulk left out J = 1,
-    and `formulation = mixed` finds the pressure.
+    With k2 = 0 the fibre term is k1/2 (I4 - 1)^2: the fibres add 4 k1 to the initial modulus along them. With `resists
+    = tension` fibres carry no compression: the fibre term is zero for I4 < 1, and its stress is a cubic for I4 - 1
+    below `onset`, so that the tangent is continuous. Without `bulk` J = 1, and `formulation = mixed` finds the
+    pressure.
     Source: Holzapfel, Gasser, Ogden (2000), J. Elasticity 61:1, with one family; Weiss, Maker, Govindjee (1996),
     "Finite element implementation of incompressible, transversely isotropic hyperelasticity", with another exponential.
     """
 
-    shear: Annotated[float, "Pa in (0, inf)", "mu, the shear modulus of the matrix"]
+    shear: Annotated[float, "Pa in (0, inf)", "mu, shear modulus of the matrix"]
     k1: Annotated[float, "Pa in (0, inf)", "fibre stiffness: a quarter of the modulus that fibres add when just taut"]
-    k2: Annotated[float, "1 in [0, inf)", "rate of stiffening of the fibres"]
+    k2: Annotated[float, "1 in [0, inf)", "rate of exponential stiffening of the fibres"]
     density: Density
     fibres: Fibres
-    resists: Annotated[Literal["tension", "both"], "whether fibres also resist compression"] = "tension"
+    resists: Annotated[Literal["tension", "both"], "loads that fibres carry: only tension, or also compression"] = (
+        "tension"
+    )
     bulk: Bulk = None
     onset: Onset = ONSET
 

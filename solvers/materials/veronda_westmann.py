@@ -16,16 +16,16 @@ LEAST = 0.3575  # the largest ln(t^2/2) / (t^2 + 2/t - 3), at t = 1.829
 
 @dataclass(frozen=True)
 class VerondaWestmann(IsochoricInvariantMaterial):
-    """Skin that turns stiff exponentially (Veronda and Westmann), often taken for the breast and the liver.
+    """Skin that stiffens exponentially (Veronda and Westmann), often used for breast and liver.
 
     psi = c (exp(a i) - 1) - c a/2 k + K/2 g(J)^2, i = J^(-2/3) I1 - 3, k = J^(-4/3) I2 - 3; mu = c a
-    Its part of k is negative, so it is not polyconvex: stretched in all directions of a plane, or twisted, a small `a`
-    loses resistance.
+    The term in k is negative, so the law is not polyconvex: with a small `a` it becomes unstable in equibiaxial tension
+    and in torsion.
     Source: Veronda and Westmann (1970), "Mechanical characterization of skin: finite deformations", J. Biomech. 3:111.
     """
 
     c: Annotated[float, "Pa in (0, inf)", "constant of the exponential; the shear modulus is c a"]
-    a: Annotated[float, "1 in (0, inf)", "rate of stiffening"]
+    a: Annotated[float, "1 in (0, inf)", "rate of exponential stiffening"]
 
     @property
     def initial_shear_modulus(self) -> float:

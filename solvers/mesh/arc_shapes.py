@@ -24,7 +24,7 @@ SIDEWAYS = 1e-6  # length of the unit vector's normal part below which it define
 
 @dataclass(frozen=True)
 class Arc(Swept):
-    """A body of constant section along part of a circle, from `origin` along `axis`, bent to `towards`.
+    """A body of constant section along part of a circle, from `origin` along `axis`, bent in the direction `towards`.
 
     The section is rectangular (`side`, and `height` if it differs) or round (`section_radius`). The mesh is that of a
     straight box or cylinder, bent: every node lies on its exact position. Beams take the curved shape as stress-free at
@@ -34,14 +34,16 @@ class Arc(Swept):
     gap = "curved"
 
     radius: Annotated[float, "m in (0, inf)", "radius of the circle that the axis follows"]
-    angle: Annotated[float, "rad in (0, 6.283185]", "how far the axis turns from end to end"]
+    angle: Annotated[float, "rad in (0, 6.283185]", "angle between the ends of the axis"]
     side: Annotated[float | None, "m in (0, inf)", "extent of a rectangular section in the plane of the circle"] = None
     height: Annotated[
-        float | None, "m in (0, inf)", "extent of a rectangular section across that plane; default: `side`"
+        float | None, "m in (0, inf)", "extent of a rectangular section normal to that plane; default: `side`"
     ] = None
     section_radius: Annotated[float | None, "m in (0, inf)", "radius of a round section"] = None
     axis: Annotated[Vector3, "direction", "direction of the axis at `origin`"] = (1.0, 0.0, 0.0)
-    towards: Annotated[Vector3, "direction", "direction in which it bends; its component along `axis` is ignored"] = (
+    towards: Annotated[
+        Vector3, "direction", "direction in which it bends; only its component normal to `axis` counts"
+    ] = (
         0.0,
         1.0,
         0.0,

@@ -36,12 +36,12 @@ class Combined(SurfaceBody):
     gap = "not a convex body"
 
     one: Annotated[Any, "shape", "a body"]
-    other: Annotated[Any, "shape", "another body that overlaps it"]
-    facets: Annotated[float | None, "m in (0, inf)", "size of the facets of curved sides"] = None
+    other: Annotated[Any, "shape", "another body that meets it"]
+    facets: Annotated[float | None, "m in (0, inf)", "facet size on curved sides; default: half the cell size"] = None
     tolerance: Annotated[
         float | None,
         "m in (0, inf)",
-        "largest distance of the mesh from the facets; default: 2 % of the smallest cells",
+        "largest distance of the mesh from the facets; default: 2 % of the smallest cell size",
     ] = None
 
     @property
@@ -171,7 +171,7 @@ class Difference(Combined):
     operation = "difference"
 
     one: Annotated[Any, "shape", "the body"]
-    other: Annotated[Any, "shape", "the shape that is subtracted"]
+    other: Annotated[Any, "shape", "the body that is subtracted"]
 
 
 @dataclass(frozen=True)

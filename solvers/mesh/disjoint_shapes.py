@@ -33,7 +33,7 @@ class Apart(Shape):
 
     one: Annotated[Any, "shape", "a shape"]
     other: Annotated[Any, "shape", "another"]
-    coarser: Annotated[float, "1 in (0, inf)", "ratio of the cell sizes of the second and first shape"] = 1.0
+    coarser: Annotated[float, "1 in (0, inf)", "ratio of the cell size in the other shape to `size`"] = 1.0
 
     @property
     def pair(self) -> tuple[Any, Any]:

@@ -32,12 +32,16 @@ class EllipsoidalWall:
     """
 
     inner: Annotated[float, "m in (0, inf)", "semi-axis of the inner ellipsoid across the axis"]
-    inner_along: Annotated[float, "m in (0, inf)", "its semi-axis along the axis"]
+    inner_along: Annotated[float, "m in (0, inf)", "semi-axis of the inner ellipsoid along the axis"]
     outer: Annotated[float, "m in (0, inf)", "semi-axis of the outer ellipsoid across the axis"]
-    outer_along: Annotated[float, "m in (0, inf)", "its semi-axis along the axis"]
-    rim: Annotated[float, "m in (-inf, inf)", "how far along the axis from the centre of both it is cut off"]
-    layers: Annotated[int | None, "1 in [1, 1000]", "cells through the wall; default: from the size"] = None
-    tip: Annotated[float, "1 in [0.05, 1]", "cell length at the tip, relative to the default"] = 1.0
+    outer_along: Annotated[float, "m in (0, inf)", "semi-axis of the outer ellipsoid along the axis"]
+    rim: Annotated[
+        float, "m in (-inf, inf)", "position of the rim along the axis, measured from the centre of both ellipsoids"
+    ]
+    layers: Annotated[
+        int | None, "1 in [1, 1000]", "number of cells through the wall; default: follows from `size`"
+    ] = None
+    tip: Annotated[float, "1 in [0.05, 1]", "relative length of cells at the tip; 1: as elsewhere"] = 1.0
 
     @property
     def fault(self) -> str:
@@ -125,7 +129,8 @@ class BowlSection(EllipsoidalWall, PlaneRegion):
 
 @dataclass(frozen=True)
 class Bowl(EllipsoidalWall, Shape):
-    """The wall between two ellipsoids about one axis, closed at the bottom and truncated at the top: a ventricle.
+    """The wall between two ellipsoids about one axis, closed at the bottom and truncated at the top, as a heart
+    ventricle.
 
     `axis` points from the tip to the rim. It is meshed with layers of hexahedra over a disc around the tip, or with
     tetrahedra made of them. Nodes of curved sides lie on them, so that a coarse mesh of linear elements has less volume

@@ -37,10 +37,10 @@ class Extruded(Shape):
 
     gap = "not a convex body"
 
-    corners: Annotated[tuple[tuple[float, float], ...], "points of m", "corners of its section, in order around it"]
-    height: Annotated[float, "m in (0, inf)", "length of the extrusion"]
-    along: Annotated[Along, "direction of the extrusion"] = "z"
-    base: Annotated[float, "m", "coordinate along that direction where it starts"] = 0.0
+    corners: Annotated[tuple[tuple[float, float], ...], "points of m", "corners of the section, in order around it"]
+    height: Annotated[float, "m in (0, inf)", "length of the body along that direction"]
+    along: Annotated[Along, "direction of extrusion"] = "z"
+    base: Annotated[float, "m", "coordinate along that direction where the body starts"] = 0.0
 
     @property
     def fault(self) -> str:

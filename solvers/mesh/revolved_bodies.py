@@ -121,9 +121,9 @@ class Revolved(Revolution):
 
     gap = "not a convex body"
 
-    corners: Annotated[tuple[tuple[float, float], ...], "points of m", "corners of its section: r and z of each"]
+    corners: Annotated[tuple[tuple[float, float], ...], "points of m", "corners of the section: r and z of each"]
     axis: Annotated[Vector3, "direction", "direction of the axis"] = (0.0, 0.0, 1.0)
-    origin: Annotated[Vector3, "m", "the point of the axis with z = 0 of the section"] = (0.0, 0.0, 0.0)
+    origin: Annotated[Vector3, "m", "point of the axis where z = 0 in the section"] = (0.0, 0.0, 0.0)
 
     @property
     def fault(self) -> str:

@@ -35,8 +35,8 @@ class HalfSpace(Shape):
     convex = True
     meshed = False
 
-    origin: Annotated[Vector3, "m", "a point of the plane"] = (0.0, 0.0, 0.0)
-    normal: Annotated[Vector3, "direction", "direction of the outward normal"] = (0.0, 0.0, 1.0)
+    origin: Annotated[Vector3, "m", "point of the plane"] = (0.0, 0.0, 0.0)
+    normal: Annotated[Vector3, "direction", "outward normal of the plane"] = (0.0, 0.0, 1.0)
 
     def contains(self, point: Vector3) -> bool:
         """Return whether a point is behind the plane, or on it."""
@@ -54,8 +54,12 @@ class RoundedBox(Shape):
     meshed = False
 
     size: Annotated[Vector3, "m in (0, inf)", "extents along x, y and z"]
-    rounding: Annotated[float, "m in (0, inf)", "radius of its edges"]
-    origin: Annotated[Vector3, "m", "lowest x, y and z of the box, ignoring the rounding"] = (0.0, 0.0, 0.0)
+    rounding: Annotated[float, "m in (0, inf)", "radius of the edges"]
+    origin: Annotated[Vector3, "m", "corner with the lowest x, y and z of the same box with sharp edges"] = (
+        0.0,
+        0.0,
+        0.0,
+    )
 
     @property
     def fault(self) -> str:
@@ -156,12 +160,11 @@ def _mean_curvature(corners: Corners) -> float:
 class Punch(RoundedRevolution):
     """A flat punch: a straight circular cylinder with two rounded rims, for rigid bodies only.
 
-    It presses with the flat end at `origin` or with the other: both have a flat face of radius `radius - rounding`. A
-    sharp one is `cylinder`.
+    Both ends, at `origin` and opposite, have a flat face of radius `radius - rounding`. A sharp one is `cylinder`.
     """
 
     radius: Annotated[float, "m in (0, inf)", "radius of the cylinder"]
-    rounding: Annotated[float, "m in (0, inf)", "radius of its rims in section"]
+    rounding: Annotated[float, "m in (0, inf)", "radius of the rounded rims"]
     length: Annotated[float, "m in (0, inf)", "length along the axis"]
     axis: Annotated[Vector3, "direction", "direction of the axis, from the end at `origin`"] = (0.0, 0.0, 1.0)
     origin: Annotated[Vector3, "m", "centre of the end where the axis starts"] = (0.0, 0.0, 0.0)
@@ -186,11 +189,11 @@ class Tip(RoundedRevolution):
     end is rounded as well. A sharp one is `cone`.
     """
 
-    angle: Annotated[float, "rad in (0, 3.141592]", "the whole angle at the tip"]
+    angle: Annotated[float, "rad in (0, 3.141592]", "full angle at the tip, between opposite sides"]
     rounding: Annotated[float, "m in (0, inf)", "radius of the tip"]
-    length: Annotated[float, "m in (0, inf)", "from the tip to its other end"]
-    axis: Annotated[Vector3, "direction", "direction of the axis, from the tip on"] = (0.0, 0.0, 1.0)
-    origin: Annotated[Vector3, "m", "where its tip is"] = (0.0, 0.0, 0.0)
+    length: Annotated[float, "m in (0, inf)", "length from the tip to the other end"]
+    axis: Annotated[Vector3, "direction", "direction of the axis, from the tip into the cone"] = (0.0, 0.0, 1.0)
+    origin: Annotated[Vector3, "m", "position of the tip"] = (0.0, 0.0, 0.0)
 
     @property
     def core(self) -> Corners:

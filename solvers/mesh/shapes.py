@@ -186,7 +186,7 @@ class Box(Prism):
 
 @dataclass(frozen=True)
 class MeshFile(Shape):
-    """A mesh read from a file, in any format that meshio supports (VTK, VTU, Gmsh, Abaqus, ...), and Gmsh's first.
+    """A mesh read from a file, in any format that meshio supports (VTK, VTU, Abaqus, ...), or Gmsh.
 
     Its cells are used as they are, so `size` of a model does not apply: tetrahedra of four or ten nodes, or hexahedra
     of eight, 20 or 27; those of eight are split if a model needs tetrahedra. `five` tetrahedra for each hexahedron,
@@ -209,10 +209,10 @@ class MeshFile(Shape):
     split: Annotated[Literal["five", "repeated", "alternating", "kuhn"], "how hexahedra are split into tetrahedra"] = (
         "five"
     )
-    coincident: Annotated[
-        Literal["refuse", "merge", "keep"], "what is done with nodes that lie at one place without being one"
-    ] = "refuse"
-    pieces: Annotated[Literal["refuse", "keep"], "what is done with pieces that share no nodes"] = "refuse"
+    coincident: Annotated[Literal["refuse", "merge", "keep"], "treatment of distinct nodes at the same place"] = (
+        "refuse"
+    )
+    pieces: Annotated[Literal["refuse", "keep"], "treatment of pieces that share no nodes"] = "refuse"
 
     @property
     def file(self) -> str:

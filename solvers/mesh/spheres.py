@@ -149,7 +149,7 @@ class Sphere(RoundBody):
 
     radius: Annotated[float, "m in (0, inf)", "its radius"]
     origin: Annotated[Vector3, "m", "its centre"] = (0.0, 0.0, 0.0)
-    part: Annotated[Part, "how much of it the body is"] = "whole"
+    part: Annotated[Part, "the whole, or the part on one side of its planes of symmetry"] = "whole"
 
     @property
     def outer(self) -> Vector3:
@@ -167,9 +167,9 @@ class Ellipsoid(RoundBody):
 
     convex = True
 
-    semiaxes: Annotated[Vector3, "m in (0, inf)", "half its extents along x, y and z"]
+    semiaxes: Annotated[Vector3, "m in (0, inf)", "half the extents along x, y and z"]
     origin: Annotated[Vector3, "m", "its centre"] = (0.0, 0.0, 0.0)
-    part: Annotated[Part, "how much of it the body is"] = "whole"
+    part: Annotated[Part, "the whole, or the part on one side of its planes of symmetry"] = "whole"
 
     @property
     def outer(self) -> Vector3:
@@ -188,7 +188,7 @@ class SphericalShell(RoundBody):
     radius: Annotated[float, "m in (0, inf)", "outer radius"]
     inner: Annotated[float, "m in (0, inf)", "inner radius"]
     origin: Annotated[Vector3, "m", "its centre"] = (0.0, 0.0, 0.0)
-    part: Annotated[Part, "how much of it the body is"] = "whole"
+    part: Annotated[Part, "the whole, or the part on one side of its planes of symmetry"] = "whole"
 
     @property
     def fault(self) -> str:

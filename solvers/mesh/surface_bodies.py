@@ -78,7 +78,9 @@ class Filled(SurfaceBody):
     path: Annotated[str, "file", "the file of the surface, relative to the scene"]
     unit: Annotated[float, "m in (0, inf)", "length of one unit of the file's coordinates"]
     tolerance: Annotated[
-        float | None, "m in (0, inf)", "how far the mesh may be from the surface; by default 2 % of the smallest cells"
+        float | None,
+        "m in (0, inf)",
+        "largest distance of the mesh from the surface; default: 2 % of the smallest cell size",
     ] = None
 
     @property

@@ -53,7 +53,7 @@ WORKED = changed(
     metrics=[
         MetricChange("rod", "eta", "1", 0.01, 0.011, "changed", 0.1),
         MetricChange("rod", "tip", "m", 0.01, 0.02, "changed", 1.0),
-        MetricChange("rod", "sag", "m", 0.01, 0.0101, "changed, below the uncertainty", 0.01, 0.1),
+        MetricChange("rod", "sag", "m", 0.01, 0.0101, "changed by less than the uncertainty", 0.01, 0.1),
         MetricChange("tets", "eta", "1", 0.01, None, "lost", reason="it has failed"),
     ],
     times=[
@@ -87,14 +87,14 @@ def test_verdicts_come_first_then_numbers_beyond_noise_then_times() -> None:
         "| solve | `tets` | 1 s | 1.5 s | slower, × 1.5 |",
         "| solve | `rod` | 1 s | 500 ms | quicker, × 0.5 |",
         "",
-        "1 more changed by less than the uncertainty of their references; of 1 times the noise is not known.",
+        "1 more changes are below the uncertainty of their references; the noise of 1 times is unknown.",
         "",
-        "Not the same: numpy `2.4` → `2.5`.",
+        "Differences: numpy `2.4` → `2.5`.",
     ]
 
 
 def test_nothing_is_one_sentence() -> None:
-    assert comment(changed()).startswith("**`old.json` → `new.json`.** Nothing changed")
+    assert comment(changed()).startswith("**`old.json` → `new.json`.** No changes")
 
 
 @pytest.mark.parametrize("rows", [3, 3000])
@@ -104,9 +104,9 @@ def test_a_comment_has_room_at_github(rows: int) -> None:
     numbers = [MetricChange(f"m{i}", "e" * 900, "1", 1.0, 2.0, "changed", 1.0) for i in range(rows)]
     text = comment(changed(expectations=long, metrics=numbers, environment=WORKED.environment))
     assert len(text.encode()) <= LIMIT
-    assert text.endswith("Not the same: numpy `2.4` → `2.5`.\n")
+    assert text.endswith("Differences: numpy `2.4` → `2.5`.\n")
     shown = sum(line.endswith("**not met** |") for line in text.splitlines())
-    left = re.search(r"(\d+) verdicts more have no room here\.", text)
+    left = re.search(r"(\d+) more verdicts are not shown\.", text)
     assert shown + (int(left[1]) if left else 0) == rows
     assert bool(left) is (rows == 3000)
 
@@ -139,7 +139,7 @@ def test_the_command_writes_it(
     for name in ("old.json", "new.json"):
         Path(name).write_text(json.dumps(empty), encoding="utf-8")
     assert main(["compare", "old.json", "new.json", "--markdown", "comment.md"]) == 0
-    assert Path("comment.md").read_text(encoding="utf-8").startswith("**`old.json` → `new.json`.** Nothing")
+    assert Path("comment.md").read_text(encoding="utf-8").startswith("**`old.json` → `new.json`.** No changes")
     assert capsys.readouterr().out == ""
     assert main(["compare", "old.json", "new.json", "--markdown", "old.json"]) == 2
     assert "E394" in capsys.readouterr().err

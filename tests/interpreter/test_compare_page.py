@@ -266,9 +266,9 @@ def test_the_advice_comes_first_and_failures_say_why(parsed: Parsed) -> None:
     for advice in made["analysis"]["advice"]:
         said = advice["text"].replace("`", "").replace("\u00a0", " ").replace("\u202f", " ")
         assert said.split(" Its ")[0] in text
-    assert text.index("is the quickest") < text.index("Down and left is better")
+    assert text.index("is the fastest") < text.index("Lower left is better")
     assert "springs diverged: no equilibrium was found" in text
-    assert "one thread got less than 95 % of a processor" in text
+    assert "a thread had less than 95 % of a processor" in text
 
 
 def test_a_figure_for_each_error_with_a_curve_for_each_line() -> None:
@@ -317,28 +317,28 @@ def test_errors_are_told_before_times_are_known() -> None:
     for each in made["points"]:
         each["cost"] = None
     shown = errors(ComparisonRecord.from_json(made), colour=False)
-    assert shown.count("errors; times are being measured") == len({p["scene"] for p in made["points"]})
+    assert shown.count("errors; times are still being measured") == len({p["scene"] for p in made["points"]})
     assert all(p["label"] in shown for p in made["points"])
     assert "->" not in shown
     assert "CPU time" not in shown
-    assert "* on the front: nobody has fewer unknowns and less error" in shown
+    assert "* on the Pareto front: no configuration has fewer unknowns and a smaller error" in shown
 
 
 def test_without_times_errors_stand_against_unknowns(parsed: Parsed) -> None:
     text = parsed(page(CASES["no timings"]())).text
-    assert "Nothing was timed, so errors stand against numbers of unknowns" in text
+    assert "No times were measured, so errors are plotted against the number of unknowns" in text
     assert "is the smallest" in text
 
 
 def test_studies_are_answered(parsed: Parsed) -> None:
     # drop = 20 mm - 4 h^2: second order, and 20 mm in the limit; h from 20 to 2.5 mm, so the finest has 19.975 mm
     text, shown = parsed(page(asking())).text, table(asking(), False)
-    assert "settling: how drop settles over refine" in text
+    assert "settling: convergence of drop over refine" in text
     assert "settling: drop of fem: order 2.00, limit 20 mm" in shown
     assert "19.975 mm" in text
     # time grows as the error falls, so all four are on the front; of drop, the coarsest has least and errs most
-    assert "worth: which configurations over refine nobody beats in both. 4 configurations counted." in text
-    assert "cheap: on the front of eta and drop: fem, h = 20 mm (18.4 mm), fem, h = 10 mm (19.6 mm)" in shown
+    assert "worth: configurations over refine that no other one beats in both error and cost. 4 configurations" in text
+    assert "cheap: on the Pareto front of eta and drop: fem, h = 20 mm (18.4 mm), fem, h = 10 mm (19.6 mm)" in shown
 
 
 def test_the_saved_tables_have_every_point(parsed: Parsed) -> None:
@@ -361,14 +361,14 @@ def test_the_terminal_marks_the_front_and_ends_with_the_advice() -> None:
     assert len(marked) == len(front)
     assert shown.index("-> For eta") > shown.index("springs: no equilibrium was found")
     assert shown.endswith("comparison: out/compare.html")
-    assert "eta is known to ±0.1 %" in " ".join(shown.split())
+    assert "uncertainty of eta: ±0.1 %" in " ".join(shown.split())
     assert "\x1b[" in table(made, True)
 
 
 def test_without_an_error_both_say_so(parsed: Parsed) -> None:
     made = comparison(point("rod", errors={"drop": {"value": 0.02, "unit": "m", "against": None}}), references={})
     for shown in (parsed(page(made)).text, table(made, False)):
-        assert "No error was measured, as no metric is against a reference" in shown
+        assert "No metric is against a reference, so no error was measured" in shown
 
 
 def test_what_others_wrote_steers_no_terminal() -> None:

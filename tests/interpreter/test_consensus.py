@@ -246,7 +246,7 @@ def test_a_band_is_drawn_with_the_curves_of_models(tmp_path: Path) -> None:
     section = page.partition('id="curves"')[2].partition("</section>")[0]
     assert "c, largest" in section
     assert "consensus of 6 codes" in section
-    assert "with the band in which codes lie" in section
+    assert "with the band of the codes" in section
     drawn = json.loads(json.dumps(report.to_json()))["references"]["c"]["curve"]
     assert drawn["high"] == pytest.approx([1.04 * y for y in drawn["y"]])
 

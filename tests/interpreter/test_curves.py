@@ -253,16 +253,16 @@ def test_what_reading_a_table_found_is_said_in_the_terminal(tmp_path: Path) -> N
     (tmp_path / "a.scene").write_text(PULL + rig + "metric miss = curve_error(force, over = travel, against = rig)\n")
     loaded = softmark.load(str(tmp_path / "a.scene"))
     shown = table(run_scene(loaded.scene, list(loaded.warnings), RunOptions(draw=False)), terminal=False)
-    assert "\nrig: line 2, `(mm)`, `(N)`, is no row of numbers and is read as units\n" in shown
-    assert "\nrig: rig.csv: 1 of 3 rows are not of the loading and are left out\n" in shown
+    assert "\nrig: line 2, `(mm)`, `(N)`, is not a row of numbers and is read as units\n" in shown
+    assert "\nrig: rig.csv: 1 of 3 rows do not belong to the loading branch and are omitted\n" in shown
 
 
 def test_curves_in_the_report(pulled: softmark.Report) -> None:
     """In JSON, and in the page one chart for each measurement: two statistics of the same curves share it."""
     page = render(pulled)
-    assert page.count("curves of models over") == 2
-    assert "the mean of 2 repeats, which deviate by up to" in page
-    assert "66.7 % of its range is judged" in page
+    assert page.count("curves of models and of") == 2
+    assert "the mean of 2 repeats; their standard deviation is at most" in page
+    assert "66.7 % of its range is compared" in page
     drawn = pulled.models["one"].metrics["miss"].to_json()["curve"]
     assert drawn["x"] == pytest.approx([4e-3, 8e-3, 12e-3, 16e-3, 20e-3])
     assert drawn["units"] == ["m", "N"]

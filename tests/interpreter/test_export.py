@@ -89,7 +89,7 @@ def test_the_page_names_the_unit_of_everything_that_is_asked(to: str, said: list
     scene = {"title": "A bar", "standard": None, "file": "my.scene"}
     metrics = {name: {"text": "", "unit": unit} for name, unit in asked.items()}
     shown = exam_readme.text({"scene": scene, "softmark": "1", "models": {}, "metrics": metrics, "left": []}, to)
-    first = "Asked, in the unit of exam.json (and of the other files, where that is another):"
+    first = "Requested values, in the unit of exam.json (and of the other files, if different):"
     assert "\n".join([first, *said, ""]) in shown
 
 

@@ -291,7 +291,7 @@ def test_numbers_by_a_theory_at_large_strain_are_marked() -> None:
     assert quads["off"].to_json()["doubt"] == quads["off"].doubt
     shown, page = table(large, terminal=False), render(large)
     assert shown.count(" ‡") == 2
-    assert "‡ hoop, off: by a theory that is not exact here, for it assumes" in shown or "‡ off, hoop: by" in shown
+    assert "‡ hoop, off: the theory is not exact here: it takes" in shown or "‡ off, hoop: the" in shown
     assert page.count('href="#note-doubt"') == 2
     assert "‡" not in table(small, terminal=False) + render(small)
 

@@ -171,7 +171,7 @@ def test_the_reference_is_an_integral_and_says_where_it_does_not_hold() -> None:
     ("young", "nu", "more", "reason"),
     [
         ("10 kPa * (1 + x / 1 cm)", "0", "", "varies over the cross-section"),
-        ("10 kPa * (1 + z / 1 cm)", "0.3", "", "contract by unlike amounts"),
+        ("10 kPa * (1 + z / 1 cm)", "0.3", "", "contract by different amounts"),
         ("10 kPa * (1 + z / 1 cm)", "0.1 * z / 40 mm", "", "Poisson's ratio varies"),
         ("10 kPa * (1 + z / 1 cm)", "0", "load g = gravity(9.81 m/s^2, direction = +x)", "along the axis"),
         ("10 kPa * (1 + z / 1 cm)", "0", "load q = pressure(bar, where = z >= 40 mm, magnitude = 1 Pa)", "neither"),

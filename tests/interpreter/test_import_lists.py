@@ -52,8 +52,8 @@ def test_sets_of_a_deck_are_regions_or_listed(changed: Changed) -> None:
     )))  # fmt: skip
     assert named(found) == {"SECOND": [1], "END": [[1, 3]], "CORNER": [11], "TOP": [[0, 1], [1, 1]]}
     assert listed(found) == {
-        "the surface `BETWEEN`": "1 of its 1 faces are not of the surface of the body",
-        "the material `OTHER`": "no cells are made of it",
+        "the surface `BETWEEN`": "1 of its 1 faces are not on the surface of the body",
+        "the material `OTHER`": "no cells have this material",
     }
     text = scene_writer.write_scene(
         found, deck_units.read_unit_options("mm-t-s", None, None, None), scene_writer.SuppliedValues(), "x.inp"
@@ -64,13 +64,13 @@ def test_sets_of_a_deck_are_regions_or_listed(changed: Changed) -> None:
 
 def test_densities_of_several_temperatures_are_listed(changed: Changed) -> None:
     found = import_formats.read(changed(PARTS / "deck.inp", ("*SOLID SECTION", "7.5E-9, 100.\n")))
-    assert listed(found) == {"*DENSITY of `STEEL`": "its first line alone is taken"}
+    assert listed(found) == {"*DENSITY of `STEEL`": "only its first line is used"}
 
 
 def test_two_nodes_of_one_number_are_refused(changed: Changed) -> None:
     with pytest.raises(Unreadable, match="two nodes are called 5, in two places"):
         import_formats.read(changed(PARTS / "deck.inp", ("6, 10.", "5, 1., 0., 10.\n")))
-    with pytest.raises(Unreadable, match="two nodes are called 5, in two places"):
+    with pytest.raises(Unreadable, match="node number 5 occurs twice, at different positions"):
         import_formats.read(changed(OWN / "cube.feb", ("		</Nodes>", '<node id="5">1,0,10</node>')))
 
 
@@ -85,8 +85,8 @@ def test_what_febio_names_is_a_region_or_listed(changed: Changed) -> None:
     own = listed(found)
     del own["`Contact`"]
     assert own == {
-        "`SurfacePair` `both` of the mesh": "no reader for it",
-        "`ElementData` `axes`": "values of nodes alone are read",
+        "`SurfacePair` `both` of the mesh": "not supported",
+        "`ElementData` `axes`": "only nodal values are supported",
     }
 
 
@@ -176,7 +176,7 @@ def test_nodes_of_a_slit_are_nodes_of_their_own(tmp_path: Path) -> None:
     (tmp_path / "slit.inp").write_text(SLIT)
     assert main(["import", str(tmp_path / "slit.inp"), "--units", "mm-t-s", "--out", str(tmp_path / "s.scene")]) == 0
     text = (tmp_path / "s.scene").read_text()
-    assert "not carried over: forces on 1 nodes, (0.2, 0.0, 0.0) N in all" in text
+    assert "not imported: forces on 1 nodes, (0.2, 0.0, 0.0) N in all" in text
     ends = "".join(f"probe p{x} = point(body, at = ({x}, 5, 0) mm)\n" for x in (5, 15))
     (tmp_path / "s.scene").write_text(text + ends)
     model = softmark.load(tmp_path / "s.scene").run().models["fe"]
@@ -207,7 +207,7 @@ def test_a_deck_of_two_pieces_is_one_body_of_two(tmp_path: Path) -> None:
         import_formats.read(tmp_path / "two.inp"), mm, scene_writer.SuppliedValues(), "m.inp"
     )
     assert "pieces = keep" in found.scene
-    assert any("2 pieces share no nodes" in how for how in found.taken)
+    assert any("2 pieces that share no nodes" in how for how in found.taken)
     assert any("no density" in how for how in found.taken)
     (tmp_path / "m.inp").write_text(found.mesh or "")
     ends = "".join(f"probe p{z} = point(body, at = (5, 5, {z}) mm)\n" for z in (10, 25))
@@ -219,7 +219,7 @@ def test_a_deck_of_two_pieces_is_one_body_of_two(tmp_path: Path) -> None:
 
 def test_pieces_that_overlap_are_refused(tmp_path: Path) -> None:
     (tmp_path / "two.inp").write_text(two_cubes(5.0))
-    with pytest.raises(NotImportable, match="2 pieces, of which some overlap"):
+    with pytest.raises(NotImportable, match="2 pieces that overlap"):
         scene_writer.write_scene(
             import_formats.read(tmp_path / "two.inp"),
             deck_units.read_unit_options("mm-t-s", None, None, None),
@@ -241,7 +241,7 @@ def test_cells_that_are_inside_out_are_counted_and_mean_the_same(tmp_path: Path)
         )
         (tmp_path / "made.scene").write_text(probed)
         sag.append(softmark.load(tmp_path / "made.scene").run().models["fe"].metrics["sag"].value)
-        assert (made.turned or "").startswith("1 of its 2 cells are inside out") == (name != "deck.inp")
+        assert (made.turned or "").startswith("1 of its 2 cells are inverted") == (name != "deck.inp")
     assert sag[0] == pytest.approx(sag[1], rel=1e-12)
 
 

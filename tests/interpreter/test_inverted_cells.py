@@ -30,18 +30,18 @@ def test_cells_inside_out_are_no_answer_anywhere(
     Path("a.scene").write_text(BLOCK.format(push=15000), encoding="utf-8")
     assert main(["run", "a.scene", "--json", "a.json", "--out", "out"]) == 1
     shown = capsys.readouterr()
-    assert "cells inside out" in shown.out
+    assert "inverted cells" in shown.out
     assert " ok" not in shown.out
     found = json.loads(Path("a.json").read_text(encoding="utf-8"))
     assert found["models"]["tet"]["inverted"] == 40
     (expected,) = found["expectations"]
     assert expected["passed"] is None
     page = Path("out/report.html").read_text(encoding="utf-8")
-    assert "Finished, with cells inside out in <code>tet</code>" in page or "with cells inside out in `tet`" in page
+    assert "Finished, with inverted cells in <code>tet</code>" in page or "with inverted cells in `tet`" in page
     report = softmark.load("a.scene").run()
     assert report.exit_status == 1
-    assert "tet converged with cells inside out" in repr(report)
-    assert "cells inside out" in repr(report.models["tet"])
+    assert "tet converged with inverted cells" in repr(report)
+    assert "inverted cells" in repr(report.models["tet"])
 
 
 def test_expectations_that_name_nothing_do_not_hide_it() -> None:
@@ -63,8 +63,8 @@ def test_a_comparison_recommends_no_such_model(tmp_path: Path, monkeypatch: pyte
     point = {
         "key": "a", "scene": "s", "model": "tet", "status": "converged", "size": {"dofs": 3},
         "errors": {"eta": {"value": 0.1, "unit": "1", "against": "fine"}},
-        "warnings": [{"code": "W351", "message": "40 of 40 cells inside out", "line": 1}],
+        "warnings": [{"code": "W351", "message": "40 of 40 inverted cells", "line": 1}],
     }  # fmt: skip
     found = judge_points([ComparedPoint.from_json(point)], "eta", "unknowns")
     assert not found.candidates
-    assert found.left_out["a"][1] == "its cells are inside out"
+    assert found.left_out["a"][1] == "its cells are inverted"

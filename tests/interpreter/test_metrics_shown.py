@@ -59,7 +59,7 @@ def test_compare_shows_metrics_that_need_no_reference(
 def test_a_model_against_itself_is_not_another_body() -> None:
     page = render(softmark.loads(AGAINST_MODEL).run())
     assert "another body" not in page
-    assert "the difference is measured from this model itself" in page
+    assert "this is the model that others are compared with" in page
     assert "Difference from <code>rod</code>" in page
 
 

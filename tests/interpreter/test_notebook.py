@@ -100,7 +100,7 @@ def test_write_makes_what_the_command_makes(report: Any, tmp_path: Path) -> None
     assert json.loads(written[0].read_text(encoding="utf-8"))["schema"] == "softmark-report/1"
     assert written[1].read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
     for place in ("", 3, None):
-        with pytest.raises(softmark.BadArgument, match="`folder` is a folder"):
+        with pytest.raises(softmark.BadArgument, match="`folder` must be a folder"):
             report.write(place)
 
 
@@ -138,7 +138,7 @@ def test_a_quantity_is_taken_in_its_own_unit() -> None:
 
 def test_what_only_looks_like_a_quantity_is_refused() -> None:
     stranger = type("Stranger", (), {"magnitude": 1.0, "dimensionality": {}, "units": ""})()
-    with pytest.raises(softmark.BadArgument, match="`L` is a parameter"):
+    with pytest.raises(softmark.BadArgument, match="`L` must be a parameter"):
         softmark.loads(BEAM, L=stranger)
 
 
@@ -151,8 +151,8 @@ def test_quantities_of_pint() -> None:
     ounce = softmark.loads(BEAM, **{"silicone.density": 1070 * unit.gram / unit.liter}).scene
     assert ounce.declared["silicone"].thing.density == pytest.approx(1070.0)  # in SI, for there is no litre here
     assert softmark.loads(BEAM, n=6 * unit.dimensionless).scene.parameters["n"].value.value == 6.0
-    for wrong, said in ((3 * unit.kilopascal, "expected a length"), (3 * unit.ampere, "`L` is a parameter"),
-                        ([1, 2] * unit.mm, "`L` is a parameter"),
+    for wrong, said in ((3 * unit.kilopascal, "expected a length"), (3 * unit.ampere, "`L` must be a parameter"),
+                        ([1, 2] * unit.mm, "`L` must be a parameter"),
                         (unit.Quantity(20, unit.degC), "expected a length")):  # fmt: skip
         with pytest.raises(softmark.SceneError, match=said):
             softmark.loads(BEAM, L=wrong)
@@ -176,21 +176,21 @@ def test_what_is_missing_is_said_with_the_remedy(
 
 def test_what_cannot_be_drawn_says_so_and_what_can(report: Any) -> None:
     for arguments, why in [
-        (("drop",), "`drop` cannot be drawn: it is one number for each model; {}"),
+        (("drop",), "`drop` cannot be drawn: it has one number for each model; {}"),
         (
             ("nix",),
-            "`nix` cannot be drawn: no probe and no metric of the report has this name; what can: `axis` (line)",
+            "`nix` cannot be drawn: the report has no probe or metric of this name; available: `axis` (line)",
         ),
         (
             ("axis", "history"),
-            "`axis` cannot be drawn as `history`: it is known in another way; what can: `axis` (line)",
+            "`axis` cannot be drawn as `history`: it has data of another kind; available: `axis` (line)",
         ),
-        ((None, "states"), "This report cannot be drawn as `states`: it has none; what can: `axis` (line)"),
+        ((None, "states"), "This report cannot be drawn as `states`: it has no data; available: `axis` (line)"),
     ]:
         with pytest.raises(softmark.BadArgument) as refused:
             report.plot(*arguments)
-        assert str(refused.value) == why.format("what can: `axis` (line)")
-    with pytest.raises(softmark.BadArgument, match="`kind` is one of `line`, `history`, `curve` and `states`, or None"):
+        assert str(refused.value) == why.format("available: `axis` (line)")
+    with pytest.raises(softmark.BadArgument, match="`kind` must be one of `line`, `history`, `curve`"):
         report.plot("axis", "pie")
 
 

@@ -60,7 +60,7 @@ def test_an_order_far_from_that_of_theory_is_not_asymptotic() -> None:
     assert found is not None
     (limit,) = found["limits"]
     assert (found["asymptotic"], found["formal"], found["refines"]) == (False, 2, "size")
-    assert found["doubt"] == "not asymptotic: order 0.53 observed where theory says 2"
+    assert found["doubt"] == "not asymptotic: observed order 0.53, theoretical order 2"
     assert limit["gci"] == pytest.approx(3 * 0.01**0.53)
 
 
@@ -95,14 +95,14 @@ def test_what_changes_the_problem_does_not_refine() -> None:
     made = line(2.0, 2)
     other = [refined_as(p, problem=p.key) for p in made.members]
     own = RefinementLine("s", "m", "refine", "h", (), tuple(other))
-    assert refinement_of(own) == "`h` changes what is solved, not how finely"
+    assert refinement_of(own) == "`h` changes the problem, not the discretisation"
     assert orders_of(own) is None
 
 
 def test_a_tolerance_and_two_at_once_have_no_order() -> None:
     still = [member(h, 1 - h, {"size": 1.0}, {"size": 2}) for h in SIZES]
     assert refinement_of(RefinementLine("s", "m", None, "h", (), tuple(still))) == (
-        "`h` decides no size, no segments and no step"
+        "`h` decides neither size, segments nor step"
     )
     both = [member(h, 1 - h, {"size": h, "step": h}, {"size": 2, "step": 1}) for h in SIZES]
     assert refinement_of(RefinementLine("s", "m", None, "h", (), tuple(both))) == "`h` decides size and step at once"
@@ -124,7 +124,7 @@ def test_meshes_that_are_not_similar_put_an_order_in_doubt() -> None:
     found = orders_of(RefinementLine("s", "m", None, "h", (), tuple(made)))
     assert found is not None
     assert found["asymptotic"] is False
-    assert "2 x 2 x 6 and 4 x 4 x 10 cells: they shrink 1.67 times in one direction and 2 times in" in found["doubt"]
+    assert "2 x 2 x 6 and 4 x 4 x 10 cells: cells shrink 1.67 times in one direction and 2 times in" in found["doubt"]
     assert find_dissimilarity([[2, 2, 6], [4, 4, 12], [8, 8, 24]]) is None
 
 
@@ -166,7 +166,7 @@ def test_a_force_has_no_doubts_of_a_place_and_a_place_none_of_a_force(place: flo
     some = (*made[:2], replace(made[2], errors={}))
     lacking = refinement_convergence.orders_of(RefinementLine("s", "m", "refine", "h", (), some), ["push"], some)
     assert lacking is not None
-    assert lacking.doubt_of("push") == "of `push` itself: only some of its members have it"
+    assert lacking.doubt_of("push") == "of `push` itself: only some of its configurations have it"
 
 
 # ------------------------------------------------------------------ what a scene declares

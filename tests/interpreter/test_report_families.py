@@ -172,7 +172,7 @@ def test_refinement_is_drawn_and_said() -> None:
     assert page.count('id="refinement-') >= 2
     assert 'id="poisson-1' in page
     assert "tet4 falls from 14.6 % at 2 460 to 7.2 % at 10 476" in said
-    assert "Refined, tet4 and hex8 come closer to theory and further from scan." in said
+    assert "Under refinement, tet4 and hex8 come closer to theory and farther from scan." in said
     # tet4 at 0.3, 0.49, 0.4999: 5.09, 1.93, 5.25 mm
     assert "falls from 5.09 mm at 0.3 to 1.93 mm at 0.49, then rises to 5.25 mm at 0.4999" in said
     assert page.count('download="gap-refinement.csv"') == 1

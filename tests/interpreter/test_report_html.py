@@ -336,8 +336,8 @@ def test_a_spreadsheet_does_not_run_a_name(parsed: Parsed) -> None:
         ("not_converged", "2 of 2 models gave no solution (a and b); 0 of 1 expectation met, 1 not judged."),
         ("partial", "1 model so far against 1 reference; the closest to known is a: 5 % (eta); expect"),
         ("unmet", "0 of 1 expectation met."),
-        ("nothing", "No model was run; nothing was expected."),
-        ("only references", "No model was run, beside 1 reference; 1 of 1 expectation met."),
+        ("nothing", "No model was run; no expectations."),
+        ("only references", "No model was run, only 1 reference; 1 of 1 expectation met."),
         ("no reference", "1 model, no reference; 1 of 1 expectation met."),
         ("exact", "the closest to known are a and b: 0 % (eta)"),
     ],
@@ -351,9 +351,9 @@ def test_conclusion(case: str, said: str, parsed: Parsed) -> None:
     [
         ("plain", "✓ Finished, everything converged, every expectation met."),
         ("failed", "✗ Finished, without a solution for b and r."),
-        ("partial", "… Unfinished: the run goes on, or it was interrupted."),
+        ("partial", "… Unfinished: the run is in progress or was interrupted."),
         ("unmet", "✗ Finished, 1 expectation not met."),
-        ("nothing", "… Finished, nothing was solved."),
+        ("nothing", "… Finished, no model was run."),
         ("skipped", "✓ Finished, everything that was run converged"),
     ],
 )
@@ -366,13 +366,13 @@ def test_a_model_without_solution_says_why_in_full(parsed: Parsed) -> None:
     assert text.count(LOST) >= 3  # once for each model, and once as the footnote of its empty cells
     assert "✗ not converged" in text
     assert "✗ diverged" in text
-    assert "250 iterations; 1 residual not finite, marked at the top; the last 10 are drawn" in text
+    assert "250 iterations; 1 residual not finite, marked at the top; only the last 10 are drawn" in text
 
 
 def test_missing_values_have_footnotes() -> None:
     page = render(CASES["plain"]())
     assert "–<sup>" in page
-    assert "the error is measured from this reference itself" in page
+    assert "this is the reference of the error" in page
 
 
 def test_the_best_is_marked_by_words() -> None:
@@ -435,12 +435,12 @@ def test_of_many_models_the_best_are_drawn_first(parsed: Parsed) -> None:
     assert "checked" in boxes[0]
     checked = sum("checked" in box for box in tree.all("input"))
     assert checked == 12 + 2 + 12  # both figures; in the first also the undeformed line and the reference
-    assert "12 models of 40 drawn at first" in tree.text
+    assert "12 models of 40 are shown at first" in tree.text
 
 
 def test_a_dwarfing_model_leaves_the_figure(parsed: Parsed) -> None:
     text = parsed(render(CASES["dwarfing"]())).text
-    assert "Too far away to draw: huge." in text
+    assert "Outside the drawing: huge." in text
 
 
 def test_single_point_has_a_table(parsed: Parsed) -> None:

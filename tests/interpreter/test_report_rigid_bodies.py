@@ -161,7 +161,7 @@ def test_only_pages_with_rigid_bodies_have_what_draws_them(ball: Report) -> None
 
 def test_what_supports_carry_is_told_with_rigid_bodies(ball: Report) -> None:
     """The floor carries what the ball presses, and there is no load."""
-    assert "Supports, rigid bodies that touch it and loads together come to nothing." in render(ball)
+    assert "Supports, contact forces of rigid bodies and loads are in balance." in render(ball)
 
 
 def test_pictures_leave_room_for_a_part_of_what_is_large(ball: Report) -> None:

@@ -112,7 +112,7 @@ def test_a_notebook_draws_the_first_of_many_shapes_and_coarser() -> None:
     frame = html.unescape(found.split('srcdoc="')[1].split('" title=')[0])
     shapes = drawn(frame)["shapes"]
     assert len(shapes) == SHAPES
-    assert "3 more shapes are in the page" in found
+    assert "3 more shapes are on the page" in found
     assert max(s["points"] for s in shapes) < len(tube(0.02, 60)[0])
     assert len(found) < 600_000
 
@@ -204,11 +204,11 @@ def test_of_many_shapes_a_few_are_shown_at_first_and_the_caption_says_how_many(c
     assert shown[0] == "scan"
     if count < PANELS:
         assert len(shown) == 1 + count
-        assert "drawn at first" not in section
+        assert "shown at first" not in section
     else:
         assert shown[1:] == [f"m{i:02}" for i in range(len(shown) - 1)]  # those with the least error
         assert 1 < len(shown) <= 13
-        assert f"{len(shown) - 1} models of {count} drawn at first" in section
+        assert f"{len(shown) - 1} models of {count} are shown at first" in section
     assert len(re.findall("<code>", section)) < 16  # of far ones not all names
 
 
@@ -273,8 +273,8 @@ def test_values_within_the_uncertainty_are_marked(page: str) -> None:
     ("limit", "uncertainty", "said"),
     [
         (0.02, 1e-4, ""),
-        (0.02, 5e-3, "; the reference is known to \u00b1 5 mm"),
-        (0.02, 0.015, "; the reference is known to \u00b1 15 mm, which may turn this"),
+        (0.02, 5e-3, "; uncertainty of the reference \u00b1 5 mm"),
+        (0.02, 0.015, "; uncertainty of the reference \u00b1 15 mm, which may change this result"),
     ],
 )
 def test_a_verdict_says_what_its_reference_leaves_open(limit: float, uncertainty: float, said: str) -> None:
@@ -293,7 +293,7 @@ def test_a_verdict_between_two_models_says_what_their_reference_leaves_open() ->
     about = (("m1", "gap"), ("m2", "gap"))
     judged = ExpectationResult("m1.gap < m2.gap", 9, True, 0.010, "m", about=about, limits=(0.012,))
     shown = table(replace(report(*models), expectations=(judged,)), terminal=False)
-    assert shown.splitlines()[-1].endswith("m2.gap; the reference is known to ± 3 mm, which may turn this")
+    assert shown.splitlines()[-1].endswith("m2.gap; uncertainty of the reference ± 3 mm, which may change this result")
 
 
 @pytest.mark.parametrize(

@@ -61,40 +61,40 @@ def test_what_was_not_judged_anywhere_is_neither_right_nor_wrong() -> None:
     found = study(walked(lambda nu: "unjudged"), POISSON, NOWHERE)
     for shown in (said(found), page(Robustness.from_json(found))):
         assert "not judged" in shown
-        for claim in ("not right", "even here", "right as far as", "right 0", "nowhere"):
+        for claim in ("not right", "even at", "right up to", "right 0", "nowhere"):
             assert claim not in shown, claim
     assert said(found).count(NO_TRUTH[:40]) == 1, "both ways have the same reason"
-    assert "nothing was judged" in said(found)
-    assert "None was wrong without a word" not in page(Robustness.from_json(found))
+    assert "no point was judged" in said(found)
+    assert "None was wrong without a warning" not in page(Robustness.from_json(found))
 
 
 def test_one_point_that_is_right_is_one_point(parsed: Callable[[str], Any]) -> None:
     """Right at 0 alone, where the scene itself, at 0.4, has no truth: nothing is known of what lies between."""
     found = study(walked(lambda nu: "right" if nu == 0 else "unjudged"), POISSON, {"right": 1, "unjudged": 8})
-    assert "rod  right at 0; not judged here" in said(found)
+    assert "rod  right at 0; not judged at the value of the scene" in said(found)
     assert "0 .. 0.4" not in said(found)
     assert "0 … 0.4" not in parsed(page(Robustness.from_json(found))).text
-    assert "not judged here" in parsed(page(Robustness.from_json(found))).text
+    assert "not judged at the value of the scene" in parsed(page(Robustness.from_json(found))).text
 
 
 def test_what_is_wrong_here_is_said_to_be() -> None:
     found = study(walked(lambda nu: "inaccurate"), POISSON, {"inaccurate": 9})
-    assert "rod  not right, even here" in said(found)
+    assert "rod  not right, even at the value of the scene" in said(found)
     wrong = study(walked(lambda nu: "unjudged" if nu == 0.4 else "inaccurate"), POISSON, {"inaccurate": 8})
-    assert "rod  not right where it was judged, which is not here" in said(wrong)
+    assert "rod  not right at any judged point; not judged at the value of the scene" in said(wrong)
 
 
 def test_a_whole_range_is_said_with_what_was_not_judged_in_it() -> None:
     found = study(walked(lambda nu: "right"), POISSON, {"right": 9})
     assert "rod  right 0 .. 0.5 - 0.001" in said(found) or "rod  right 0 .. 0.499\n" in said(found)
     holed = study(walked(lambda nu: "unjudged" if 0.1 < nu < 0.4 else "right"), POISSON, {"right": 7, "unjudged": 2})
-    assert "; 2 points between not judged" in said(holed)
+    assert "; 2 points in between not judged" in said(holed)
 
 
 @pytest.mark.parametrize(("here", "other", "expected"), [
-    ("unjudged", "unjudged", "no truth: double, single"),
-    ("right", "unjudged", "right: double; no truth: single"),
-    ("unjudged", "inaccurate", "no truth: double; inaccurate: single"),
+    ("unjudged", "unjudged", "no valid reference: double, single"),
+    ("right", "unjudged", "right: double; no valid reference: single"),
+    ("unjudged", "inaccurate", "no valid reference: double; inaccurate: single"),
 ])  # fmt: skip
 def test_choices_are_listed_under_what_each_came_to(here: str, other: str, expected: str) -> None:
     seen = {"double": classified(here), "single": classified(other)}

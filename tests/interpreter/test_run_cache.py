@@ -128,7 +128,7 @@ def test_a_second_run_takes_everything_over_and_says_so(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
     assert done.stdout.strip().endswith("[]"), "no solver is so much as loaded"
     assert computed(tmp_path) == set()
-    assert "kept from the run of " in done.stdout
+    assert "reused from the run of " in done.stdout
     assert "rod, fine, stiff, theory" in done.stdout
     assert plain(tmp_path) == before
     assert 'class="kept' in (tmp_path / "report" / "report.html").read_text(encoding="utf-8")

@@ -109,7 +109,7 @@ def test_meshes_must_refine_as_their_sizes_say() -> None:
     differ = str(
         extrapolation_obstacle(bar, [19e-3, 9.5e-3, 4.75e-3])
     )  # sections of 2, 4, 6 cells across, 1, 1, 2 rings
-    assert "cells: they shrink 1 times in one direction and 2.11 times in another" in differ
+    assert "cells: cells shrink 1 times in one direction and 2.11 times in another" in differ
     found = extrapolate_limit(family((1.0, 0.5, 0.25), 2.0, unfit=why), WHERE)
     assert (found.extrapolated, found.doubt) == (False, why)
 

@@ -88,15 +88,15 @@ def test_the_same_is_the_same_whatever_its_keys_and_dates() -> None:
     found = changes(old, new)
     assert [found[k] for k in SILENT] == [[]] * len(SILENT)
     assert found["compared"] == 2
-    assert "Nothing changed" in changes_table(old, new, False)
+    assert "No changes" in changes_table(old, new, False)
 
 
 @pytest.mark.parametrize(
     ("value", "verdict"),
     [
         (0.1 * (1 + 1e-7), None),  # rounding
-        (0.1 * (1 + 1e-5), "changed, below the uncertainty"),  # by 1e-6; the reference is known to 1e-2
-        (0.105, "changed, below the uncertainty"),
+        (0.1 * (1 + 1e-5), "changed by less than the uncertainty"),  # by 1e-6; the reference is known to 1e-2
+        (0.105, "changed by less than the uncertainty"),
         (0.12, "changed"),  # by 2e-2
         (None, "lost"),
     ],

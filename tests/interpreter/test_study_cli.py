@@ -123,7 +123,7 @@ def test_what_has_changed_between_two_results(file: Path, capsys: pytest.Capture
                      "--json", f"{name}.json", "--out", name]) == 0  # fmt: skip
     capsys.readouterr()
     assert main(["compare", "a.json", "a.json"]) == 0
-    assert "Nothing changed" in capsys.readouterr().out
+    assert "No changes" in capsys.readouterr().out
     assert main(["compare", "a.json", "b.json"]) == 0
     assert "eta" in capsys.readouterr().out
     assert main(["compare", "a.json", "b.json", "--json", "-"]) == 0
@@ -239,11 +239,11 @@ def test_a_cluster_that_does_not_answer(
     file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def nobody(address: str, wait: float) -> None:
-        raise worker_pool.NoWorkers(f"no dask scheduler answers at {address}")
+        raise worker_pool.NoWorkers(f"no dask scheduler responds at {address}")
 
     monkeypatch.setattr(worker_pool, "_client", nobody)
     assert main(["compare", "beam.scene", "--cluster", "tcp://127.0.0.1:9"]) == 2
-    assert "no dask scheduler answers" in capsys.readouterr().err
+    assert "no dask scheduler responds" in capsys.readouterr().err
 
 
 # ------------------------------------------------------------------ from Python

@@ -207,9 +207,9 @@ def test_a_process_that_hangs_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("program", "message"),
     [
-        ("import os; os.kill(os.getpid(), 9)", "the process ended by signal 9: it said nothing"),
+        ("import os; os.kill(os.getpid(), 9)", "the process ended by signal 9: no output"),
         ("raise SystemExit('no such library')", "the process ended with status 1: no such library"),
-        ("print('not JSON')", "the process ended with status 0: it said nothing"),
+        ("print('not JSON')", "the process ended with status 0: no output"),
     ],
 )
 @LINUX
@@ -425,7 +425,7 @@ def test_a_lock_that_is_never_let_go_is_waited_for_no_longer_than_its_limit(
         with timing_rounds.exclusive_timing(lambda what, detail: said.append(detail)):
             pass
     assert said[0].startswith("another comparison is timing")
-    assert said[-1].endswith("timing goes on without it")
+    assert said[-1].endswith("timing continues without the lock")
 
 
 def test_a_log_without_progress_names_what_a_comparison_waits_for(
@@ -453,4 +453,4 @@ def test_a_log_without_progress_names_what_a_comparison_waits_for(
     with desk:
         desk._settle(1)
         desk._settle(1)
-    assert stream.getvalue().count("other processes keep this machine busy") == 1
+    assert stream.getvalue().count("other processes use this machine") == 1

@@ -182,8 +182,8 @@ def test_no_interpolation_across_a_failure_or_to_no_error() -> None:
 
 
 def test_levels_that_are_never_reached_or_cannot_be_told() -> None:
-    assert reached(1e-4, REFINED) == "it stays above"
-    assert reached(0.01, uncertain(REFINED, 0.02)) == "the reference is not known that well"
+    assert reached(1e-4, REFINED) == "not reached"
+    assert reached(0.01, uncertain(REFINED, 0.02)) == "the uncertainty of the reference is larger"
     assert reached(0.1, [{**p, "status": "diverged"} for p in REFINED]) == "it diverged"
 
 
@@ -211,7 +211,7 @@ def test_the_third_quartile_must_fit_a_frame() -> None:
     assert found.unsure == ("b",)
     none = best_within(1000.0, framed(point("a", 0.035, 0.2)))
     assert none.best is None
-    assert none.reason == "the quickest, `a`, takes 38.5 ms"
+    assert none.reason == "the fastest, `a`, takes 38.5 ms"
 
 
 def test_steps_must_fit_a_frame_in_a_dynamic_analysis() -> None:
@@ -310,7 +310,7 @@ def test_distances_are_relative_to_the_column() -> None:
     assert found["matrix"][0][:4] == [0.0, 0.0, 0.75, None]
     assert found["matrix"][2][:3] == [0.6, 0.6, 0.0]
     reasons = {(r["row"], r["column"]): r["reason"] for r in found["reasons"]}
-    assert reasons["a", "still"] == "the one that is compared with does not move"
+    assert reasons["a", "still"] == "the configuration to compare with has zero displacement"
     assert reasons["a", "other"] == "they share no points"
 
 
@@ -345,7 +345,7 @@ def test_advice_says_what_is_within_the_noise() -> None:
     # 2.0 s with quartiles 1.8 to 2.2, and 2.1 s with 1.89 to 2.31
     found = advice([point("b", 2, 0.04), point("c", 2.1, 0.03)])
     assert found["decidable"] is False
-    assert "less than the noise" in found["text"]
+    assert "less than the timing noise" in found["text"]
 
 
 def test_advice_says_what_is_wrong_with_its_winner() -> None:
@@ -355,15 +355,15 @@ def test_advice_says_what_is_wrong_with_its_winner() -> None:
     found = advice(uncertain([bad], 0.045), allow_contaminated=True)
     assert [c.split(":")[0].split(",")[0] for c in found["caveats"]] == [
         "Its timing was disturbed",
-        "Its solution was stopped by a cap",
+        "Its solution was stopped by `max_iterations` before convergence",
         "Its error is below the uncertainty of the reference",
     ]
 
 
 def test_where_the_reference_knows_less_than_the_levels_nobody_is_the_closest() -> None:
     found = advice(uncertain([point("a", 2, 0.03), point("b", 1, 0.1), point("c", 3, 0.3)], 0.137))
-    assert "known to ± 13.7 % only, so no error of 10 % can be judged" in found["text"].replace("\u00a0", " ")
-    assert "within it are `b`, `a`, not told apart, of which `b` is the quickest" in found["text"]
+    assert "uncertainty of ± 13.7 %, so an error of 10 % cannot be resolved" in found["text"].replace("\u00a0", " ")
+    assert "`b`, `a` are within it, indistinguishable; `b` is the fastest of them" in found["text"]
     assert "closest" not in found["text"]
 
 

@@ -79,7 +79,7 @@ def alive(session: int) -> list[int]:
 
 
 def killed(process: subprocess.Popen[bytes], folder: Path, count: int, delay: float) -> bool:
-    """Kill a process `delay` s after `count` more tasks are in the journal; whether it was still running."""
+    """Kill a process `delay` s after `count` more tasks are saved in the journal; whether it was still running."""
     due = len(lines(folder)) + count
     while process.poll() is None and len(lines(folder)) < due:
         time.sleep(0.002)
@@ -139,8 +139,8 @@ def test_an_interrupt_keeps_what_is_finished_and_says_how_to_go_on(scene: Path, 
     said = process.communicate()[1].decode()
     assert process.returncode == 130
     finished = len(lines(folder)) - 1
-    assert f"interrupted; {finished} of {TASKS} tasks are in" in said
-    assert "`--resume` goes on" in said
+    assert f"interrupted; {finished} of {TASKS} tasks are saved in" in said
+    assert "; continue with the same command and `--resume`" in said
     assert "Traceback" not in said
     if Path("/proc/self/stat").exists():
         deadline = time.monotonic() + 10.0  # a worker that was just being started ends when it finds its pipe closed

@@ -49,9 +49,9 @@ def test_states_of_the_published_examples() -> None:
     first, second, third = (estimate_convergence(family(*row[:2]), formal=2.0) for row in TABLE)
     assert (first.state, first.asymptotic) == ("monotone", True)
     assert second.state == "monotone"
-    assert second.doubt == "not asymptotic: order 0.75 observed where theory says 2"
+    assert second.doubt == "not asymptotic: observed order 0.75, theoretical order 2"
     assert third.state == "oscillatory"
-    assert (third.asymptotic, third.doubt) == (False, "the values swing about their limit")
+    assert (third.asymptotic, third.doubt) == (False, "the values oscillate about their limit")
 
 
 sizes = st.lists(st.floats(1.1, 3.0), min_size=3, max_size=5).map(lambda r: [math.prod(r[i:]) for i in range(len(r))])
@@ -78,7 +78,7 @@ def test_two_members_need_an_order() -> None:
     assert found.value == pytest.approx(0.9)
     assert found.gci == pytest.approx(0.3)
     assert not found.asymptotic
-    assert estimate_convergence([(2.0, 1.3), (1.0, 1.0)]).reason == "two members tell no order, and none is known"
+    assert estimate_convergence([(2.0, 1.3), (1.0, 1.0)]).reason == "two meshes give no order, and none is known"
     assert estimate_convergence([(1.0, 1.0)]).state == "too_few"
 
 
@@ -96,8 +96,8 @@ def test_more_than_three_scatter() -> None:
 
 def test_what_has_no_number_says_why() -> None:
     rows = {
-        "divergent": ([(4.0, 1.0), (2.0, 1.1), (1.0, 1.4)], "the differences do not fall"),
-        "oscillatory": ([(4.0, 1.0), (2.0, 1.1), (1.0, 0.9)], "by more on finer meshes"),
+        "divergent": ([(4.0, 1.0), (2.0, 1.1), (1.0, 1.4)], "the differences do not decrease"),
+        "oscillatory": ([(4.0, 1.0), (2.0, 1.1), (1.0, 0.9)], "with growing amplitude on finer meshes"),
         "rounding": ([(4.0, 1.5), (2.0, 1.0), (1.0, 1.0)], "rounding"),
         "unusable": ([(1.0, 1.0), (2.0, 1.1), (4.0, 1.4)], "coarse to fine"),
     }
@@ -142,9 +142,9 @@ def test_order_of_errors() -> None:
     assert order_of_errors([(x, 3 * x**2) for x in h]) == ErrorOrder(pytest.approx(2.0), pytest.approx(2.0))
     bent = order_of_errors([(0.4, 0.48), (0.2, 0.12), (0.1, 0.015)])
     assert (bent.last, bent.fitted) == (pytest.approx(3.0), pytest.approx(2.5))
-    assert order_of_errors([(0.2, 1e-3), (0.1, 0.0)]).reason == "an error is at rounding"
+    assert order_of_errors([(0.2, 1e-3), (0.1, 0.0)]).reason == "an error is only rounding"
     assert order_of_errors([(0.2, 1e-3), (0.1, -1.0)]).reason == "an error is negative"
-    assert order_of_errors([(0.2, 1e-3)]).reason == "an order needs two members"
+    assert order_of_errors([(0.2, 1e-3)]).reason == "an order needs two meshes"
 
 
 def test_observed_order_alone() -> None:

@@ -97,7 +97,7 @@ def test_tasks_that_come_to_nothing() -> None:
 @pytest.mark.parametrize(
     ("how", "message"),
     [
-        ({"die": signal.SIGKILL}, "the process was killed (SIGKILL; the system does that when memory runs out)"),
+        ({"die": signal.SIGKILL}, "the process was killed (SIGKILL; the system does this when memory is exhausted)"),
         ({"die": signal.SIGSEGV}, "the process was killed (SIGSEGV)"),
         ({"leave": 7}, "the process ended with exit status 7"),
         ({"leave": 0}, "the process ended with exit status 0"),
@@ -135,7 +135,7 @@ def test_closing_the_outcomes_ends_all_workers() -> None:
 
 
 def test_workers_that_do_not_start() -> None:
-    with pytest.raises(worker_pool.NoWorkers, match="do not start"):
+    with pytest.raises(worker_pool.NoWorkers, match="cannot be started"):
         list(worker_pool.run_tasks([told("a")], command=(sys.executable, "-c", "raise SystemExit(3)")))
 
 
@@ -284,7 +284,7 @@ def test_a_cluster_finds_the_same() -> None:
 def test_a_worker_with_other_sources_is_not_believed() -> None:
     outcome = worker_pool.perform_on_cluster(beam_tasks("n=4")[0], "0" * 64)
     assert outcome.point["status"] == "failed"
-    assert "another version" in outcome.point["message"]
+    assert "a different version" in outcome.point["message"]
 
 
 def test_a_scheduler_that_dies_leaves_reasons(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -156,13 +156,13 @@ def test_what_must_be_said_of_a_reduced_model() -> None:
     reduced = {"of": "full", "repeats": True, "extrapolates": []}
     said = remarks_of(ComparedPoint.from_json({"solve": {"reduced": reduced}, "cost": {"setup_s": spread}}))
     assert said == [
-        "It was trained on `full` in this very state: its error says how well it repeats that, and nothing of other "
-        "loads.",
-        "Its time leaves out 2\u00a0s in which it is made from `full`.",
+        "It was trained on `full` in this same state: its error shows only how well it reproduces that state, not "
+        "other loads.",
+        "Its time excludes 2\u00a0s of training from `full`.",
     ]
     beyond = {"of": "full", "repeats": False, "extrapolates": ["load"]}
     assert remarks_of(ComparedPoint.from_json({"solve": {"reduced": beyond}})) == [
-        "It extrapolates: `load` is outside its training."
+        "It extrapolates: `load` is outside its training range."
     ]
     assert remarks_of(ComparedPoint.from_json({"solve": {}})) == []
 
@@ -179,11 +179,11 @@ def test_remarks_stand_with_the_advice() -> None:
     }  # fmt: skip
     other = {**point, "key": "l", "model": "n", "label": "n", "solve": {}}
     (advice,) = ComparisonRecord.from_json({"points": [point, other]}).analysis.advice
-    assert advice.text.startswith("For `e` against `full` of 1\u00a0% or less, `m` is the quickest")
+    assert advice.text.startswith("For `e` against `full` of 1\u00a0% or less, `m` is the fastest")
     untimed = [{**p, "cost": None} for p in (point, other)]
     (by_size,) = ComparisonRecord.from_json({"points": untimed}).analysis.advice
     assert by_size.text.startswith("For `e` against `full` of 1\u00a0% or less, `n` is the smallest")
-    assert advice.caveats[0].startswith("It was trained on `full` in this very state")
+    assert advice.caveats[0].startswith("It was trained on `full` in this same state")
 
 
 @pytest.mark.slow

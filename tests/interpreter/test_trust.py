@@ -217,7 +217,7 @@ def test_files_lead_nowhere_but_into_their_folder(tmp_path: Path) -> None:
     )
     (tmp_path / "b.lml").write_text("<loads/>")
     (home / "a.lml").symlink_to(tmp_path / "b.lml")
-    with pytest.raises(Exception, match=r"outside the folder|no tetrahedra"):
+    with pytest.raises(Exception, match=r"outside the folder|no FEM tetrahedra"):
         pml_import.read(home / "a.pml")
     (home / "a.node").write_text("4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n")
     (tmp_path / "b.ele").write_text("1 4 0\n1 1 2 3 4\n")
@@ -316,13 +316,13 @@ def test_results_of_somebody_else_are_computed_again(here: Path, monkeypatch: py
     assert forged(kept) > 0
     again, said = dsl("run", "small.scene")
     assert (again, values(here / "small-report")) == (status, true)
-    assert "not of a run of yours" in said
+    assert "was not written by your own run" in said
     monkeypatch.setenv("XDG_CACHE_HOME", str(here.parent / "other"))  # another user
     again, said = dsl("run", "small.scene")
     assert (again, values(here / "small-report")) == (status, true)
-    assert said.count("not of a run of yours") == 2  # both models; references are then not looked for
-    assert "kept from the run" not in said
-    assert "kept from the run" in dsl("run", "small.scene")[1], "one's own results are taken over"
+    assert said.count("was not written by your own run") == 2  # both models; references are then not looked for
+    assert "reused from the run" not in said
+    assert "reused from the run" in dsl("run", "small.scene")[1], "one's own results are taken over"
     for file in kept.iterdir():
         file.unlink()
         os.mkfifo(file)
@@ -379,7 +379,7 @@ def test_the_last_of_the_disk_is_left_to_reports(here: Path, monkeypatch: pytest
     monkeypatch.setattr(cache_folder.shutil, "disk_usage", lambda path: usage._replace(free=cache_folder.RESERVE))
     status, said = dsl("run", "small.scene")
     assert status in (0, 1)
-    assert "less than 256 MiB of the disk" in said
+    assert "less than 256 MiB of disk space" in said
     assert (here / "small-report" / "report.html").is_file()
     assert not list((here / "small-report").glob("kept/*.kept"))
 
@@ -429,7 +429,7 @@ def test_folders_within_an_output_are_no_links(here: Path) -> None:
     status, said = dsl("run", "small.scene", "--vtu", "--out", "small-report")
     assert (status, "symbolic link" in said) == (3, True)
     status, said = dsl("run", "small.scene", "--out", "small-report")
-    assert (status, "results are not kept" in said) == (1, True)
+    assert (status, "results cannot be cached" in said) == (1, True)
     assert [file.name for file in victim.iterdir()] == ["old.kept"]
     (here / "found").mkdir()
     (here / "found" / "journal.lock").symlink_to(victim / "lock")

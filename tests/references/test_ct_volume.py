@@ -73,14 +73,14 @@ def test_specks_are_left_out_and_a_cut_body_is_closed(tmp_path: Path) -> None:
         VoxelVolume(ball()[24:], np.diag(SPACING), np.zeros(3)), 50, 0, "all", "half"
     )
     assert count_open_edges(triangles) == 0
-    assert notes == ("the body reaches the edge of the voxels: it is closed there by a flat face",)
+    assert notes == ("the body reaches the edge of the voxel grid and is closed there by a flat face",)
     assert points[:, 0].min() > -SPACING[0]
 
 
 @pytest.mark.parametrize("iso", [-1.0, 100.0, 1e9])
 def test_a_level_that_no_value_passes(tmp_path: Path, iso: float) -> None:
     np.save(tmp_path / "ball.npy", ball())
-    with pytest.raises(Unreadable, match=r"its values lie between 0 and 100; give an `iso` between them, such as 50"):
+    with pytest.raises(Unreadable, match=r"voxel values lie between 0 and 100; give an `iso` between them, such as 50"):
         CtVolume("ball.npy", iso, 0.0, SPACING).load(tmp_path)
 
 
@@ -94,7 +94,7 @@ def test_nrrd(tmp_path: Path) -> None:
     check_ball(found.points, CENTRE + 1e-3 * origin, tolerance=0.03e-3)  # whole numbers: 1 % of 2 mm
     del header["space units"]
     nrrd.write(str(tmp_path / "mute.nrrd"), ball(), header)
-    with pytest.raises(Unreadable, match="in which unit its lengths are; give `unit`"):
+    with pytest.raises(Unreadable, match="does not give the unit of its lengths; give `unit`"):
         CtVolume("mute.nrrd", 50, 0.0).load(tmp_path)
     check_ball(CtVolume("mute.nrrd", 50, 0.0, unit=1e-3).load(tmp_path).points, CENTRE + 1e-3 * origin)
 
@@ -153,7 +153,7 @@ def test_dicom_series(tmp_path: Path) -> None:
 
 def test_a_series_with_a_missing_slice(tmp_path: Path) -> None:
     write_series(tmp_path / "ct", ball(), "1.2.5", skip=20)
-    with pytest.raises(Unreadable, match=r"not equally spaced.*a slice that is missing"):
+    with pytest.raises(Unreadable, match=r"not equally spaced.*missing or duplicate slices"):
         CtVolume("ct", 50, 0.0).load(tmp_path)
 
 
@@ -185,7 +185,7 @@ def test_voxels_that_are_none(tmp_path: Path) -> None:
         np.save(tmp_path / "a.npy", values)
         with pytest.raises(Unreadable, match=reason):
             read_volume(tmp_path / "a.npy", spacing=SPACING)
-    with pytest.raises(Unreadable, match="does not say how large its voxels are; give `spacing`"):
+    with pytest.raises(Unreadable, match="does not give the size of its voxels; give `spacing`"):
         read_volume(tmp_path / "a.npy")
     np.savez(tmp_path / "two.npz", a=np.zeros(1), b=np.zeros(1))
     with pytest.raises(Unreadable, match=r"it holds 2 arrays \(a, b\)"):

@@ -118,9 +118,9 @@ def test_a_spoilt_cache_is_filled_anew(entry: DataSet, address: str, monkeypatch
 @pytest.mark.parametrize(
     ("page", "reason"),
     [
-        ("wrong", "it sent another file (19 bytes, expected 160000; the SHA-256 differs)"),
-        ("short", "it sent another file (159999 bytes"),
-        ("endless", "it sent another file"),
+        ("wrong", "the server sent a different file (19 bytes, expected 160000; the SHA-256 differs)"),
+        ("short", "the server sent a different file (159999 bytes"),
+        ("endless", "the server sent a different file"),
         ("gone", "HTTP Error 404"),
         ("silent", "timed out"),
     ],
@@ -133,7 +133,7 @@ def test_what_cannot_be_fetched_leaves_nothing_and_says_what_to_do(
     with pytest.raises(Unavailable, match=re.escape(reason)) as caught:
         locate_data_set(NAME)
     assert caught.value.name == f"data:{NAME}"
-    assert "It is a thing; CC0" in caught.value.reason
+    assert "The data set is a thing; CC0" in caught.value.reason
     for part in (f"{address}/{page}", entry.sha256, f"FOLDER/{NAME}", "SOFTMARK_DATA=FOLDER"):
         assert part in caught.value.remedy
     assert left(cache) == []
@@ -179,14 +179,14 @@ def test_a_folder_of_ones_own_comes_first_and_needs_no_network(
     assert locate_data_set(NAME) == mine
     assert not cache.exists()
     mine.write_bytes(CONTENT + b" ")
-    with pytest.raises(Unavailable, match="is not the file that was published"):
+    with pytest.raises(Unavailable, match="differs from the published file"):
         locate_data_set(NAME)
 
 
 def test_a_name_that_is_almost_right(cache: Path) -> None:
     with pytest.raises(Unavailable, match=r"did you mean `data:silicone-beam/truthCylinder-Deformed\.obj`") as caught:
         locate_data_set("silicone-beam/truthCylinder-deformd.obj")
-    assert "no data set of this name" in caught.value.reason
+    assert "no data set with this name" in caught.value.reason
     with pytest.raises(Unavailable, match=r"data sets: `data:silicone-beam"):
         locate_data_set("../../etc/passwd")
 

@@ -56,8 +56,8 @@ def test_a_jump_of_the_stiffness_is_in_its_error() -> None:
 @pytest.mark.parametrize(
     ("other", "reason"),
     [
-        ({"poisson": 0.3}, "contract by unlike amounts"),
-        ({"force": 0.0}, "nothing pulls"),
+        ({"poisson": 0.3}, "contract by different amounts"),
+        ({"force": 0.0}, "no load acts along"),
         ({"length": 0.0}, "the length is 0"),
         ({"area": math.inf}, "the section is inf"),
         ({"young": lambda s: 1e5 * (1.0 - 10.0 * s)}, "not positive"),

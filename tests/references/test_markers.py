@@ -43,7 +43,7 @@ def test_positions_become_displacements_in_the_scene(tmp_path: Path) -> None:
     assert found.x == pytest.approx(found.X + found.u)
     assert found.names == ("a", "c")
     assert found.grid is None
-    assert found.notes == ("1 of 3 points without a position are left out",)
+    assert found.notes == ("1 of 3 points without a position are omitted",)
     assert found.uncertainty == 1e-4
 
 
@@ -61,11 +61,11 @@ def test_states_are_chosen_by_number(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("", "no header with x0, y0, z0"),
-        ("a,b\n1,2\n", "no header with x0, y0, z0"),
+        ("", "its header has no columns x0, y0, z0"),
+        ("a,b\n1,2\n", "its header has no columns x0, y0, z0"),
         ("x0,y0,z0,x1,y1,z1\n", "it has no rows"),
-        ("x0,y0,z0,x1,y1,z1\n1,2,3\n", "a row has 3 fields, its header 6"),
-        ("x0,y0,z0,x1,y1,z1\n1,2,3,4,5,six\n", "`six` in column z1 is no number"),
+        ("x0,y0,z0,x1,y1,z1\n1,2,3\n", "a row has 3 fields, the header has 6"),
+        ("x0,y0,z0,x1,y1,z1\n1,2,3,4,5,six\n", "`six` in column z1 is not a number"),
         ("x0,y0,z0,x1,y1,z1\n1,2,3,,,\n", "no point has a position in states 0 and 1"),
     ],
 )

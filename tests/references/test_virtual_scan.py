@@ -179,5 +179,5 @@ def test_what_cannot_be_scanned() -> None:
     points, triangles = np.asarray(ball.vertices), np.asarray(ball.faces)
     with pytest.raises(Unreadable, match="is not closed"):
         scan(points, triangles[1:], Scanner(VOXEL))
-    with pytest.raises(Unreadable, match=r"the grid would have .* voxels; give larger voxels"):
+    with pytest.raises(Unreadable, match=r"the grid would have .* voxels; use larger voxels"):
         scan(points, triangles, Scanner((1e-6, 1e-6, 1e-6)))

@@ -27,7 +27,16 @@ def test_reference_documents_itself(name: str) -> None:
     assert reference.usually() in kinds
     assert bool(reference.means) == (reference.usually() in ("theory", "own models"))
     assert len(reference.source.splitlines()) == 1
-    ends = ("rounding", "exactly", "states it", "scanned, m", "in the load", "of the displacement, m")
+    ends = (
+        "rounding",
+        "exactly",
+        "stated in the scene",
+        "scanned shape, m",
+        "in the load",
+        "of the displacement, m",
+        "coarser solution, m",
+        "given force, m",
+    )
     assert reference.error_meaning.endswith(ends)
     first, blank, *rest = (inspect.getdoc(reference) or "").splitlines()
     assert first.endswith(".")

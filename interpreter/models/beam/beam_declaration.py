@@ -48,26 +48,21 @@ class Beam6Dof(Model):
 
     Simo-Reissner theory: cross-sections stay plane and move rigidly, strains of the axis are small, and rotations are
     unlimited. Elements have two nodes and one integration point; they are of second order and path independent. Shear
-    and
-    axial flexibility can be switched off. The body must be slender: a cylinder, a tube, a box, an arc, a cone without a
-    tip, or an extruded trapezoid. For the last two, which taper, the compliance of elements is integrated. Supports
-    must
-    select whole cross-sections. A torque on an end face is a moment of fixed direction on that section. A force at a
-    point
-    off the axis acts on an arm that rotates with its section, where a node is placed. Supports may rotate. An
-    `arc(...)` is
-    free of stress as declared; dynamics, frequencies and line loads are not available for curved beams.
+    and axial flexibility can be switched off. The body must be slender: a cylinder, a tube, a box, an arc, a cone
+    without a tip, or an extruded trapezoid. For the last two, which taper, the compliance of elements is integrated.
+    Supports must select whole cross-sections. A torque on an end face is a moment of fixed direction on that section. A
+    force at a point off the axis acts on an arm that rotates with its section, where a node is placed. Supports may
+    rotate. An `arc(...)` is free of stress as declared; dynamics, frequencies and line loads are not available for
+    curved beams.
 
     Static stress is that of sections that warp freely (Navier, Saint-Venant): of stretch, bending, torsion and
-    transverse
-    shear in circles, rings and rectangles. In a tapered beam it follows the sides, to first order in their slope.
-    Within
-    one width of a support, load or joint sections are not free and the theory is inaccurate; a warning reports this
-    (W356).
+    transverse shear in circles, rings and rectangles. In a tapered beam it follows the sides, to first order in their
+    slope. Within one width of a support, load or joint sections are not free and the theory is inaccurate; a warning
+    reports this (W356).
 
-    In dynamics, with every integrator, half the mass of a segment is at either end, with the rotary inertia of its
-    sections. Rotations are vectors relative to the start of each step and are never summed, so that a beam may rotate
-    without limit. `midpoint` conserves linear and angular momentum. A step of 20 segments takes less than a
+    In dynamics, with every integrator, half the mass of a segment is lumped at either end, with the rotary inertia of
+    its sections. Rotations are vectors relative to the start of each step and are never summed, so that a beam may
+    rotate without limit. `midpoint` conserves linear and angular momentum. A step of 20 segments takes less than a
     millisecond.
     Source: Simo (1985); Simo and Vu-Quoc (1986, 1988); Crisfield and Jelenic (1999); Brüls and Cardona (2010).
     """
@@ -87,9 +82,9 @@ class Beam6Dof(Model):
     finely = ("segments",)
 
     segments: Annotated[int, "1 in [1, 10000]", "elements along the axis"]
-    shear: Annotated[bool, "whether cross-sections may shear against the axis"] = True
-    axial: Annotated[bool, "whether the axis may stretch"] = True
-    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    shear: Annotated[bool, "include shear flexibility"] = True
+    axial: Annotated[bool, "include axial flexibility"] = True
+    body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors and warnings about a beam model in a case."""

@@ -37,12 +37,11 @@ class Frame6Dof(Model):
     Every member is modelled as `beam6dof` is: sections stay plane and move rigidly, rotations are unlimited, shear and
     stretch are included. Members that meet at a point keep their angles, however the point rotates. Members are lines
     without extent at joints: their overlap there is ignored, in stiffness and in mass, and the stated error includes
-    its
-    possible effect. Stress is that of `beam6dof`. For members that taper, the compliance of elements is integrated.
+    its possible effect. Stress is that of `beam6dof`. For members that taper, the compliance of elements is integrated.
     Supports hold points of axes: `fixed` and `displaced` with their sections, `pinned` without. Loads are gravity,
-    forces
-    and line forces on axes, and torques at a point, the last only in statics. Conditions select points of the axes, and
-    whole members. In dynamics, with every integrator, masses are at nodes, with the rotary inertia of sections.
+    forces and line forces on axes, and torques at a point, the last only in statics. Conditions select points of the
+    axes, and whole members. In dynamics, with every integrator, masses are at nodes, with the rotary inertia of
+    sections.
 
     Source: Simo and Vu-Quoc (1986, 1988); Crisfield and Jelenic (1999); joints as in Ibrahimbegovic and Mamouri (2000).
     """
@@ -54,7 +53,7 @@ class Frame6Dof(Model):
     finely = ("segments",)
 
     segments: Annotated[int, "1 in [1, 1000]", "elements along each member"]
-    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors and warnings about a frame model in a case."""

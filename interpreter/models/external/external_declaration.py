@@ -29,13 +29,11 @@ else:
 
 @dataclass(frozen=True)
 class Outside(ExternalModel):
-    """Finite elements that another program solves, assessed as ours are, on the same mesh and under the same loads.
+    """Finite elements solved by another program, on the mesh and with the loads of `fem`, assessed like any model.
 
-    The mesh, supports and nodal forces are those of `fem(...)` with the same element, size and strain. Everything else
-    is
-    the program's: its element, quadrature, law and solver. It runs in a separate process, with limits on time, memory
-    and
-    output, and with one thread unless more are requested. Nothing of it is imported here.
+    The mesh, supports and nodal forces are those of `fem(...)` with the same element, size and strain. Element
+    formulation, quadrature, law and solver are those of the program. It runs in a separate process, with limits on
+    time, memory and output, and with one thread unless more are requested; none of its code is imported.
 
     `calculix` has tet4, tet10, hex8 and hex20; at finite strain st_venant_kirchhoff, neo_hookean_isochoric,
     mooney_rivlin and yeoh. `felupe` has all five elements; neo_hookean and neo_hookean_isochoric, in bodies of one
@@ -47,32 +45,28 @@ class Outside(ExternalModel):
 
     `febio` has tet4 and hex8, and finite strain only; `polyfem` has tet4 and, at small strain, straight tet10, with
     supports on whole facets, weight and uniform tractions on whole facets; `sofa` has tet4, in bodies of one material,
-    with supports that do not move. At finite strain all three have st_venant_kirchhoff and neo_hookean. They read what
-    `dsl export` writes, and were never run where softmark is developed: they are unchecked. Their decks are tested as
-    text, and their answers on files that tests create according to their sources.
+    with supports that do not move. At finite strain all three have st_venant_kirchhoff and neo_hookean. They read the
+    files of `dsl export`. They were never run where softmark is developed and are therefore unchecked: their input
+    files are tested as text, and reading their results on files that tests create following their source code.
 
     `mujoco`, `newton_vbd` and `newton_xpbd` integrate in time, and support only dynamic analyses of tet4 at finite
-    strain. Their models are their own and are what is assessed: the outline and `solve.means` describe them. Steps are
-    of
-    `step`, with `iterations` if they iterate. Damping is that of the analysis; the integrator is the program's, for
-    MuJoCo
-    explicit if that of the analysis is. A motion is not checked in our equations: references and other models assess
-    it.
-    One whose steps end after a number of iterations, whatever the residual, is `capped`.
+    strain. Their mechanical models are their own, and are assessed as such; the outline and `solve.means` describe
+    them. Steps are of `step`, with `iterations` if they iterate. Damping is that of the analysis; the integrator is the
+    program's, for MuJoCo explicit if that of the analysis is. Dynamic results are not checked in softmark's equations:
+    references and other models assess them. A program whose steps end after a fixed number of iterations, whatever the
+    residual, is `capped`.
 
-    What a program cannot do exactly as the scene means it is never approximated: the model is `unsupported`, with the
-    reason, and W710 in validation. If it is not installed, the model is `skipped`, with a message on how to install it.
-    If
-    it hangs, crashes, floods its log, runs out of memory or leaves no valid answer, the model is `failed`, with its
-    last
-    words. An exit status of 0 and its own log are not sufficient: its displacements are put into our own equations. If
-    more than 1e-4 of the loads remains, in addition to the effect of the digits of its answer, the model is
-    `not_converged`; also if these digits leave more than a tenth. Reactions and stress follow from our law and its
-    displacements. Its stability and discretization error are unknown, that is unchecked.
+    If the program cannot represent the scene exactly, nothing is approximated: the model is `unsupported`, with the
+    reason, and validation reports W710. If it is not installed, the model is `skipped`, with a message on how to
+    install it. If it hangs, crashes, writes too much output, runs out of memory or leaves no valid answer, the model is
+    `failed`, with the last lines of its output. An exit status of 0 and its own log are not sufficient: its
+    displacements are checked in softmark's own equations. If the remaining imbalance exceeds 1e-4 of the loads, in
+    addition to the effect of rounding in its output, the model is `not_converged`; also if that rounding alone exceeds
+    a tenth of the loads. Reactions and stress are computed from its displacements with softmark's law. Its stability
+    and discretization error are unchecked.
 
-    Its solution time is by its own clock if it has one, else that of its whole process, which is an upper bound and
-    marked
-    as one. Set-up, solution and file times are separate in the facts of the report.
+    The solution time is taken from the program's own clock if it has one, else from its whole process, which is marked
+    as an upper bound. Set-up, solution and file times are separate in the facts of the report.
     """
 
     recovers = False
@@ -86,17 +80,19 @@ class Outside(ExternalModel):
     finely = ("size",)
     loads = (*Model.loads, LineForce)
 
-    program: Annotated[Word, "the program"]
-    element: Annotated[str, "element", "the element, as of `fem(...)`: tet4, tet10, hex8, hex20 or hex27"]
-    strain: Annotated[Literal["small", "finite"], "how strain is measured"]
-    size: Annotated[float | None, "m in (0, inf)", "edge length that the mesh aims at"] = None
-    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
-    mesh: Annotated[Any | None, "shape", "a mesh from a file in place of one made of the body's shape"] = None
-    time: Annotated[float, "s in (0, inf)", "limit of its wall-clock time"] = 60.0
-    memory: Annotated[float, "1 in (0, 100000]", "limit of its address space, GB"] = 4.0
-    threads: Annotated[int, "1 in [1, 256]", "threads that it may use"] = 1
-    step: Annotated[float | None, "s in (0, inf)", "its time step; default: that of the analysis"] = None
-    iterations: Annotated[int | None, "1 in [1, 100000]", "iterations per time step; default: its own choice"] = None
+    program: Annotated[Word, "external program"]
+    element: Annotated[str, "element", "element, as for `fem(...)`: tet4, tet10, hex8, hex20 or hex27"]
+    strain: Annotated[Literal["small", "finite"], "strain measure"]
+    size: Annotated[float | None, "m in (0, inf)", "target edge length of cells"] = None
+    body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
+    mesh: Annotated[Any | None, "shape", "mesh from a file, used instead of a mesh of the body's shape"] = None
+    time: Annotated[float, "s in (0, inf)", "limit of the program's wall-clock time"] = 60.0
+    memory: Annotated[float, "1 in (0, 100000]", "limit of the program's address space, GB"] = 4.0
+    threads: Annotated[int, "1 in [1, 256]", "number of threads that the program may use"] = 1
+    step: Annotated[float | None, "s in (0, inf)", "time step of the program; default: that of the analysis"] = None
+    iterations: Annotated[
+        int | None, "1 in [1, 100000]", "iterations per time step; default: chosen by the program"
+    ] = None
 
     @property
     def ours(self) -> Fem:

@@ -43,54 +43,57 @@ FORMULATIONS = {"mixed": "with pressures", "mean_dilatation": "mean dilatation"}
 class Fem(HasMaterial, Model):
     """Finite elements over the volume of a body, with a choice of element and strain measure.
 
-    `small`: strain is linear in the displacements. It is accurate for rotations of a few degrees; a body that rotates
-    more appears to grow. `corotational`: linear elasticity in the frame of the polar rotation of each integration
-    point,
-    with exact derivatives, for large rotations and small strains. `finite`: the material's own law, for large rotations
-    and
-    strains. The first two use the initial moduli of the material.
+    `strain = small`: strain is linear in the displacements. It is accurate for rotations of a few degrees; a body that
+    rotates more appears to grow. `corotational`: linear elasticity in the frame of the polar rotation of each
+    integration point, with exact derivatives, for large rotations and small strains. `finite`: the material's own law,
+    for large rotations and strains. The first two use the initial moduli of the material.
+
     `integration = selective` (hex8): the energy of the modulus lambda is evaluated once per cell, for the cell's mean
     deformation gradient, so that the element does not lock. `rotation = element` (corotational): one rotation per cell,
-    as in real-time simulators; its forces have no energy. `mass`: how mass is distributed to nodes. `consistent`
-    integrates the shape functions, `lumped` distributes each cell's mass by the diagonal of its mass matrix, and
-    `uniform`
-    gives every node of the mesh the same mass, which is wrong wherever the mesh is graded.
+    as in real-time simulators; its forces have no energy. `mass`: `consistent` integrates the shape functions, `lumped`
+    distributes each cell's mass by the diagonal of its mass matrix, and `uniform` gives every node of the mesh the same
+    mass, which is wrong wherever the mesh is graded.
 
     `formulation` avoids locking near incompressibility. `mixed` has pressures as additional unknowns and accepts every
     Poisson's ratio up to and including 0.5. Pressures are linear and continuous in tet10, hex20 and hex27 (Taylor and
     Hood), the recommended elements, or constant in each hex8 (Q1/P0, whose displacements are good but whose pressures
-    may
-    alternate from cell to cell). It is for statics. `mean_dilatation` (hex8) uses the mean volume change of each cell:
-    B-bar for small strain, the consistent form of F-bar for finite strain. It has the same displacements as mixed hex8
-    without further unknowns, for Poisson's ratios below 0.5, in statics and dynamics.
+    may alternate from cell to cell). It is for statics. `mean_dilatation` (hex8) uses the mean volume change of each
+    cell: B-bar for small strain, the consistent form of F-bar for finite strain. It has the same displacements as mixed
+    hex8 without further unknowns, for Poisson's ratios below 0.5, in statics and dynamics.
 
-    The following options trade accuracy, or nothing, for speed; `sweep` varies them, and `dsl compare` shows the cost.
+    The following options make a model faster, some at the expense of accuracy; `sweep` varies them, and `dsl compare`
+    shows the effect on error and cost.
+
     `max_iterations` stops Newton's method after this number of linear systems, in total in statics and per time step
-    in dynamics, as
-    programs do that must keep a frame rate. Such a state is `capped`: it is not converged and never counts as real
-    time;
-    its residual is that of the state, and its metrics show the effect of the cap. `linear` names the linear solver;
-    `auto`
-    selects a suitable one. `conjugate_gradients` is preconditioned by the diagonal, and `max_linear_iterations` stops
-    it after this
-    number of iterations in every Newton step; the state is `capped` if it is then not in equilibrium. `precision =
-    single`
-    stores geometry, state, forces, tangent and factor in 32 bits. The reported residual is computed in 64 bits;
-    `converged` then means that only rounding errors remain, at most 1e-3 of the residual or in the energy norm.
+    in dynamics, as in programs that must keep a frame rate. Such a state is `capped`: it is not converged and never
+    counts as real
+    time; its residual is that of the state, and its metrics show the effect of the cap.
+
+    `linear` names the linear solver; `auto` selects a suitable one. `conjugate_gradients` is preconditioned by the
+    diagonal, and `max_linear_iterations` stops it after this number of iterations in every Newton step; the state is
+    `capped` if it is then not in equilibrium.
+
+    `precision = single` stores geometry, state, forces, tangent and factor in 32 bits. The reported residual is
+    computed in 64 bits; `converged` then means that only rounding errors remain, at most 1e-3 of the residual or in the
+    energy norm.
+
     `factorisation = reused` keeps a factor as long as conjugate gradients with it cost less than a new one, and solves
-    early Newton steps only as accurately as needed (Eisenstat and Walker 1996): same state, same tolerance.
+    early Newton steps only as accurately as needed (Eisenstat and Walker 1996). The result is the same, to the same
+    tolerance.
+
     `quality` moves the nodes of the mesh at random, reproducibly, until its worst cell has this mean ratio (Knupp 2001;
     1 is a regular cell, 0 a flat one), to study the effect of bad meshes. The shape of the body is kept: nodes of plane
     faces move within them, those of straight edges along them, and others stay.
-    `refine_factor` and `refine_at` grade the mesh: at the border of a condition, if that is a plane or a circle that a
-    mesh of the
-    shape can follow, cells are `refine_factor` times shorter across it, and reach their `size` at half the body's
-    extent away. In a
-    filled surface, cells are smaller by that factor where the condition holds; facets of combined shapes have the
-    smallest
-    size. A mesh of half the size is graded in the same way.
-    `initial_guess` names another model of the body from whose solution Newton's method starts, for example on a coarser
-    mesh or with a cheaper strain measure; its cost is part of the cost of this model.
+
+    `refine_factor` and `refine_at` grade the mesh. At the border of the condition `refine_at`, if it is a plane or a
+    circle that a mesh of the shape can follow, the cell size normal to the border is `size / refine_factor`; it grows
+    to `size` at
+    half the body's extent from there. In a filled surface, cells are smaller by that factor where the condition holds;
+    facets of
+    combined shapes have the smallest size. If `size` is halved, all cells are halved.
+
+    `initial_guess` names another model of the body whose solution is the initial guess of Newton's method, for example
+    on a coarser mesh or with a cheaper strain measure; its cost is part of the cost of this model.
     """
 
     recovers = True
@@ -104,28 +107,29 @@ class Fem(HasMaterial, Model):
     element: Annotated[
         str,
         "element",
-        "the element: tet4, tet10, hex8, hex20 or hex27; of plane bodies quad4, quad8, quad9, tri3, tri6",
+        "element: tet4, tet10, hex8, hex20 or hex27; for plane bodies quad4, quad8, quad9, tri3 or tri6",
     ]
-    strain: Annotated[Literal["small", "corotational", "finite"], "how strain is measured"]
-    size: Annotated[float | None, "m in (0, inf)", "edge length that the mesh aims at"] = None
-    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
-    mesh: Annotated[Any | None, "shape", "a mesh from a file in place of one made of the body's shape"] = None
+    strain: Annotated[Literal["small", "corotational", "finite"], "strain measure"]
+    size: Annotated[float | None, "m in (0, inf)", "target edge length of cells"] = None
+    body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
+    mesh: Annotated[Any | None, "shape", "mesh from a file, used instead of a mesh of the body's shape"] = None
     integration: Annotated[
         Literal["full", "selective"], "quadrature of hexahedra: full, or selective for the volumetric part"
     ] = "full"
     formulation: Annotated[
-        Literal["displacement", "mixed", "mean_dilatation"], "treatment of near-incompressibility: see above"
+        Literal["displacement", "mixed", "mean_dilatation"], "treatment of near-incompressible materials, see above"
     ] = "displacement"
     rotation: Annotated[
         Literal["point", "element"], "one rotation per integration point or per element, in corotational strain"
     ] = "point"
-    mass: Annotated[Literal["consistent", "lumped", "uniform"], "how nodes share the mass"] = "consistent"
+    mass: Annotated[Literal["consistent", "lumped", "uniform"], "distribution of the mass to nodes"] = "consistent"
     max_iterations: Annotated[
         int | None,
         "1 in [1, 1000]",
-        "Newton iterations after which a state, or a time step, is accepted, solved or not; none: all are solved",
+        "number of Newton iterations after which a state or time step is accepted even if not converged; default: no "
+        "limit",
     ] = None
-    material: Annotated[Any | None, "material", "another material than the body's, to see what it changes"] = None
+    material: Annotated[Any | None, "material", "material of this model; default: that of the body"] = None
     precision: Annotated[Literal["double", "single"], "floating-point precision, 64 or 32 bits"] = "double"
     linear: Annotated[
         Literal["auto", "cholesky", "superlu", "pardiso", "multigrid", "conjugate_gradients"],
@@ -134,22 +138,24 @@ class Fem(HasMaterial, Model):
     max_linear_iterations: Annotated[
         int | None,
         "1 in [1, 100000]",
-        "iterations of conjugate gradients in a Newton step; none: until it is solved",
+        "largest number of conjugate gradient iterations in a Newton step; default: no limit",
     ] = None
-    factorisation: Annotated[Literal["fresh", "reused"], "whether a factor is used for one Newton step or several"] = (
-        "fresh"
-    )
+    factorisation: Annotated[
+        Literal["fresh", "reused"], "factorise in every Newton step, or reuse a factor for several"
+    ] = "fresh"
     initial_guess: Annotated[str | None, "model", "model whose solution is the initial guess; default: rest"] = None
     quality: Annotated[
         float | None,
         "1 in [1e-9, 1]",
-        "mean ratio of the worst cell, for a mesh made worse on purpose; default: as generated",
+        "mean ratio of the worst cell of a mesh distorted on purpose; default: the generated mesh",
     ] = None
     refine_factor: Annotated[
-        float | None, "1 in (1, 100]", "ratio of the usual cell size to that at `refine_at`; default: uniform mesh"
+        float | None, "1 in (1, 100]", "ratio of `size` to the cell size at `refine_at`; default: uniform mesh"
     ] = None
     refine_at: Annotated[
-        Any | None, "condition", "condition at whose border cells are smaller, as at a clamp: `refine_at = x <= 0 mm`"
+        Any | None,
+        "condition",
+        "condition at whose border cells are smaller, for example a clamp: `refine_at = x <= 0 mm`",
     ] = None
 
     loads = (*Model.loads, LineForce)

@@ -24,27 +24,20 @@ class Results(Model):
     `at` names the vectors that are their displacements. If the file has only moved points, use `at = "position"`, with
     `rest` a file of the same points undeformed, unless the first state of the series is undeformed. Programs that write
     moved points in addition to displacements need `position` too. If the file has cells, a point of the body moves with
-    the
-    cell that it lies in. If it has only points, it moves with the nearest one if that is within 1e-6 of the body's
-    size,
-    else by linear interpolation between surrounding points. `by = nodes` uses node numbers instead of positions: those
-    of
-    the body's own mesh file, in its order.
+    the cell that it lies in. If it has only points, it moves with the nearest one if that is within 1e-6 of the body's
+    size, else by linear interpolation between surrounding points. `by = nodes` uses node numbers instead of positions:
+    those of the body's own mesh file, in its order.
 
     For plane bodies, files have plane cells, points at one z, or a slice one cell thick, of any thickness; positions
-    are
-    compared by x and y, for a body of revolution by the distance from its axis and y. For networks a file has the
-    points of
-    the probes, because rods are bent between them.
+    are compared by x and y, for a body of revolution by the distance from its axis and y. For networks a file has the
+    points of the probes, because rods are bent between them.
 
     The body must lie within the points of the file. The largest distance of its surface outside, and the volume of the
     file's mesh relative to the body, are in `solve.match` of the report; distances beyond `within` are refused. A
-    series is
-    matched by its `time`: a motion is that of the series, linear between its times; a state is the one of the same
-    value.
-    Nothing is solved, so there is no residual, stability, stress, reaction or time, and each is refused with that
-    reason.
-    Its status is `read`, it takes no part in `dsl robustness`, and it is unchecked: only references assess it.
+    series is matched by its `time`: a motion is that of the series, linear between its times; a state is the one of the
+    same value. Nothing is solved, so there is no residual, stability, stress, reaction or time, and each is refused
+    with that reason. Its status is `read`, it takes no part in `dsl robustness`, and it is unchecked: only references
+    assess it.
     """
 
     loads = (object,)
@@ -54,16 +47,18 @@ class Results(Model):
     unwalked = "results from a file do not change with parameters"
     forceless = f"{NOTHING} no forces"
 
-    path: Annotated[str, "file", "the file: .vtu, .pvtu, .pvd, .vtk, .xdmf, .frd, .xplt or .csv"]
-    unit: Annotated[float, "m in (0, inf)", "one unit of the file's lengths, such as 1 mm"]
-    at: Annotated[str, 'the vectors by their name in the file, or "position"; none: the only ones it may be'] = ""
-    rest: Annotated[str, "file", "a file with the same points undeformed, for `position`"] = ""
-    time: Annotated[float, "s in (0, inf)", "one unit of the file's times"] = 1.0
-    by: Annotated[Literal["place", "nodes"], "what points are known by"] = "place"
+    path: Annotated[str, "file", "file: .vtu, .pvtu, .pvd, .vtk, .xdmf, .frd, .xplt or .csv"]
+    unit: Annotated[float, "m in (0, inf)", "length unit of the file, such as 1 mm"]
+    at: Annotated[str, 'name of the displacement vectors in the file, or "position"; default: the only candidate'] = ""
+    rest: Annotated[str, "file", "file with the same points undeformed, for `position`"] = ""
+    time: Annotated[float, "s in (0, inf)", "time unit of the file"] = 1.0
+    by: Annotated[Literal["place", "nodes"], "how points are matched: by position, or by node number"] = "place"
     within: Annotated[
-        float | None, "m in (0, inf)", "how far the body may lie outside; default: 1 % of its diagonal"
+        float | None,
+        "m in (0, inf)",
+        "largest distance of the body outside the file's points; default: 1 % of the body's diagonal",
     ] = None
-    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
     @property
     def stress_law(self) -> str:

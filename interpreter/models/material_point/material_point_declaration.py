@@ -20,29 +20,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Homogeneous(Model):
-    """Single material point in place of a body: homogeneous strain, no mesh, some tens of microseconds.
+    """Single material point instead of a body: homogeneous strain, no mesh, solved in tens of microseconds.
 
-    It shows the response of a law in a tension test without grips, ends or a mesh. The body is a box, a cylinder or a
-    tube
-    along x, y or z. Supports must select whole faces; they impose stretches along normals, or a shear of two opposite
-    faces. A traction along the normal of a face is a nominal stress. Free faces are free of stress: their stretch is
-    found
-    by Newton's method on the law, at a Poisson's ratio of 0.5 with a pressure. `uniaxial`: one axis is pulled, the
-    others
-    are free. `equibiaxial`: two axes are pulled alike. `planar` (pure shear): one axis is pulled and one held, which
-    wide
-    grips also do. `simple_shear`: one face slides along the opposite one; the other faces are assumed to be held as
-    needed, and at a Poisson's ratio of 0.5 the face normal to the third axis is free. `confined`: one axis is moved,
-    the
-    others are held.
+    It gives the response of a law in an ideal test, without effects of grips, ends or a mesh. The body is a box, a
+    cylinder or a tube along x, y or z. Supports must select whole faces; they impose stretches along normals, or a
+    shear of two opposite faces. A traction along the normal of a face is a nominal stress. Free faces are free of
+    stress: their stretch is found by Newton's method on the law, at a Poisson's ratio of 0.5 with a pressure.
+    `uniaxial`: one axis is pulled, the others are free. `equibiaxial`: two axes are stretched equally. `planar` (pure
+    shear): one axis is pulled and one held, which wide grips also do. `simple_shear`: one face slides along the
+    opposite one; the other faces are assumed to be held as needed, and at a Poisson's ratio of 0.5 the face normal to
+    the third axis is free. `confined`: one axis is moved, the others are held.
 
     If grips hold a width that is free in the state, a warning reports this (W365). Beyond a maximum of the force, a
-    state
-    is found if the stretch is imposed, with a warning that it is unstable under that force and where that begins
-    (W366).
-    The same applies to a state that violates Drucker's stability postulate in Hencky strain (W385). If the law has no
-    state, beyond its domain or the largest force, the model does not converge and reports how far it came. Forces are
-    verified by finite differences of the energy only.
+    state is found if the stretch is imposed, with a warning that it is unstable under that force and where that begins
+    (W366). The same applies to a state that violates Drucker's stability postulate in Hencky strain (W385). If the law
+    has no state, beyond its domain or the largest force, the model does not converge and reports how far it came.
+    Forces are verified by finite differences of the energy only.
     """
 
     loads = (SurfaceTraction,)
@@ -52,13 +45,13 @@ class Homogeneous(Model):
 
     state: Annotated[
         Literal["uniaxial", "equibiaxial", "planar", "simple_shear", "confined"],
-        "what supports and loads make of the body; it is refused where they make something else",
+        "deformation that supports and loads impose; they must agree with it",
     ]
     strain: Annotated[
-        Literal["small", "corotational", "finite"], "the measure of strain: the law of the material is `finite`"
+        Literal["small", "corotational", "finite"], "strain measure; `finite` uses the law of the material"
     ] = "finite"
     material: Annotated[Any | None, "material", "material of this model; default: that of the body"] = None
-    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
     @property
     def other_material(self) -> Any:

@@ -57,12 +57,10 @@ class Modal(Reduced):
     on their size.
 
     `cells = sampled` evaluates only cells that a non-negative least squares fit selects and weights (ECSW: Farhat,
-    Avery,
-    Chapman and Cortial 2014), so that the cost of a solution does not grow with the mesh. They are fitted to the
-    reduced
-    model's own states at a quarter, half, three quarters and all of the load, and to its initial stiffness. The space
-    keeps
-    the supports fixed; imposed displacements enter by the linear response to them. Loads are reduced exactly.
+    Avery, Chapman and Cortial 2014), so that the cost of a solution does not grow with the mesh. They are fitted to the
+    reduced model's own states at a quarter, half, three quarters and all of the load, and to its initial stiffness. The
+    space keeps the supports fixed; imposed displacements enter by the linear response to them. Loads are reduced
+    exactly.
 
     `converged` refers to the reduced equations. `full_residual` in the report is the residual of the full model's
     equations, relative to its loads, and `estimated_error` is the corresponding displacement error (`W419`). Options of
@@ -71,12 +69,12 @@ class Modal(Reduced):
     (2001).
     """
 
-    of: Annotated[str, "model", "the finite element model that is reduced"]
-    modes: Annotated[int, "1 in [1, 2000]", "how many vibration modes"] = 20
-    derivatives: Annotated[bool, "whether modal derivatives are added, as many as modes"] = True
-    cells: Annotated[Literal["all", "sampled"], "which cells are evaluated: all, or a few with weights"] = "all"
-    sampling: Annotated[float, "1 in (0, 1)", "relative error of the forces that the sampled cells give"] = 0.01
-    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    of: Annotated[str, "model", "finite element model that is reduced"]
+    modes: Annotated[int, "1 in [1, 2000]", "number of vibration modes"] = 20
+    derivatives: Annotated[bool, "add modal derivatives, as many as modes"] = True
+    cells: Annotated[Literal["all", "sampled"], "cells that are evaluated: all, or a weighted sample"] = "all"
+    sampling: Annotated[float, "1 in (0, 1)", "largest relative error of the forces from sampled cells"] = 0.01
+    body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors that do not depend on the scene."""
@@ -93,14 +91,12 @@ class Pod(Reduced):
     """Finite element model in the space of its own solutions: proper orthogonal decomposition.
 
     The model `of` is solved for a training set, and the space contains the fields nearest to these states (Sirovich
-    1987):
-    the first `modes`, or as many as leave out at most `tolerance` of their root mean square, with lengths measured in
-    the
-    `norm` of the mass or of the strain energy. The training set contains every fraction of all loads and imposed
-    displacements in `training` (`[0.25, 0.5, 0.75, 1]`), for every value of the sweep `over`, if one is named: `over =
-    directions` with `study directions = sweep(weight.direction, over = [-z, +y])`. Sweeps may vary loads, imposed
-    displacements and materials, but not the mesh. If the scene lies outside these ranges, a warning reports
-    extrapolation.
+    1987): the first `modes`, or as many as leave out at most `tolerance` of their root mean square, with lengths
+    measured in the `norm` of the mass or of the strain energy. The training set contains every fraction of all loads
+    and imposed displacements in `training` (`[0.25, 0.5, 0.75, 1]`), for every value of the sweep `over`, if one is
+    named: `over = directions` with `study directions = sweep(weight.direction, over = [-z, +y])`. Sweeps may vary
+    loads, imposed displacements and materials, but not the mesh. If the scene lies outside these ranges, a warning
+    reports extrapolation.
 
     Training is part of the set-up, and the report states its time; a model that shares it is charged for it too.
     `cells = sampled` evaluates only cells that a non-negative least squares fit selects and weights (ECSW: Farhat,
@@ -113,19 +109,19 @@ class Pod(Reduced):
     analysis integrates the reduced equations; the space and the cells are then trained on static states only.
     """
 
-    of: Annotated[str, "model", "the finite element model that is reduced"]
+    of: Annotated[str, "model", "finite element model that is reduced"]
     training: Annotated[
-        Any | None, "values", "fractions of all loads that are solved, such as `[0.25, 0.5, 0.75, 1]`"
+        Any | None, "values", "fractions of all loads in the training set, such as `[0.25, 0.5, 0.75, 1]`"
     ] = None
     over: Annotated[str | None, "study", "sweep whose values are all used in training; default: the scene itself"] = (
         None
     )
     modes: Annotated[int | None, "1 in [1, 2000]", "number of fields; default: as many as `tolerance` needs"] = None
     tolerance: Annotated[float, "1 in (0, 1)", "relative part of the training states that may be left out"] = 1e-4
-    norm: Annotated[Literal["mass", "energy"], "what lengths of fields are measured by"] = "mass"
-    cells: Annotated[Literal["all", "sampled"], "which cells are evaluated: all, or a few with weights"] = "all"
-    sampling: Annotated[float, "1 in (0, 1)", "relative error of the forces that the sampled cells give"] = 0.01
-    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    norm: Annotated[Literal["mass", "energy"], "inner product that measures lengths of fields"] = "mass"
+    cells: Annotated[Literal["all", "sampled"], "cells that are evaluated: all, or a weighted sample"] = "all"
+    sampling: Annotated[float, "1 in (0, 1)", "largest relative error of the forces from sampled cells"] = 0.01
+    body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
     @property
     def parts(self) -> tuple[float, ...]:

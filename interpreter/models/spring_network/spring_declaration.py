@@ -41,12 +41,10 @@ class FromMaterial:
     """Stiffness from Young's modulus, without a free factor.
 
     Tetrahedra: k = E V / l^2, with V the volume of the cells around an edge (Van Gelder 1998, J. Graphics Tools
-    3(2):21);
-    it is right on average if springs point equally in all directions. Hexahedra: the stiffness that makes each cell as
-    isotropic as possible. For cubes of edge a that is k = 2 E a / 5 on edges and face diagonals; with body diagonals 3
-    E a
-    / 5 on edges, E a / 5 on face and 3 E a / 20 on body diagonals. Poisson's ratio is not used: a network has its own,
-    1/4.
+    3(2):21); it is right on average if springs point equally in all directions. Hexahedra: the stiffness that makes
+    each cell as isotropic as possible. For cubes of edge a that is k = 2 E a / 5 on edges and face diagonals; with body
+    diagonals 3 E a / 5 on edges, E a / 5 on face and 3 E a / 20 on body diagonals. Poisson's ratio is not used: a
+    network has its own, 1/4.
     """
 
 
@@ -55,11 +53,9 @@ class Calibrated:
     """Stiffness from the material times one factor, which minimizes a metric at a fraction of the load.
 
     The fit uses the loads, the imposed displacements and the reference at `load` of their full size; the report
-    assesses
-    the model at full load, which the fit has not used. The reference must be one that can be solved for a smaller load,
-    such as `simo_reissner`. A measurement is known at full load only: with `load = 100 %`, fit and assessment share
-    their
-    data, and a warning says so.
+    assesses the model at full load, which the fit has not used. The reference must be one that can be solved for a
+    smaller load, such as `simo_reissner`. A measurement is known at full load only: with `load = 100 %`, fit and
+    assessment share their data, and a warning says so.
     """
 
     metric: Annotated[str, "metric", "error against a reference that the factor minimizes"]
@@ -79,23 +75,24 @@ class MassSpring(Model):
 
     Springs run along the edges of tetrahedra, or along the edges and diagonals of hexahedra; the energy of one is
     k/2 (l - l0)^2. They use the density of the material and, unless their stiffness is given, Young's modulus. An
-    isotropic
-    network of springs has a Poisson's ratio of 1/4 and no other (the Cauchy relation), and does not resist inversion.
-    Between nodes displacements are interpolated in the cells.
+    isotropic network of springs has a Poisson's ratio of 1/4 and no other (the Cauchy relation), and does not resist
+    inversion. Between nodes displacements are interpolated in the cells.
     Source: Provot (1995); Van Gelder (1998); for the lattice Love (1906), note B.
     """
 
     recovers = True
     finely = ("size",)
 
-    stiffness: Annotated[Any, "stiffness", "how stiff its springs are, such as `uniform(120 N/m)` or `from_material()`"]
-    size: Annotated[float | None, "m in (0, inf)", "edge length that the mesh aims at"] = None
+    stiffness: Annotated[
+        Any, "stiffness", "stiffness of springs: `uniform(120 N/m)`, `from_material()` or `calibrated(...)`"
+    ]
+    size: Annotated[float | None, "m in (0, inf)", "target edge length of cells"] = None
     network: Annotated[Literal["tet4", "hex8"], "cells whose edges are springs"] = "tet4"
     diagonals: Annotated[
-        Literal["faces", "all"], "of hexahedra: springs across their faces, or across the body as well"
+        Literal["faces", "all"], "for hexahedra: diagonal springs in faces only, or also through the cell"
     ] = "all"
-    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
-    mesh: Annotated[Any | None, "shape", "a mesh from a file in place of one made of the body's shape"] = None
+    body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
+    mesh: Annotated[Any | None, "shape", "mesh from a file, used instead of a mesh of the body's shape"] = None
 
     @property
     def solid(self) -> Fem:

@@ -19,7 +19,7 @@ from softmark.interpreter.study.analysis.result_changes import (
 
 STYLES = {"bold": "1", "good": "32", "bad": "31", "quiet": "2"}
 WORSE = ("not_converged", "diverged", "failed", "timed_out")
-NOTHING = "Nothing changed: the same models, statuses and values; no time differs by more than its noise."
+NOTHING = "No changes: same models, statuses and values; no time differs by more than its noise."
 
 
 def changes_table(changes: Changes, colour: bool) -> str:

@@ -78,8 +78,8 @@ def _noise(changes: Changes) -> str:
     """Return a sentence with the number of changes that are only noise."""
     below = sum(m.verdict not in SORT for m in changes.metrics)
     undecided = sum(t.verdict == "undecided" for t in changes.times)
-    numbers = f"{below} more changed by less than the uncertainty of their references" if below else ""
-    times = f"of {undecided} times the noise is not known" if undecided else ""
+    numbers = f"{below} more changes are below the uncertainty of their references" if below else ""
+    times = f"the noise of {undecided} times is unknown" if undecided else ""
     said = "; ".join(filter(None, (numbers, times)))
     return f"{said[:1].upper()}{said[1:]}." if said else ""
 
@@ -89,4 +89,4 @@ def _possible_causes(changes: Changes) -> str:
     facts = [*changes.scenes, *changes.environment]
     told = [f"{plain(f.what)} {code(plain_fact(f.old))} → {code(plain_fact(f.new))}" for f in facts[:12]]
     more = [f"{len(facts) - 12} more"] if len(facts) > 12 else []
-    return f"Not the same: {'; '.join([*told, *more])}." if facts else ""
+    return f"Differences: {'; '.join([*told, *more])}." if facts else ""

@@ -43,7 +43,7 @@ def conclusion(own: Sequence[SceneView]) -> str:
     """Return `9 configurations of 3 models, 8 of them solved.`"""
     points = [p for view in own for p in view.points]
     if not points:
-        return "There are no configurations."
+        return "No configurations."
     models = len({(p.scene, p.model) for p in points})
     solved = sum(p.solved for p in points)
     rest = "all of them solved" if solved == len(points) else f"{solved} of them solved" if solved else "none solved"
@@ -77,7 +77,7 @@ def advice(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
         blocks.append(_with_scene_title(view, own, said + "".join(rest) + cost_figure.quality(view, allowed)))
     said = separate_problems_note(own)
     blocks = [tag("p", prose(said), class_="lead"), *blocks] if said else blocks
-    return "".join(blocks) or tag("p", "There is nothing to advise about.", class_="quiet")
+    return "".join(blocks) or tag("p", "No recommendation is possible.", class_="quiet")
 
 
 def _sentence(advice: Advice) -> str:
@@ -107,9 +107,9 @@ def _figures(view: SceneView) -> str:
     if has_step_times(view):
         figures += [Diagram(view, i, metric, frames=True).figure() for i, metric in enumerate(view.metrics)]
     lead = (
-        "Down and left is better: less error, less time."
+        "Lower left is better: smaller error, less time."
         if view.timed
-        else "Nothing was timed, so errors stand against numbers of unknowns."
+        else "No times were measured, so errors are plotted against the number of unknowns."
     )
     return tag("p", lead, class_="lead") + key(view) + "".join(figures)
 
@@ -122,7 +122,7 @@ def _failures(view: SceneView) -> str:
     items = []
     for f in entries:
         who = "reference " if f.kind == "reference" else ""
-        message = prose(f.message or "no reason was given")
+        message = prose(f.message or "no reason given")
         items.append(tag("li", text(who), tag("code", text(f.label)), f" {text(status_of(f.status))}: ", message))
     title = tag("p", tag("b", f"✗ {count(len(items), 'failure')}"))
     return tag("div", title, tag("ul", *items, class_="failures"), class_="callout bad")
@@ -152,7 +152,7 @@ def _levers(view: SceneView) -> str:
 
 def _provenance(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
     """Return the command, the environment, the references and the scenes."""
-    again = tag("p", "To repeat this comparison:")
+    again = tag("p", "To rerun this comparison:")
     repeat = again + tag("pre", tag("code", text(comparison.command)), class_="command") if comparison.command else ""
     scenes = [listing(scene) for scene in comparison.scenes]
     box = table_of(comparison.environment)
@@ -163,7 +163,7 @@ def _references(own: Sequence[SceneView]) -> str:
     items = []
     for view in own:
         for name, r in view.references.items():
-            kind, source = r.kind or "reference", r.source or "its source is not stated"
+            kind, source = r.kind or "reference", r.source or "source not stated"
             about = f"{kind[:1].upper()}{kind[1:]}: {source}."
             items.append(tag("div", tag("dt", tag("code", text(name))), tag("dd", prose(about))))
     return tag("dl", *items, class_="meanings") if items else tag("p", "No references.", class_="quiet")
@@ -184,13 +184,13 @@ def _warnings(own: Sequence[SceneView]) -> str:
 SECTIONS: tuple[tuple[str, Callable[[Sequence[SceneView], ComparisonRecord], str]], ...] = (
     ("advice", _advice),
     ("work", _diagrams),
-    ("levels", _tables(comparison_tables.effort_to_error, "levels", "Time to an error")),
-    ("rates", _tables(comparison_tables.best_at_rates, "rates", "Within a frame")),
+    ("levels", _tables(comparison_tables.effort_to_error, "levels", "Cost for a given error")),
+    ("rates", _tables(comparison_tables.best_at_rates, "rates", "Most accurate within a frame")),
     ("points", _tables(_points, "points", "Configurations")),
-    ("studies", _tables(study_answers.studies, "studies", "What the studies ask")),
-    ("orders", _tables(comparison_tables.orders, "orders", "Orders of convergence")),
-    ("distances", _tables(comparison_tables.distances, "distances", "Everyone against everyone")),
-    ("levers", _tables(_levers, "levers", "What a single change does")),
-    ("costs", _tables(cost_figure.costs, "costs", "Where the time goes")),
+    ("studies", _tables(study_answers.studies, "studies", "Results of studies")),
+    ("orders", _tables(comparison_tables.orders, "orders", "Convergence orders")),
+    ("distances", _tables(comparison_tables.distances, "distances", "Differences between models")),
+    ("levers", _tables(_levers, "levers", "Effect of single changes")),
+    ("costs", _tables(cost_figure.costs, "costs", "Breakdown of CPU time")),
     ("provenance", _provenance),
 )

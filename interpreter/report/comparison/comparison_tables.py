@@ -65,8 +65,8 @@ def configurations(view: SceneView, most: int | None = None) -> str:
     head += [heading(w, True) for w in (*named, "Unknowns", *_clocks(view))]
     head += [heading("Solver"), heading("Timing")]
     known = view.metrics.values()
-    star = " ★: on the front of this error." if any(own.front for own in known) else ""
-    dagger = " ±: the uncertainty of the reference; †: within it." if any(own.uncertainty for own in known) else ""
+    star = " ★: on the Pareto front for this error." if any(own.front for own in known) else ""
+    dagger = " ±: uncertainty of the reference; †: error below it." if any(own.uncertainty for own in known) else ""
     rows = [_point(view, point) for point in view.once[:most]]
     which = "All" if most is None or len(view.once) <= most else f"{most} of {len(view.once)}"
     return table(f"{which} configurations.{star}{dagger}", head, rows, "points-table")
@@ -92,7 +92,7 @@ def _point(view: SceneView, point: ComparedPoint) -> str:
 def _full_residual(point: ComparedPoint) -> str:
     """Return the residual of the full model if only reduced equations were solved."""
     left = point.reduced.full_residual if point.reduced else None
-    return "" if left is None else tag("small", text(f"full equations: {left:.2g} of the load is not balanced"))
+    return "" if left is None else tag("small", text(f"full model: residual {left:.2g} of the load"))
 
 
 def _solver(point: ComparedPoint) -> str:
@@ -135,7 +135,7 @@ def _quality(point: ComparedPoint) -> str:
     """Return the number of timing runs, of excluded runs, and the flags."""
     cost = point.cost
     said = [count(cost.runs, "run")] if cost.runs else []
-    said += [f"{cost.excluded_runs} left out"] if cost.excluded_runs else []
+    said += [f"{cost.excluded_runs} excluded"] if cost.excluded_runs else []
     said += ["disturbed"] if cost.contaminated else []
     return text(", ".join([*said, *cost.flags])) or DASH
 
@@ -183,9 +183,9 @@ def _levels(view: SceneView, metric: str) -> str:
         for i, line in enumerate(view.lines)
     ]
     words = (
-        f"{view.effort_name} to an error of `{metric}`, against `{known.against}`. Interpolated: "
-        "between two neighbouring configurations of the line, straight in the logarithms; all else was computed. "
-        "The least of a column is in bold."
+        f"{view.effort_name} needed for a given error `{metric}` against `{known.against}`. Interpolated: log-linear "
+        f"between two neighbouring configurations of one line; all others were computed. The smallest value of a "
+        f"column is in bold."
     )
     return table(words, head, rows)
 
@@ -193,8 +193,8 @@ def _levels(view: SceneView, metric: str) -> str:
 def _level(view: SceneView, entry: EffortAtLevel, best: bool, metric: str) -> str:
     found, least = entry.reached, entry.least_error
     if found is None:
-        above = entry.reason == "it stays above" and least
-        return cell(DASH, f"not below {view.amount(least, metric)}" if above and least else str(entry.reason))
+        above = entry.reason == "not reached" and least
+        return cell(DASH, f"smallest error {view.amount(least, metric)}" if above and least else str(entry.reason))
     name = view.by_key[found.between[0]].label
     below = "interpolated" if found.interpolated else f"`{name}`" if name != entry.line else ""
     spread = spread_range(found.effort) if view.timed else ""
@@ -209,13 +209,23 @@ def best_at_rates(view: SceneView) -> str:
     if not view.metrics:
         return ""
     if not view.timed or not any(p.cost.frame for p in view.points):
-        return tag("p", "Nothing was timed, so nothing is known of frames.", class_="quiet")
-    words = ("Error", "Frame", "Most accurate that fits", "Error there", "Takes", "Left", "Next model", "Not sure")
-    head = [heading(w, w in ("Error there", "Takes", "Left")) for w in words]
+        return tag("p", "No times were measured, so frame rates are unknown.", class_="quiet")
+    words = (
+        "Metric",
+        "Frame",
+        "Most accurate within the frame",
+        "Error",
+        "Takes",
+        "Left",
+        "Next model",
+        "Uncertain",
+    )
+    head = [heading(w, w in ("Error", "Takes", "Left")) for w in words]
     rows = [_rate(view, metric, rate) for metric, own in view.metrics.items() for rate in own.rates]
     caption = (
-        "The least error within a frame. A configuration fits if the third quartile of its times does, or 95 % of its "
-        "steps; a whole solution must fit where there are no steps. Not sure: the median fits, but not that."
+        "Smallest error within the time of a frame. A configuration fits if the third quartile of its times is "
+        "within the frame, or 95 % of its time steps; without time steps, the whole solution must fit. Uncertain: "
+        "only the median fits."
     )
     return table(caption, head, rows)
 
@@ -254,10 +264,10 @@ def orders(view: SceneView) -> str:
     head += [heading("Asymptotic"), *(heading(f"order of `{m}`", True) for m in view.metrics)]
     rows = [r for entry in entries for r in _order(view, entry)]
     caption = (
-        "Refinement. Finest: the largest displacement of the probe on the finest mesh, or the value of a metric where "
-        "no probe is shared; limit: where Richardson's "
-        "extrapolation puts it; ±: the grid convergence index, half a width about the finest value. Orders of errors: "
-        "between the finest two, and by least squares over all. ‡: outside the asymptotic range, not to be relied upon."
+        "Mesh refinement. Finest: largest displacement of the probe on the finest mesh, or the value of a metric if "
+        "no probe is shared; limit: by Richardson extrapolation; ±: grid convergence index, the half-width of a band "
+        "about the finest value. Orders of errors: between the two finest meshes, and by least squares over all. ‡: "
+        "outside the asymptotic range, unreliable."
     )
     return table(caption, head, rows)
 
@@ -299,7 +309,7 @@ def _error_order(entry: LineOrders, metric: str) -> str:
         return cell(DASH, own.order.reason or "")
     mark = "" if entry.asymptotic else " ‡"
     below = "all: " + typeset_number(f"{own.order.fitted:.2f}")
-    beyond = ", those above the uncertainty" if own.cut else ""
+    beyond = ", only errors above the uncertainty" if own.cut else ""
     return cell(typeset_number(f"{own.order.last:.2f}") + mark, below + beyond)
 
 
@@ -312,7 +322,7 @@ def distances(view: SceneView) -> str:
     names = known.names
     if len(names) < 2:
         return ""
-    head = [heading("from row to column"), *(heading(f"`{n}`", True) for n in names)]
+    head = [heading("row minus column"), *(heading(f"`{n}`", True) for n in names)]
     reasons = {(r.row, r.column): r.reason for r in known.reasons}
     rows = []
     for i, name in enumerate(names):
@@ -321,8 +331,8 @@ def distances(view: SceneView) -> str:
         cells = [_distance(v, reasons.get((name, other)), i == j) for j, (v, other) in enumerate(values)]
         rows.append(row(row_head(name, kind), *cells))
     caption = (
-        "Distance of shapes: the root of the summed squares of the differences of displacements at the points that two "
-        "share, relative to the displacements of the column. Models at their finest configuration."
+        "Difference between deformed shapes: relative l2 norm of the displacement difference at shared points, "
+        "relative to the model of the column. Each model is in its finest configuration."
     )
     lines: list[list[Cell]] = [[n, *known.matrix[i]] for i, n in enumerate(names)]
     return table(caption, head, rows, "matrix") + csv_link(f"{view.scene}-distances", ["row", *names], lines)
@@ -350,7 +360,7 @@ def levers(view: SceneView) -> str:
     head = [heading(w) for w in ("Model", "Change", "With")]
     head += [heading(view.effort_name, True), *(heading(f"`{m}`", True) for m in view.metrics)]
     rows = [_lever(lever, [lever.errors[m] for m in view.metrics]) for lever in entries]
-    return table("What a single change does: each number is the new value over the old one.", head, rows)
+    return table("Effect of a single change: ratio of the new value to the old one.", head, rows)
 
 
 def _lever(lever: ChangeEffect, errors: Sequence[ErrorChange]) -> str:

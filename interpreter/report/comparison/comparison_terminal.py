@@ -31,14 +31,14 @@ def table(comparison: ComparisonRecord, colour: bool, path: str | None = None, w
     """Return all configurations of every scene, failures and recommendation, followed by the path of the page."""
     paint, room = _terminal_settings(colour, width)
     blocks = [block for own in _scenes(comparison) for block in _scene(own, paint, room)]
-    blocks = blocks or ["There are no configurations."]
+    blocks = blocks or ["No configurations."]
     return "\n\n".join([*blocks, *([f"comparison: {path}"] if path else [])])
 
 
 def errors(comparison: ComparisonRecord, colour: bool) -> str:
     """Return the tables before timing, with the meaning of their marks but without a recommendation."""
     paint, room = _terminal_settings(colour, None)
-    each = (_errors(own, ": errors; times are being measured", paint, room) for own in _scenes(comparison))
+    each = (_errors(own, ": errors; times are still being measured", paint, room) for own in _scenes(comparison))
     return "\n\n".join(block for blocks in each for block in blocks)
 
 
@@ -75,7 +75,7 @@ def _scene(own: Sequence[SceneView], paint: bool, room: int) -> list[str]:
     ]  # fmt: skip
     advice = [textwrap.fill(_plain_text(words), room, initial_indent="-> ", subsequent_indent="   ") for words in said]
     advice += [] if advice else [_plain_text(own[0].without_advice)]
-    advice += [f"-> and so on for {len(own) - TOLD} more: see the page"] if len(own) > TOLD else []
+    advice += [f"-> {len(own) - TOLD} more on the HTML page"] if len(own) > TOLD else []
     return [*blocks, *(["\n".join(advice)] if advice else [])]
 
 
@@ -93,7 +93,7 @@ def _at(view: SceneView, words: str) -> str:
 def _truncate(lines: Sequence[str]) -> list[str]:
     """Return the first lines of an answer, and the number of omitted ones."""
     more = len(lines) - TOLD
-    return [*lines] if more <= 1 else [*lines[:TOLD], f"and {more} more: see the page"]
+    return [*lines] if more <= 1 else [*lines[:TOLD], f"and {more} more on the HTML page"]
 
 
 def _plain_text(words: str) -> str:
@@ -158,12 +158,12 @@ def _notes(own: Sequence[SceneView]) -> list[str]:
     marks = []
     if any(known.front for view in own for known in view.metrics.values()):
         what = "less time" if any(view.timed for view in own) else "fewer unknowns"
-        marks.append(f"* on the front: nobody has {what} and less error")
+        marks.append(f"* on the Pareto front: no configuration has {what} and a smaller error")
     if any(_within(view, p) for view in own for p in view.points):
         marks.append("† within the uncertainty of the reference")
-    marks += [f"{name} is known to ±{known}" for name, known in _uncertainties(own).items()]
+    marks += [f"uncertainty of {name}: ±{known}" for name, known in _uncertainties(own).items()]
     if any(view.timed and view.effort(p) is not None for view in own for p in view.points):
-        marks.append("±: half the distance of the quartiles")
+        marks.append("±: half the interquartile range")
     lines = ["; ".join(marks)] if marks else []
     reasons: dict[str, dict[str, None]] = {}
     for failure in (f for view in own for f in view.analysis.failures):

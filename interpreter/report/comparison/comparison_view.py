@@ -69,8 +69,8 @@ class SceneView:
     def without_advice(self) -> str:
         """Reason why there is no recommendation."""
         if not self.points:
-            return "No configuration was computed."
-        return "No error was measured, as no metric is `against` a reference: nothing can be recommended."
+            return "No configurations were computed."
+        return "No metric is `against` a reference, so no error was measured and nothing can be recommended."
 
     @property
     def lines(self) -> Sequence[RefinementLine]:
@@ -164,7 +164,7 @@ def separate_problems_note(own: Sequence[SceneView]) -> str:
     names = list(dict.fromkeys(f"`{name}`" for view in own for name in view.analysis.problem))
     if not names:
         return ""
-    return f"What errors are measured from changes with {listed(names)}: only configurations of one value compete."
+    return f"The reference changes with {listed(names)}: only configurations with the same value are compared."
 
 
 def scene_titles(entries: Sequence[Json], names: Sequence[str]) -> dict[str, str]:
@@ -187,4 +187,4 @@ def _scene_names(entry: Json) -> set[str]:
 
 def status_of(status: str) -> str:
     """Return a status in words."""
-    return "out of time" if status == "timed_out" else status.replace("_", " ")
+    return "timed out" if status == "timed_out" else status.replace("_", " ")

@@ -25,11 +25,11 @@ def costs(view: SceneView) -> str:
     chosen = _chosen(view, split)
     named = [name for name in _names(split) if any(p.cost.phases.get(name) for p in split)]
     rows = [_bar(p, named) for p in chosen]
-    words = ("Configuration", "In all", "Share of each part", "Memory")
-    head = [heading(w, w in ("In all", "Memory")) for w in words]
-    fewer = f" {len(chosen)} of {len(split)}: the fronts and the finest of each line."
+    words = ("Configuration", "Total", "Share of each phase", "Memory")
+    head = [heading(w, w in ("Total", "Memory")) for w in words]
+    fewer = f" Shown are {len(chosen)} of {len(split)}: those on fronts and the finest of each line."
     some = "" if len(chosen) == len(split) else fewer
-    caption = f"Where CPU time goes: building the model, one solution, and writing it.{some}"
+    caption = f"CPU time of each phase: building the model, one solution, and writing results.{some}"
     key = tag("ul", *(tag("li", _swatch(i), tag("span", text(n))) for i, n in enumerate(named)), class_="key")
     return key + table(caption, head, rows, "costs") + _numbers(split, named) + _save(view, split, named)
 
@@ -80,7 +80,7 @@ def _numbers(split: Sequence[ComparedPoint], named: Sequence[str]) -> str:
     for p in split:
         cells = [tag("td", text(_seconds(p.cost.phases.get(n))), class_="n") for n in named]
         rows.append(row(row_head(p.label), *cells))
-    return details("Data of these bars", table("CPU time of each part", head, rows))
+    return details("Data of this chart", table("CPU time of each phase", head, rows))
 
 
 def _seconds(value: float | None) -> str:
@@ -97,14 +97,14 @@ def quality(view: SceneView, allowed: bool = False) -> str:
     """Return the reliability of the timings, in words."""
     known = view.analysis.timing
     if not known.timed:
-        return _callout("quiet", "No times were measured: configurations are compared by their numbers of unknowns.")
+        return _callout("quiet", "No times were measured: configurations are compared by their number of unknowns.")
     least, most, disturbed = known.least_runs, known.most_runs, known.contaminated
     runs = f"{least} to {most}" if least != most else f"{least}"
     said = f"{known.timed} of {count(known.of, 'configuration')} timed, {runs} runs each."
-    left_out = f" {count(known.excluded_runs, 'run')} left out as disturbed."
-    said += left_out if known.excluded_runs else " No run was left out."
+    left_out = f" {count(known.excluded_runs, 'run')} excluded as disturbed."
+    said += left_out if known.excluded_runs else " No run was excluded."
     if disturbed:
-        counted = ", counted all the same" if allowed else " and so not counted"
+        counted = ", but counted" if allowed else ", not counted"
         said += f" Disturbed{counted}: {_who(disturbed, known.timed)}."
     flags = "".join(tag("li", prose(_flagged(flag, n))) for flag, n in known.flags.items())
     mood = "warn" if disturbed or known.flags else "good"
@@ -114,7 +114,7 @@ def quality(view: SceneView, allowed: bool = False) -> str:
 def _who(labels: Sequence[str], of: int) -> str:
     """Return `all`, or the first eight names and the number of others."""
     if len(labels) == of > 1:
-        return "all of them"
+        return "all"
     more = f" and {len(labels) - 8} more" if len(labels) > 8 else ""
     return ", ".join(f"`{label}`" for label in labels[:8]) + more
 

@@ -33,8 +33,8 @@ def _settling(answer: ConvergenceAnswer) -> str:
     words = ("Line", "Members", "Finest", "Order", "Limit", "± (GCI)", "Asymptotic")
     head = [heading(w, w not in ("Line", "Asymptotic")) for w in words]
     caption = (
-        f"`{answer.study}`: how `{answer.metric}` settles over `{answer.over}`. ‡: outside the asymptotic "
-        "range, not to be relied upon."
+        f"`{answer.study}`: convergence of `{answer.metric}` over `{answer.over}`. ‡: outside the asymptotic range, "
+        f"unreliable."
     )
     return table(caption, head, [_line(entry) for entry in answer.lines])
 
@@ -46,15 +46,17 @@ def _line(entry: LineConvergence) -> str:
 
 def _front(answer: ParetoAnswer) -> str:
     cost = f"`{answer.cost}`" if answer.cost else answer.cost_name.capitalize()
-    head = [heading("On the front"), heading(cost, True), heading(f"`{answer.error}`", True)]
+    head = [heading("On the Pareto front"), heading(cost, True), heading(f"`{answer.error}`", True)]
     rows = [
         row(row_head(c.label, "capped" if c.capped else ""), cell(_cost(answer, c)),
             cell(amount(c.error, answer.error_unit or "1", 3)))
         for c in answer.front
     ]  # fmt: skip
     over = f" over `{answer.over}`" if answer.over else ""
-    empty = " Nothing counted." if not answer.counted else f" {answer.counted} configurations counted."
-    return table(f"`{answer.study}`: which configurations{over} nobody beats in both.{empty}", head, rows)
+    empty = " No configurations counted." if not answer.counted else f" {answer.counted} configurations counted."
+    return table(
+        f"`{answer.study}`: configurations{over} that no other one beats in both error and cost.{empty}", head, rows
+    )
 
 
 def _cost(answer: ParetoAnswer, member: FrontMember) -> str:
@@ -66,7 +68,7 @@ def study_lines(answer: Answer) -> list[str]:
     """Return lines for the terminal: `settling: drop over refine: tet10: order 2.01, limit 12.3 mm ± 0.1 mm`."""
     if isinstance(answer, ParetoAnswer):
         names = ", ".join(f"{c.label} ({_cost(answer, c)})" for c in answer.front) or "nobody"
-        return [f"{answer.study}: on the front of {answer.error} and {answer.cost_name}: {names}"]
+        return [f"{answer.study}: on the Pareto front of {answer.error} and {answer.cost_name}: {names}"]
     return [f"{answer.study}: {answer.metric} of {entry.line}: {_line_in_words(entry)}" for entry in answer.lines]
 
 

@@ -157,22 +157,26 @@ class Diagram:
 
     def _desc(self) -> str:
         front = ", ".join(plain(name) for name in self._front()) or "empty"
-        return f"Error and effort of {count(len(self.drawn), 'configuration')}; the front, quickest first: {front}."
+        return f"Error and cost of {count(len(self.drawn), 'configuration')}; Pareto front, fastest first: {front}."
 
     def _caption(self, shown: Sequence[str] | None) -> str:
         front = self._front()
         said = f"`{self.metric}` against `{self.known.against}`. "
         if front and not self.frames:
             more = f" and {len(front) - SHOWN} more" if len(front) > SHOWN else ""
-            order = "smallest" if self.clock == UNKNOWNS else "quickest"
-            said += f"On the front, the {order} first: {', '.join(front[:SHOWN])}{more}."
+            order = "smallest" if self.clock == UNKNOWNS else "fastest"
+            said += f"On the Pareto front, {order} first: {', '.join(front[:SHOWN])}{more}."
         if self.uncertainty:
-            said += f" The reference is known to ± {self.view.amount(self.uncertainty, self.metric)}."
+            said += f" Uncertainty of the reference: ± {self.view.amount(self.uncertainty, self.metric)}."
         low = [row for row in self.drawn if row.error is not None and row.error < self.up.low]
-        said += f" {count(len(low), 'point')} with a smaller error at the lower edge." if low else ""
-        said += f" {SHOWN} of {len(self.view.lines)} lines drawn at first: tick others in the legend." if shown else ""
+        said += f" {count(len(low), 'point')} with smaller errors are drawn at the lower edge." if low else ""
+        said += (
+            f" {SHOWN} of {len(self.view.lines)} lines are shown at first: select others in the legend."
+            if shown
+            else ""
+        )
         lost = self.known.judged.left_out.values()
-        return said + (f" Not counted: {_grouped(lost)}." if lost else "")
+        return said + (f" Not shown: {_grouped(lost)}." if lost else "")
 
     # -------------------------------------------------------------- numbers
 
@@ -342,9 +346,9 @@ class Overlay:
 
 
 KEY = (
-    ("M1 5H17V11H37", "front", "the front: nothing is quicker and as accurate", "front"),
+    ("M1 5H17V11H37", "front", "Pareto front: no configuration is better in error and cost", "front"),
     ("", "on-front", "on the front", "front"),
-    ("M11 2l14 12m-14 0l14-12", "capped", "stopped by a cap", "capped"),
+    ("M11 2l14 12m-14 0l14-12", "capped", "stopped by the iteration limit", "capped"),
     ("M12 1h14v14h-14z", "disturbed", "timing disturbed", "disturbed"),
     ("M4 8H34M4 4v8M34 4v8", "spread", "median and quartiles of the runs", "spread"),
 )
@@ -361,7 +365,7 @@ def key(view: SceneView) -> str:
     }
     items = [_sample(d, name) + tag("span", text(words)) for d, name, words, when in KEY if there[when]]
     if not view.timed:
-        items = [item.replace("nothing is quicker", "nothing is smaller") for item in items]
+        items = [item.replace("none is faster", "none is smaller") for item in items]
     if any(_is_uncertainty_visible(view, metric) for metric in view.metrics):
         band = tag("rect", x=1, y=2, width=36, height=12, class_="uncertain")
         items.append(_drawing(band) + tag("span", "within the uncertainty of the reference"))

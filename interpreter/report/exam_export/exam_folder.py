@@ -40,7 +40,9 @@ from softmark.interpreter.results import atomic_files
 from softmark.records import dataclass
 
 SAME = 1e-12  # tolerance of proportional loads and motions, relative to the last state
-NAMELESS = "parts with a material of their own go out by their names; what it holds or loads goes out without its"
+NAMELESS = (
+    "regions with their own material are exported by name; other regions only as the nodes that they hold or load"
+)
 
 Told = list[tuple[Problem, Named]]
 
@@ -130,7 +132,7 @@ def _dynamic_problem(declared: Declared, case: Case, workshop: BuildContext) -> 
     if found := reasons(model, case, moves=True):
         raise NotTransferable(found)
     if model.mass != "lumped" and not isinstance(declared.thing, Outside):  # an external model has no field `mass`
-        raise NotTransferable([(f"mass = {model.mass}", "its masses are those of nodes: give `mass = lumped`")])
+        raise NotTransferable([(f"mass = {model.mass}", "the exported masses are nodal masses: use `mass = lumped`")])
     theirs = declared.thing
     if not isinstance(theirs, Outside) or not theirs.told.moves:
         theirs = Outside("mujoco", model.element, model.strain, model.size, model.body, model.mesh)
@@ -206,9 +208,9 @@ def _error(declared: Declared, to: str, why: Sequence[Reason]) -> Diagnostic:
         "E720",
         declared.at(),
         f"`{declared.name}` cannot be exported to {to}: {listed}",
-        "has no words there",
-        "give `--model` the name of a `fem(...)` model with an element, a strain and a law that the other program has; "
-        "what all models share, the body, its analysis and what acts on it, is to be left out of a copy of the scene",
+        "cannot be expressed in that format",
+        "choose with `--model` a `fem(...)` model whose element, strain and law the other program supports; if the "
+        "body, analysis, supports or loads are the problem, remove them from a copy of the scene",
     )
 
 

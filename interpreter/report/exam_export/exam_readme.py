@@ -20,21 +20,21 @@ def text(sheet: Mapping[str, Any], to: str) -> str:
         visible(scene["title"]),
         "",
         f"Exported by softmark {sheet['softmark']} to {to}: {FORMATS[to].what}.",
-        "exam.json has the points where an answer is looked at, what is known there, with its uncertainty, and what",
-        "the scene asks and expects of it, in SI: m, s, N and Pa.",
+        "exam.json contains the probe points, reference values there with their uncertainty, and the metrics and",
+        "expectations of the scene, in SI units: m, s, N and Pa.",
         f"The other files here are in {FORMATS[to].units}.",
         "",
         *_requested_numbers(sheet["metrics"], FORMATS[to]),
         *(_model(name, own) for name, own in sheet["models"].items()),
         "",
-        "Forces are those on nodes of the undeformed body, and keep their size and direction but where it is said",
-        "below. What is held, and by how much it is moved, is told of nodes.",
+        "Forces act on nodes of the undeformed body; their size and direction are constant unless stated otherwise",
+        "below. Supports are given as fixed or prescribed nodal displacements.",
         "",
-        "To have an answer judged as one more model of the scene, by displacements in a file of results (VTU, PVD,",
+        "To assess a result as another model of the scene, from displacements in a result file (VTU, PVD,",
         "VTK, XDMF, .frd, CSV), or by deformed positions with `--at position`:",
         "",
         f"    dsl judge {file} RESULT --as NAME --unit {FORMATS[to].unit}",
-        *(["", "What is not here, and why:"] if sheet["left"] else []),
+        *(["", "Not exported, with the reason:"] if sheet["left"] else []),
         *(f"- {own['what']}: {own['why']}" for own in sheet["left"]),
     ]
     return "\n".join([*lines, ""])
@@ -46,7 +46,7 @@ def _requested_numbers(metrics: Mapping[str, Any], to: Format) -> Iterator[str]:
     for name, own in metrics.items():
         same.setdefault(own["unit"], []).append(name)
     if same:
-        yield "Asked, in the unit of exam.json (and of the other files, where that is another):"
+        yield "Requested values, in the unit of exam.json (and of the other files, if different):"
     for unit, names in same.items():
         there = f" ({to.unit_of(unit)})" if to.unit_of(unit) != unit else ""
         yield f"- {', '.join(names)}: {'a plain number' if unit == '1' else unit + there}"
@@ -55,7 +55,7 @@ def _requested_numbers(metrics: Mapping[str, Any], to: Format) -> Iterator[str]:
 
 def _model(name: str, own: Mapping[str, Any]) -> str:
     """Return `linear_tet: linear_tet/job.inp (tet4, small strain, 1148 nodes)`, and its states."""
-    parts = "" if len(own["shares"]) == 1 else f", {len(own['shares'])} parts of the load in turn"
+    parts = "" if len(own["shares"]) == 1 else f", {len(own['shares'])} load levels in sequence"
     if "steps" in own:
-        parts += f", {own['steps']} steps of {own['step']:g} s, which are the program's own"
+        parts += f", {own['steps']} steps of {own['step']:g} s, by the program's own integrator"
     return f"{name}: {', '.join(own['files'])} ({own['element']}, {own['strain']} strain, {own['nodes']} nodes{parts})"

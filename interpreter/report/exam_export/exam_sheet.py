@@ -35,7 +35,9 @@ def sheet(scene: Scene, options: RunOptions) -> dict[str, Any]:
     for name in asked.references:
         how = scene.declared[name].thing.how
         if from_a_model(scene.declared[name]) or how == "refined":
-            left.append({"what": f"reference `{name}`", "why": "it is made from what models compute, and none is run"})
+            left.append(
+                {"what": f"reference `{name}`", "why": "it is computed from results of models, and none was run"}
+            )
         else:
             known.append(name)
     works = run_state.make_state_runs(scene, replace(asked, models=(), references=tuple(known)), options, [])
@@ -64,7 +66,7 @@ def _place(work: Any, probe: Declared, left: list[dict[str, str]]) -> dict[str, 
     """Return the points (n, 3), m, of a probe in the last state."""
     own: dict[str, Any] = {"body": probe.thing.body, "text": _text(probe), "points": None}
     if probe.name not in {known.name for known in work.probes(probe.thing.body)}:
-        return own | {"reason": "it has the points of a measurement that could not be read"}
+        return own | {"reason": "its points are those of a measurement that could not be read"}
     try:
         place = work.place(probe)
     except (Fault, KeyError) as fault:

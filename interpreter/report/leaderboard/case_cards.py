@@ -22,7 +22,7 @@ def cards(board: Board, views: Mapping[str, SceneView]) -> str:
 def _card(board: Board, name: str, views: Mapping[str, SceneView]) -> str:
     card, cells = board.cases[name], board.of(name)
     title = tag("h3", tag("code", text(name)), " ", text(card.question), id=f"case-{name}-heading")
-    lost = tag("p", prose(f"Nobody answered: {card.reason}"), class_="callout bad") if card.reason else ""
+    lost = tag("p", prose(f"No model gave a result: {card.reason}"), class_="callout bad") if card.reason else ""
     table = _answers(cells) if cells else ""
     figure = _front(card, cells, views.get(card.subject))
     return tag("article", title, _about(card, cells), lost, table, figure, id=f"case-{name}", class_="case",
@@ -32,12 +32,12 @@ def _card(board: Board, name: str, views: Mapping[str, SceneView]) -> str:
 def _about(card: CaseCard, cells: list[Cell]) -> str:
     known = [c.uncertainty for c in cells if c.uncertainty]
     low, high = (format_quantity(f(known), card.unit, 2, percent=True) if known else "" for f in (min, max))
-    uncertainty = (f"± {low}" if low == high else f"± {low} to {high}") if known else "none is stated"
+    uncertainty = (f"± {low}" if low == high else f"± {low} to {high}") if known else "not stated"
     tolerance = "none" if card.tolerance is None else format_quantity(card.tolerance, card.unit, 3, percent=True)
     entries = {
         "Scene": tag("span", text(card.scene), " (", tag("code", text(card.file)), ")"),
-        "Judged by": tag("code", text(card.metric or "no metric")),
-        "Reference": tag("code", text(card.against or "none")) + text(f", {card.kind or 'of no kind'}"),
+        "Metric": tag("code", text(card.metric or "no metric")),
+        "Reference": tag("code", text(card.against or "none")) + text(f", {card.kind or 'kind not stated'}"),
         "Source": text(card.source or "not stated"),
         "Uncertainty": text(uncertainty),
         "Tolerance": text(tolerance),

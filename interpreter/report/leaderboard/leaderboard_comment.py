@@ -20,8 +20,8 @@ def comment(old: Board, new: Board) -> str:
     ]
     same = len(set(before) & set(after)) - sum(row[-1] not in ("new", "gone") for row in rows)
     counts = f"{len(after)} cells, {same} as before"
-    note = "" if timed else " Times are not compared: the processors differ."
-    head = f"**Board: {plain(new.title)}.** {counts}, {len(rows)} changed.{note}"
+    note = "" if timed else " Times are not compared because the processors differ."
+    head = f"**Leaderboard: {plain(new.title)}.** {counts}, {len(rows)} changed.{note}"
     return document(head, [MarkdownTable("cells", COLUMNS, rows)])
 
 

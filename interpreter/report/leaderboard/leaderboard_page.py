@@ -26,7 +26,7 @@ def page(board: Board, compared: ComparisonRecord) -> str:
         ("provenance", _provenance(board)),
     ]
     return document(
-        f"{board.title} – softmark board", plain(_conclusion(board)), _header(board), sections, "board.json",
+        f"{board.title} – softmark leaderboard", plain(_conclusion(board)), _header(board), sections, "board.json",
         _curves(board, own), ["report.css", "compare.css", "board.css"], ["report.js"],
     )  # fmt: skip
 
@@ -38,25 +38,25 @@ def _curves(board: Board, own: dict[str, SceneView]) -> int:
 
 def _conclusion(board: Board) -> str:
     """Return `37 cases, 30 models, 61 answers: 50 right, ...`"""
-    words = {"met": "right", "not_met": "wrong", "cannot_tell": "beyond what the reference can tell"}
+    words = {"met": "right", "not_met": "wrong", "cannot_tell": "below the uncertainty of the reference"}
     found = [(said, sum(c.verdict == key for c in board.cells)) for key, said in words.items()]
     lost = sum(c.error is None for c in board.cells)
-    said = [f"{n} {what}" for what, n in (*found, ("without an error", lost)) if n]
+    said = [f"{n} {what}" for what, n in (*found, ("no error", lost)) if n]
     models, cells = count(len(board.models), "model"), count(len(board.cells), "cell")
-    return f"{count(len(board.cases), 'case')}, {models}, {cells}: {listed(said) or 'nothing judged'}."
+    return f"{count(len(board.cases), 'case')}, {models}, {cells}: {listed(said) or 'nothing assessed'}."
 
 
 def _header(board: Board) -> str:
     where = [moment(board.created), text(str(board.environment.get("cpu") or ""))]
     line = tag("p", " · ".join(tag("span", piece) for piece in where if piece), class_="where")
-    above = tag("p", "softmark board", class_="eyebrow")
+    above = tag("p", "softmark leaderboard", class_="eyebrow")
     return tag("header", above, tag("h1", text(board.title)), tag("p", prose(_conclusion(board)), class_="conclusion"),
                line)  # fmt: skip
 
 
 def _merits(ranked: list[ModelStrengths]) -> str:
     """Return the strengths of each model."""
-    heads = ("Model", "Right", "Quickest", "Most accurate", "Wrong", "No answer")
+    heads = ("Model", "Right", "Quickest", "Most accurate", "Wrong", "No result")
     head = tag("thead", tag("tr", *(tag("th", text(h), scope="col") for h in heads)))
     rows = [
         tag("tr", tag("th", text(m.model), scope="row"),
@@ -66,11 +66,11 @@ def _merits(ranked: list[ModelStrengths]) -> str:
     ]  # fmt: skip
     table = tag("table", head, tag("tbody", *rows), class_="merits")
     lead = (
-        "Quickest: of those that answer right. Most accurate: as far as the reference can tell."
-        " Both where several models meet."
+        "Fastest: among models with a right result. Most accurate: within the uncertainty of the reference. Both "
+        "only for cases with several models."
     )
-    wide = tag("div", table, class_="scroll", tabindex=0, role="region", aria_label="What models are good for")
-    return section("merits", "What each model is good for", tag("p", text(lead), class_="lead"), wide)
+    wide = tag("div", table, class_="scroll", tabindex=0, role="region", aria_label="Strengths of models")
+    return section("merits", "Strengths of each model", tag("p", text(lead), class_="lead"), wide)
 
 
 def _links(names: tuple[str, ...]) -> str:
@@ -78,5 +78,5 @@ def _links(names: tuple[str, ...]) -> str:
 
 
 def _provenance(board: Board) -> str:
-    repeat = tag("p", "To repeat this board:") + tag("pre", tag("code", text(board.command)), class_="command")
+    repeat = tag("p", "To rerun this leaderboard:") + tag("pre", tag("code", text(board.command)), class_="command")
     return section("provenance", "Provenance", repeat, table_of(dict(board.environment)))

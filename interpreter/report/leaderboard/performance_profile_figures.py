@@ -23,13 +23,13 @@ WIDTH, HEIGHT = 620.0, 330.0
 LEAST = 0.01  # tolerances: errors far below are drawn at the edge
 FARTHEST = 1e3  # the axis goes no further
 BY_TIME = (
-    "The share of cases that a model answers right within τ times the time of the quickest right answer, over"
-    " the {} cases that have one. At τ = 1: nobody is quicker. At the far right: it answers right at all. A case that a"
-    " model does not enter counts as not answered (Dolan and Moré 2002)."
+    "Fraction of cases that a model solves right within τ times the time of the fastest right model, over the {} "
+    "cases with a right result. At τ = 1: fraction where it is the fastest. At the far right: fraction that it "
+    "solves right in any time. A case without a result of the model counts as not solved (Dolan and Moré 2002)."
 )
 BY_ERROR = (
-    "The share of cases whose error is at most τ tolerances of the case, whatever time that takes, over the {} cases"
-    " with an error. At τ = 1: right. A case that a model does not enter counts as not answered."
+    "Fraction of cases whose error is at most τ times the tolerance of the case, in any time, over the {} cases with "
+    "an error. At τ = 1: fraction that is right. A case without a result of the model counts as not solved."
 )
 
 
@@ -39,7 +39,9 @@ def profiles(board: Board) -> str:
     plates = []
     if quick:
         far = max(p.steps[-1][0] for p in quick)
-        plates.append(_plate("time", quick, (1.0, min(max(far, 10.0), FARTHEST)), "τ, times the quickest", BY_TIME))
+        plates.append(
+            _plate("time", quick, (1.0, min(max(far, 10.0), FARTHEST)), "τ, time relative to the fastest", BY_TIME)
+        )
     if near:
         plates.append(_plate("error", near, (LEAST, 100.0), "τ, tolerances", BY_ERROR))
     if not plates:
@@ -57,8 +59,8 @@ def _plate(name: str, own: Sequence[PerformanceProfile], ends: tuple[float, floa
     )
     best = ", ".join(f"{p.model} {p.steps[-1][1]:.0%}" for p in own[:3])
     title = f"Profile of {'times' if name == 'time' else 'errors'}"
-    up = linear(0.0, max(math.ceil(10.0 * own[0].steps[-1][1]) / 10.0, 0.2), "share of cases", "1")
-    chart = Chart(f"profile-{name}", title, f"The largest shares: {best}.", across, up, WIDTH, HEIGHT, curves)
+    up = linear(0.0, max(math.ceil(10.0 * own[0].steps[-1][1]) / 10.0, 0.2), "fraction of cases", "1")
+    chart = Chart(f"profile-{name}", title, f"Largest fractions: {best}.", across, up, WIDTH, HEIGHT, curves)
     shown = [p.model for p in own[:SHOWN]]
     columns = [PlateColumn("τ", ("τ",), [(f"{t:.4g}",) for t in taus])]
     columns += [PlateColumn(p.model, ("share",), [(f"{p.at(t * (1 + 1e-12)):.3g}",) for t in taus]) for p in own]

@@ -13,9 +13,9 @@ SIGNS: Mapping[str | None, tuple[str, str]] = {  # by verdict: sign and class
     "met": ("✓", "good"), "not_met": ("✗", "bad"), "cannot_tell": ("?", "warn"), None: ("·", "quiet"),
 }  # fmt: skip
 LEAD = (
-    "A cell has the error of the most accurate setting of the model, what the reference leaves open of it, and the time"
-    " of a solution. ✓ is within the tolerance of the case, ✗ is not, ? cannot be told as the reference leaves that"
-    " open; other words say why there is no answer. Empty: the model did not enter."
+    "A cell has the error of the most accurate setting of the model, the uncertainty of the reference, and the "
+    "solution time. ✓: within the tolerance of the case; ✗: not; ?: undecided because of the uncertainty of the "
+    "reference. Other words give the reason why there is no result. Empty: the model was not run on this case."
 )
 
 

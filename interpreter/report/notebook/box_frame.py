@@ -34,7 +34,7 @@ def if_it_fits(drawn: str, rest: str, where: str) -> str:
     if len(drawn) + len(rest) <= LARGEST:
         return drawn
     size = f"{len(drawn) / 1e6:.1f} of at most {LARGEST / 1e6:.0f} million characters"
-    return tag("p", prose(f"The drawing is left out, for its size: {size}. {where} has it."), class_="quiet")
+    return tag("p", prose(f"The drawing is too large to show here: {size}. {where} shows it."), class_="quiet")
 
 
 def table(label: str, head: Sequence[str], rows: Sequence[str]) -> str:

@@ -24,7 +24,9 @@ def inline(comparison: ComparisonRecord) -> str:
         curves = max((len(view.lines) for view in own), default=0)
         drawn = isolated_frame("Work and precision", drawn, ["report.css", "compare.css"], ["report.js"], curves)
         drawn = if_it_fits(drawn, "".join((*said, *tables)), WHERE)
-    rest = f"All points, and what they tell, are in `comparison.points` and `comparison.analysis`; the page: {WHERE}."
+    rest = (
+        f"All points and their analysis are in `comparison.points` and `comparison.analysis`; the full page: {WHERE}."
+    )
     return shell(title(own), *said, *tables, drawn, tag("p", prose(rest), class_="quiet"))
 
 

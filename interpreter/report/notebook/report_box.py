@@ -91,12 +91,12 @@ def _shapes(findings: Findings) -> str:
     references = {n: r for n, r in report.references.items() if n in few}
     some = Findings(replace(report, models=models, references=references))
     markup = shapes_section.section_of(some, max(300, min(POINTS, ROOM // (EACH * len(few)))), ROOM, stills=False)
-    left = f"{len(shaped) - len(few)} more shapes are in the page that {WHERE} makes."
+    left = f"{len(shaped) - len(few)} more shapes are on the page that {WHERE} writes."
     more = tag("p", prose(left), class_="quiet") if len(shaped) > len(few) else ""
-    return (isolated_frame("Shapes after deformation", markup, *files_of(markup)) if markup else "") + more
+    return (isolated_frame("Deformed shapes", markup, *files_of(markup)) if markup else "") + more
 
 
 def _rest(findings: Findings) -> str:
     """Return a sentence about further content of the report."""
-    said = f"Numbers as a table: `report.frame()`; the whole page, with curves and sources: {WHERE}."
+    said = f"Numbers as a table: `report.frame()`; the full page, with curves and sources: {WHERE}."
     return tag("p", prose(said), class_="quiet")

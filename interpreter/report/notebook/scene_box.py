@@ -33,9 +33,7 @@ def inline(scene: Scene, warnings: Sequence[Diagnostic]) -> str:
 
 def _expected(scene: Scene) -> str:
     file = standard_name(scene.path) or scene.path or scene.source.name
-    return (
-        f"`{shorten(file)}`: {count(len(scene.expectations), 'expectation')}; nothing was computed yet, `run()` does."
-    )
+    return f"`{shorten(file)}`: {count(len(scene.expectations), 'expectation')}; not computed yet, call `run()`."
 
 
 def _warning_summary(warnings: Sequence[Diagnostic]) -> str:
@@ -61,7 +59,7 @@ def _parameters(scene: Scene) -> str:
 def _declared(scene: Scene) -> str:
     """Return the declared names of each kind, with their constructors."""
     rows = [_kind(kind, own) for kind in KINDS if (own := scene.of_kind(kind))]
-    return table("What the scene declares", ("Kind", "Names"), rows) if rows else ""
+    return table("Declarations of the scene", ("Kind", "Names"), rows) if rows else ""
 
 
 def _kind(kind: str, own: dict[str, Declared]) -> str:

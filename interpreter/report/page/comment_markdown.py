@@ -28,7 +28,7 @@ def document(head: str, tables: Sequence[MarkdownTable], tail: str = "", limit: 
     room = limit - _size(head) - _size(tail) - 8
     for table in (t for t in tables if t.rows):
         lines = [_line(table.columns), _line(["---"] * len(table.columns))]
-        more = f"\n\n{len(table.rows)} {table.noun} more have no room here."
+        more = f"\n\n{len(table.rows)} more {table.noun} are not shown."
         room -= sum(map(_size, lines)) + _size(more) + 2 * len(lines)
         shown = 0
         for line in map(_line, table.rows):
@@ -39,7 +39,7 @@ def document(head: str, tables: Sequence[MarkdownTable], tail: str = "", limit: 
             shown += 1
         left = len(table.rows) - shown
         if shown:
-            blocks.append("\n".join(lines) + (f"\n\n{left} {table.noun} more have no room here." if left else ""))
+            blocks.append("\n".join(lines) + (f"\n\n{left} more {table.noun} are not shown." if left else ""))
     return "\n\n".join([*blocks, *([tail] if tail else [])]) + "\n"
 
 

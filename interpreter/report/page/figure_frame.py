@@ -80,4 +80,8 @@ def _row(index: int, columns: Sequence[PlateColumn]) -> str:
 
 def hidden_models_note(total: int, shown: int, where: str = "legend") -> str:
     """Return a sentence for the caption if not every model is drawn initially."""
-    return f" {count(shown, 'model')} of {total} drawn at first: tick others in the {where}." if shown < total else ""
+    return (
+        f" {count(shown, 'model')} of {total} are shown at first: select others in the {where}."
+        if shown < total
+        else ""
+    )

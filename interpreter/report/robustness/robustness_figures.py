@@ -69,7 +69,7 @@ def _figure(said: str, size: tuple[float, float], pieces: Sequence[str], caption
 
 
 def _nominal_words(asked: WalkedQuantity) -> str:
-    return text(f"; the scene has {asked.text}") if asked.text else ""
+    return text(f"; value of the scene: {asked.text}") if asked.text else ""
 
 
 def _x(scale: Ruler, value: Any) -> float:

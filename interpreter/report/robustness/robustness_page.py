@@ -52,8 +52,8 @@ def conclusion(stress: Robustness) -> str:
     ordered = [name for name in CLASSES if counts.get(name) and name != "silent"]
     said = listed([f"{counts[name]} {class_of(name).words}" for name in ordered])
     judged = summary.points - (counts.get("unjudged") or 0)
-    none = "None was wrong without a word." if judged or not summary.points else "Nothing was judged."
-    last = f"{summary.silent} wrong without a word!" if summary.silent else none
+    none = "None was wrong without a warning." if judged or not summary.points else "Nothing was judged."
+    last = f"{summary.silent} wrong without a warning!" if summary.silent else none
     return f"{count(summary.points, 'point')} of {count(models, 'model')}: {said or 'none computed'}. {last}"
 
 
@@ -66,7 +66,7 @@ def _header(stress: Robustness) -> str:
 
 
 def _silent(stress: Robustness) -> str:
-    return section("silent", "Wrong without a word", silent(stress)) if stress.silent else ""
+    return section("silent", "Wrong without a warning", silent(stress)) if stress.silent else ""
 
 
 def silent(stress: Robustness, most: int | None = None) -> str:
@@ -91,7 +91,7 @@ def _command(said: str) -> str:
 
 
 def _edges(stress: Robustness) -> str:
-    return section("edges", "Where each model is right", edges(stress))
+    return section("edges", "Ranges where each model is right", edges(stress))
 
 
 def edges(stress: Robustness) -> str:
@@ -117,8 +117,8 @@ def _table(study: RobustnessStudyRecord) -> str:
     ]  # fmt: skip
     against = f" against `{study.against}`" if study.against else ""
     lead = (
-        f"Right means that `{study.metric}`{against} is at most {percent(study.within)} and what the reference "
-        "itself may be off by. One quantity is moved at a time, all others are as the scene has them."
+        f"Right means that `{study.metric}`{against} is at most {percent(study.within)} plus the uncertainty of the "
+        f"reference. One quantity is varied at a time; all others have the values of the scene."
     )
     table = tag("table", tag("thead", head), tag("tbody", *rows), class_="edges")
     return tag("p", prose(lead), class_="lead") + tag("div", table, class_="scroll", tabindex=0, role="region",
@@ -130,7 +130,7 @@ def _range(own: list[ValidityEdge], unit: str) -> str:
     if not own:
         return tag("td", "–")
     if choices := [e for e in own if isinstance(e, ChoiceEdge)]:
-        none = "with none" if any(e.wrong for e in choices) else ""
+        none = "no option" if any(e.wrong for e in choices) else ""
         words = ", ".join(text(v) for v in reach(own, unit)) or none
         said = [tag("small", _beyond(e, unit)) for e in own]
     else:
@@ -145,9 +145,9 @@ def _range(own: list[ValidityEdge], unit: str) -> str:
 def _beyond(edge: ValidityEdge, unit: str) -> str:
     met = beyond(edge, unit)
     if isinstance(edge, ChoiceEdge):  # a choice has no sides
-        return text(met or "right with all")
+        return text(met or "right with all options")
     side = "above" if edge.direction == "up" else "below"
-    return text(f"{side}: {met or 'right as far as it was walked, to ' + format_value(edge.reached, unit)}")
+    return text(f"{side}: {met or 'right up to the last tested value, ' + format_value(edge.reached, unit)}")
 
 
 def _strips(stress: Robustness) -> str:
@@ -182,7 +182,7 @@ def _remedies(stress: Robustness) -> str:
             prose("; ".join(piece for piece in (reason, remedy) if piece)))
         for (name, reason, remedy), models in found.items()
     ]  # fmt: skip
-    return section("remedies", "What would move the edges", tag("ul", *items, class_="wanted")) if items else ""
+    return section("remedies", "How to extend the ranges", tag("ul", *items, class_="wanted")) if items else ""
 
 
 def _points(stress: Robustness) -> str:
@@ -198,7 +198,7 @@ def _points(stress: Robustness) -> str:
 
 def _point(point: RobustnessPoint) -> str:
     found = point.found
-    values = ", ".join(f"{n} = {t}" for n, t in point.texts.items()) or "as the scene has it"
+    values = ", ".join(f"{n} = {t}" for n, t in point.texts.items()) or "all values of the scene"
     figures = [percent(v) if v is not None else "–" for v in (found.error, found.states)]
     message = " ".join(piece for piece in (found.code, found.message) if piece)
     return tag(
@@ -210,7 +210,7 @@ def _point(point: RobustnessPoint) -> str:
 
 def _provenance(stress: Robustness) -> str:
     """Return the command, the environment and the scene."""
-    repeat = tag("p", "To repeat this study:") + _command(stress.command) if stress.command else ""
+    repeat = tag("p", "To rerun this study:") + _command(stress.command) if stress.command else ""
     return section("provenance", "Provenance", repeat, table_of(stress.environment or {}), listing(stress.scene))
 
 

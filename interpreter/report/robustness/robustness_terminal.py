@@ -22,7 +22,8 @@ MOST = 20  # silent points that are listed
 
 SAID = {
     "inaccurate": "inaccurate", "silent": "SILENT", "not_converged": "not converged", "diverged": "diverged",
-    "right": "right", "refused": "refused", "failed": "failed", "timed_out": "out of time", "unjudged": "no truth",
+    "right": "right", "refused": "refused", "failed": "failed", "timed_out": "timed out",
+    "unjudged": "no valid reference",
 }  # fmt: skip
 
 
@@ -34,7 +35,7 @@ def table(found: Robustness, file: str, overrides: Sequence[str], colour: bool, 
     lines = [all_visible(line) for line in (*lines, "", _counts(found.summary))]
     lines += _silent(found, file, overrides, colour)
     if place:
-        lines.append(f"more: {place}")
+        lines.append(f"report: {place}")
     return "\n".join(lines)
 
 
@@ -45,7 +46,7 @@ def _study(study: RobustnessStudyRecord) -> Iterator[str]:
         models = list(dict.fromkeys(e.model for e in study.edges if e.quantity == quantity.name))
         if not models:
             continue
-        yield f"  {quantity.name} (here {quantity.text}{', times' if _is_vector(quantity) else ''})"
+        yield f"  {quantity.name} (scene: {quantity.text}{', scaled by' if _is_vector(quantity) else ''})"
         width = max(len(m) for m in models)
         for model in models:
             own = study.edges_of(model, quantity.name)
@@ -94,7 +95,7 @@ def _counts(summary: RobustnessSummary) -> str:
     parts = [f"{n} {SAID.get(word, word)}" for word, n in summary.classes.items() if n and word != "silent"]
     said = f"{summary.points} points: {', '.join(parts)}; {summary.silent} silent"
     none = summary.points and summary.classes.get("unjudged") == summary.points
-    return said + (": nothing was judged, so that says nothing" if none else "")
+    return said + (": no point was judged, so this has no meaning" if none else "")
 
 
 def _silent(found: Robustness, file: str, overrides: Sequence[str], colour: bool) -> Iterator[str]:
@@ -103,14 +104,14 @@ def _silent(found: Robustness, file: str, overrides: Sequence[str], colour: bool
     if not silent:
         return
     on, off = (RED, OFF) if colour else ("", "")
-    yield f"{on}wrong, and nothing says so:{off}"
+    yield f"{on}wrong without a warning:{off}"
     for metric, point in silent[:MOST]:
         plugins = (p["file"] for p in found.scene.get("plugins", ()))
         command = ["dsl", "run", file, *(part for own in plugins for part in ("--plugin", own))]
         for text in (*overrides, *(f"{n}={all_visible(t)}" for n, t in point.texts.items())):
             command += ["-p", text]
         command += ["--model", point.model]
-        says = "" if point.found.states is None else f", states {100 * point.found.states:.2g} %"
+        says = "" if point.found.states is None else f", stated error {100 * point.found.states:.2g} %"
         error = f"{metric} = {100 * (point.found.error or 0.0):.3g} %{says}"
         yield f"{on}  {shlex.join(command)}{off}   # {error}"
     if len(silent) > MOST:

@@ -28,15 +28,17 @@ class Class:
 
 
 CLASSES: Mapping[str, Class] = {
-    "right": Class("right", "✓", "as near to the reference as is asked"),
-    "inaccurate": Class("inaccurate as stated", "▲", "further off, and the model says that it may be"),
-    "silent": Class("wrong without a word", "!", "converged, and further off than the model states"),
-    "not_converged": Class("not converged", "×", "no equilibrium was found, and the model says so"),
-    "diverged": Class("diverged", "⤫", "the motion grew without bound, and the model says so"),
-    "refused": Class("refused", "–", "not run: the scene is not one for this model"),
-    "failed": Class("failed", "✗", "the solver stopped with an error, which is told"),
-    "timed_out": Class("out of time", "…", "no answer within the time that a point has"),
-    "unjudged": Class("not judged", "?", "what is right there is not known, or not well enough"),
+    "right": Class("right", "✓", "error within the requested limit"),
+    "inaccurate": Class("inaccurate, reported", "▲", "error above the limit, and the model reports that it may be"),
+    "silent": Class(
+        "wrong without a warning", "!", "converged, but the error is above the limit and above what the model states"
+    ),
+    "not_converged": Class("not converged", "×", "no equilibrium was found, and the model reports that"),
+    "diverged": Class("diverged", "⤫", "the motion grew without bound, and the model reports that"),
+    "refused": Class("refused", "–", "not run: the model does not apply to the scene"),
+    "failed": Class("failed", "✗", "the solver stopped with an error, which is reported"),
+    "timed_out": Class("timed out", "…", "no result within the time limit of a point"),
+    "unjudged": Class("not judged", "?", "the reference has no result, or is not accurate enough"),
 }
 
 
@@ -139,10 +141,10 @@ def points_along(
 def point_tooltip(point: RobustnessPoint) -> str:
     """Return the tooltip of a point: `rubber.poisson = 0.4999: right, error 0.3 %, states 2 %`."""
     found = point.found
-    where = ", ".join(f"{n} = {t}" for n, t in (point.texts or point.values).items()) or "as the scene has it"
+    where = ", ".join(f"{n} = {t}" for n, t in (point.texts or point.values).items()) or "all values of the scene"
     pieces = [class_of(found.word).words]
     pieces += [f"error {percent(found.error)}"] if found.error is not None else []
-    pieces += [f"states {percent(found.states)}"] if found.states is not None else []
+    pieces += [f"stated error {percent(found.states)}"] if found.states is not None else []
     pieces += [found.code] if found.code else []
     message = f"; {found.message}" if found.message else ""
     return f"{where}: {', '.join(pieces)}{message}"

@@ -20,15 +20,19 @@ def nowhere_right(own: Collection[ValidityEdge]) -> str:
     if not any(e.judged for e in own):
         return "not judged"
     here = next(iter(own)).here
-    return "not right where it was judged, which is not here" if here == "unjudged" else "not right, even here"
+    return (
+        "not right at any judged point; not judged at the value of the scene"
+        if here == "unjudged"
+        else "not right, even at the value of the scene"
+    )
 
 
 def gaps(own: Collection[ValidityEdge]) -> str:
     """Return the parts between the ends that were not judged, or an empty text."""
     if next(iter(own)).here == "unjudged":
-        return "not judged here"
+        return "not judged at the value of the scene"
     blind = sum(e.blind for e in own)
-    return f"{blind} point{'s' if blind != 1 else ''} between not judged" if blind else ""
+    return f"{blind} point{'s' if blind != 1 else ''} in between not judged" if blind else ""
 
 
 def options_by_class(edge: ChoiceEdge) -> list[tuple[str, list[str]]]:

@@ -162,7 +162,7 @@ class Findings:
     def _crowd(self) -> str:
         references = count(len(self.report.references), "reference")
         if not self.report.models:
-            return "No model was run" + (f", beside {references}" if self.report.references else "")
+            return "No model was run" + (f", only {references}" if self.report.references else "")
         states = max(len(m.states) for m in self.report.models.values())
         models = count(len(self.report.models), "model") + (f" in {count(states, 'state')}" if states else "")
         models += " so far" if self.report.partial else ""
@@ -222,7 +222,7 @@ class Findings:
     def _expected(self) -> str:
         judged = self.report.expectations
         if not judged:
-            return "expectations are not judged yet" if self.report.partial else "nothing was expected"
+            return "expectations are not yet judged" if self.report.partial else "no expectations"
         met, open_ = sum(e.passed is True for e in judged), sum(e.passed is None for e in judged)
         rest = f", {open_} not judged" if open_ else ""
         return f"{met} of {count(len(judged), 'expectation')} met{rest}"
@@ -231,16 +231,16 @@ class Findings:
     def status(self) -> tuple[str, str]:
         """Overall outcome: good, warn or bad, and a line of words."""
         if self.report.partial:
-            return "warn", "Unfinished: the run goes on, or it was interrupted"
+            return "warn", "Unfinished: the run is in progress or was interrupted"
         if self.unsolved:
             return "bad", f"Finished, without a solution for {listed([f'`{n}`' for n in self.unsolved])}"
         missed = sum(e.passed is False for e in self.report.expectations)
         if missed:
             return "bad", f"Finished, {count(missed, 'expectation')} not met"
         if not self.report.models:
-            return "warn", "Finished, nothing was solved"
+            return "warn", "Finished, no model was run"
         if inverted := [f"`{n}`" for n, m in self.report.models.items() if m.inverted]:
-            return "bad", f"Finished, with cells inside out in {listed(inverted)}: no solid can be so"
+            return "bad", f"Finished, with inverted cells in {listed(inverted)}: not a physical state"
         ran = "everything that was run" if any(r.status in LEFT_OUT for r in self.everyone.values()) else "everything"
         return "good", f"Finished, {ran} converged" + (", every expectation met" if self._all_met else "")
 

@@ -46,7 +46,7 @@ STATUS = {
     "skipped": "skipped",
     "unsupported": "unsupported",
 }
-INVERTED = "cells inside out"
+INVERTED = "inverted cells"
 
 
 WIDE = 110  # characters of a line where nobody says how wide the window is
@@ -262,7 +262,7 @@ def _symmetry_notes(findings: Findings) -> list[str]:
 def _references_of_part(findings: Findings, metrics: Sequence[str]) -> str:
     """Return the references whose numbers are of the same part."""
     known = [n for n, r in findings.report.references.items() if any(value_of(r, m) is not None for m in metrics)]
-    return f"; of {', '.join(known)} as well" if known else ""
+    return f"; also of {', '.join(known)}" if known else ""
 
 
 def _uncertainty_footnote(report: Report) -> list[str]:
@@ -284,7 +284,7 @@ def _validity_footnote(report: Report) -> list[str]:
         for name, metric in part.metrics.items():
             if metric.doubt is not None and metric.value is not None:
                 found.setdefault(metric.doubt, {})[name] = None
-    return [f"‡ {', '.join(names)}: by a theory that is not exact here, for {why}"
+    return [f"‡ {', '.join(names)}: the theory is not exact here: {why}"
             for why, names in found.items()]  # fmt: skip
 
 
@@ -324,9 +324,9 @@ def _reference_uncertainty(report: Report, e: ExpectationResult) -> str:
     open_ = max((m.uncertainty or 0.0 for m in known), default=0.0)
     if not open_:
         return ""
-    said = f"; the reference is known to \u00b1 {_format_uncertainty(open_, e.unit)}"
+    said = f"; uncertainty of the reference \u00b1 {_format_uncertainty(open_, e.unit)}"
     if any(abs(e.value - limit) <= open_ for limit in e.limits):
-        return f"{said}, which may turn this"
+        return f"{said}, which may change this result"
     return said if any(open_ > MENTIONED * abs(limit) for limit in e.limits) else ""
 
 

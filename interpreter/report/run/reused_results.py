@@ -15,8 +15,8 @@ def sentence(report: Report, quote: str = "") -> str:
     for result in report.outcomes:
         if result.kept:
             by_date.setdefault(in_words(result.kept), []).append(f"{quote}{result.name}{quote}")
-    each = [f"from the run of {date}, with its times: {_listed(names)}" for date, names in by_date.items()]
-    return f"kept {'; '.join(each)} (`--fresh` computes everything)" if each else ""
+    each = [f"reused from the run of {date}, with its times: {_listed(names)}" for date, names in by_date.items()]
+    return f"{'; '.join(each)} (`--fresh` recomputes everything)" if each else ""
 
 
 def _listed(names: list[str]) -> str:

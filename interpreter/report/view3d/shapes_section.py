@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 PANELS = 24  # with more shapes than this only some models are shown initially
 CLIP = 95.0  # percentile of the points of one shape
 FAR = 3.0  # a shape with errors so many times the usual ones does not set the colours
-STAGE = "Shapes of all models. Arrow keys turn them, plus and minus zoom, 0 starts again, space plays."
+STAGE = "Shapes of all models. Arrow keys rotate, plus and minus zoom, 0 resets the view, space plays."
 STATISTICS = ("mean", "median", "95 %", "largest")
 
 
@@ -134,7 +134,7 @@ class _Shapes:
     def against(self) -> str:
         """Reference of the errors, in words."""
         names = list(dict.fromkeys(s.measured_from for s in self.shapes.values() if s.measured_from))
-        return f"`{names[0]}`" if len(names) == 1 else "what each is compared with"
+        return f"`{names[0]}`" if len(names) == 1 else "its reference"
 
     @cached_property
     def dynamic(self) -> bool:
@@ -161,8 +161,8 @@ class _Shapes:
         bar = colour_bar(self.most, self.clipped, f"distance from {plain(self.against)}") if self.errors else ""
         unknown = tag(
             "p",
-            f"{'Errors and what shapes carry' if self.carried else 'Errors'} are known "
-            f"{'in the last state' if self.in_states else 'at the end'} only: until then, colours tell models apart.",
+            f"{'Errors and fields' if self.carried else 'Errors'} are available only "
+            f"{'in the last state' if self.in_states else 'at the end'}; until then, colours distinguish models.",
             class_="unknown quiet",
             hidden=True,
         )
@@ -207,7 +207,7 @@ class _Shapes:
             "canvas",
             class_="all",
             role="img",
-            aria_label=plain(f"All shapes, one over the other. {self._ranking()}"),
+            aria_label=plain(f"All shapes, superimposed. {self._ranking()}"),
         )
         columns = _columns_of(len(self.first))
         return tag(
@@ -217,7 +217,7 @@ class _Shapes:
 
     def _panel(self, name: str, drawn: str, classes: str, shown: bool) -> str:
         said = self._said(name)
-        canvas = tag("canvas", role="img", aria_label=plain(f"{name}: {said or 'the shape'}"))
+        canvas = tag("canvas", role="img", aria_label=plain(f"{name}: {said or 'deformed shape'}"))
         label = tag("p", drawn, tag("b", text(name)), tag("small", text(said)) if said else "")
         return tag("div", canvas, label, class_=f"panel {classes}", data_shown="yes" if shown else "no")
 
@@ -231,7 +231,7 @@ class _Shapes:
         return f"mean {mean}, largest {largest}"
 
     def _still(self) -> str:
-        words = "Shapes after deformation", f"{self._ranking()} {self._each()}"
+        words = "Deformed shapes", f"{self._ranking()} {self._each()}"
         top = self.clipped if self.beyond else self.most
         if not self.stills or (self.carried and not self.errors):
             return ""
@@ -285,10 +285,10 @@ class _Shapes:
         return f"`{against}`" if (against := self.shapes[name].measured_from) else "its reference"
 
     def _caption(self) -> str:
-        seen = "All shapes are seen by one camera and drawn to one scale; drag to turn them."
+        seen = "All shapes have the same view and scale; drag to rotate them."
         colour = ""
         if self.errors:
-            colour = f" Colour is the distance from {self.against}, one scale for all.{self._cut()}"
+            colour = f" Colour is the distance from {self.against}, with the same scale for all.{self._cut()}"
         models = self.findings.report.models
         bare = [f"`{n}`" for n in self.shapes if self.errors and n not in self.errors and n in models]
         plainly = f" {several(bare)} {'has' if len(bare) == 1 else 'have'} no error to show." if bare else ""
@@ -300,7 +300,7 @@ class _Shapes:
         notes = " ".join(["", *self.small.notes])
         total, first = (len([n for n in known if n in models]) for known in (self.shapes, self.first))
         shown = hidden_models_note(total, first, "boxes")
-        return f"{self._ranking()} {seen}{colour}{plainly} In this page positions are rounded to {step}.{notes}{shown}"
+        return f"{self._ranking()} {seen}{colour}{plainly} On this page positions are rounded to {step}.{notes}{shown}"
 
     def _cut(self) -> str:
         """Return the shapes beyond the scale of usual errors."""
@@ -308,7 +308,7 @@ class _Shapes:
             return ""
         names, clip = several([f"`{n}`" for n in self.beyond]), format_quantity(self.clipped, "m", 3)
         verb = "goes" if len(self.beyond) == 1 else "go"
-        return f" It ends at {clip} at first, so that the usual errors can be told apart; {names} {verb} beyond."
+        return f" It ends at {clip} at first, so that typical errors can be distinguished; {names} {verb} beyond."
 
     # -------------------------------------------------------------- numbers
 

@@ -12,8 +12,8 @@ from softmark.interpreter.report.page.html_markup import tag, text
 from softmark.records import dataclass
 
 DECADES = 3  # decades of the logarithmic scale
-MORE = " (the lightest colour stands for all that is more)"
-LESS = " (the darkest colour stands for all that is less)"
+MORE = " (the lightest colour includes all larger values)"
+LESS = " (the darkest colour includes all smaller values)"
 VIEWS = (
     (0, 2, "0 0"),
     (1, 2, "90 0"),
@@ -46,9 +46,9 @@ def toolbar(
     if len(colours) > 1:
         groups.append(_choice("Colour", f"colour{key}", colours, first if errors else 1))
     if errors:
-        scales = (("full", "Largest"), ("clipped", "Usual"), ("log", "Log"))
+        scales = (("full", "Largest"), ("clipped", "Typical"), ("log", "Log"))
         groups.append(_choice("Scale", f"range{key}", scales, 1 if kind.clipped else 0))
-    groups.append(_choice("Scale", f"span{key}", (("whole", "Largest"), ("usual", "Usual")), 1) if carried else "")
+    groups.append(_choice("Scale", f"span{key}", (("whole", "Largest"), ("usual", "Typical")), 1) if carried else "")
     groups.append(_background_choice(ghosts) if ghosts else "")
     groups.append(_numbers(carried) if len(carried) > 1 else "")
     groups.append(_view(kind.axes))
@@ -83,7 +83,7 @@ def _background_choice(ghosts: Sequence[tuple[int, str, bool]]) -> str:
     """Return the choice of the reference drawn in grey behind each shape."""
     options = [tag("option", "nothing", value="")]
     options += [tag("option", text(name), value=str(i), selected=first) for i, name, first in ghosts]
-    label = tag("label", tag("span", "Grey, behind"), tag("select", *options))
+    label = tag("label", tag("span", "Grey overlay"), tag("select", *options))
     return tag("div", label, class_="behind")
 
 

@@ -23,7 +23,7 @@ from softmark.records import dataclass
 USUAL = 95.0  # per cent of the points of each shape that the scale holds at first
 FAR = 3.0  # a shape with numbers so many times the usual ones does not set the colours
 FLAT = 1e-6  # smaller ranges, relative to the size of the tensors, are rounding and get one colour
-ENDS = " (the colours of the ends stand for all that is more or less)"
+ENDS = " (the end colours include all larger or smaller values)"
 STATISTICS = ("least", "mean", "largest")
 
 
@@ -121,7 +121,7 @@ class FieldColours:
         scale = self.scales[0]
         low, high = scale.usual
         shown = {n: _tinted(s, self.places[0], low) for n, s in first.items() if s.carried}
-        words = f"Shapes after deformation, by {scale.kind.words}", " ".join(self._said(n) for n in shown)
+        words = f"Deformed shapes, by {scale.kind.words}", " ".join(self._said(n) for n in shown)
         bar = tag("div", colours(), _below(scale, scale.usual, "", ENDS), class_="colour-bar")
         picture = still(shown, view, high - low, words, f"shapes{key}-carried") if shown else ""
         return tag("noscript", picture, bar)
@@ -170,7 +170,7 @@ class FieldColours:
             asked.append(f"{scale.kind.words} (metric{'s' if len(scale.kind.metrics) > 1 else ''} {by})")
         said = " Colour can also be " if errors else " Colour is one of " if len(asked) > 1 else " Colour is "
         said += f"{several(asked)}, recovered at the points of the surface{f', {self.when}' if self.when else ''},"
-        said += f" one scale for all models: it holds {USUAL:.0f}\u00a0% of the points of each at first."
+        said += f" with the same scale for all models: at first it covers {USUAL:.0f}\u00a0% of the points of each."
         return said + "".join(f" {sentence}" for sentence in (*self._without(), *self._limits(), *self._coarse()))
 
     def _without(self) -> Iterator[str]:
@@ -181,17 +181,18 @@ class FieldColours:
                     every = all(n.reason == number.reason for n in shape.carried)
                     reasons.setdefault((number.reason, "" if every else number.words), []).append(f"`{name}`")
         for (reason, words), names in reasons.items():
-            yield f"{several(list(dict.fromkeys(names)))}{f', {words},' if words else ''} cannot be coloured: {reason}."
+            yield f"No colours for {several(list(dict.fromkeys(names)))}{f', {words}' if words else ''}: {reason}."
 
     def _limits(self) -> Iterator[str]:
         for place in dict.fromkeys(n.limitless for s in self.models.values() for n in s.carried if n.limitless):
-            yield f"At {place} stress has no limit (W388): colours there show what each mesh allows."
+            yield f"At {place} stress is singular (W388): colours there depend on the mesh."
 
     def _coarse(self) -> Iterator[str]:
         for name, shape in self.models.items():
             share = max(n.apart for n in shape.carried)
             if share > 0.0:
-                yield f"Cells of `{name}` do not agree at {max(1, round(100 * share))}\u00a0% of the points (W387)."
+                percent = f"{max(1, round(100 * share))}\u00a0%"
+                yield f"Stresses of adjacent cells of `{name}` differ at {percent} of the points (W387)."
 
     def columns(self) -> list[PlateColumn]:
         """Return smallest, mean and largest value of each field, for the table."""

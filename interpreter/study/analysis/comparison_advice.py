@@ -55,7 +55,7 @@ class AdviceQuestion:
     def error(self, candidate: Candidate) -> str:
         """Format a candidate's error: `1.2 %`, or a bound if the reference is not more accurate."""
         if candidate.within:
-            return f"an error within the ± {self.amount(self.judged.uncertainty)} of the reference"
+            return f"an error below the uncertainty ± {self.amount(self.judged.uncertainty)} of the reference"
         return f"{self.amount(candidate.measured)} error"
 
 
@@ -122,8 +122,8 @@ def _nothing(question: AdviceQuestion) -> Advice:
     for _, reason in question.judged.left_out.values():
         reasons[reason] = reasons.get(reason, 0) + 1
     why = "; ".join(f"{reason} ({n})" for reason, n in reasons.items()) or "there are no configurations"
-    said = f"By `{question.metric}`{question.measured_from}, nothing can be recommended: {why}."
-    said += " With `--allow-contaminated` disturbed timings count as well." if DISTURBED in reasons else ""
+    said = f"No recommendation by `{question.metric}`{question.measured_from}: {why}."
+    said += " `--allow-contaminated` includes disturbed timings." if DISTURBED in reasons else ""
     return Advice(question, said, None, None, None, True, [])
 
 
@@ -131,7 +131,7 @@ def _quickest(question: AdviceQuestion, level: float, able: Sequence[Candidate])
     """Recommend the fastest configuration at or below a level, and name the fastest of another model."""
     winner = able[0]
     other = next((c for c in able[1:] if c.model != winner.model), None)
-    few = "smallest" if question.judged.clock == UNKNOWNS else "quickest"
+    few = "smallest" if question.judged.clock == UNKNOWNS else "fastest"
     said = (
         f"For `{question.metric}`{question.measured_from} of {question.amount(level)} or less, "
         f"`{winner.label}` is the {few}: "
@@ -148,7 +148,7 @@ def _cheaper(question: AdviceQuestion, level: float, winner: Candidate) -> str:
         able = [c for c in question.judged.candidates.values() if _reaches(c, above)]
         first = min(able, key=_by_effort)
         if first.key != winner.key:
-            said = f" Where {question.amount(above)} will do, `{first.label}` is enough: "
+            said = f" If {question.amount(above)} is sufficient, use `{first.label}`: "
             return said + f"{question.effort(first.effort)}, {question.error(first)}."
     return ""
 
@@ -161,12 +161,12 @@ def _against(question: AdviceQuestion, winner: Candidate, other: Candidate | Non
     """Compare the winner with the next model, in words."""
     if other is None:
         models = {c.model for c in question.judged.candidates.values()}
-        return "; no other model gets there." if len(models) > 1 else "."
+        return "; no other model reaches this." if len(models) > 1 else "."
     factor = other.effort.median / winner.effort.median
     if not decided:
         return (
             f"; `{other.label}` ({question.effort(other.effort)}, {question.error(other)}) differs from it by less "
-            "than the noise of the timing, so which of the two is quicker is not decidable here."
+            f"than the timing noise, so it is undecided which of the two is faster."
         )
     much, as_ = ("unknowns", "as many") if question.judged.clock == UNKNOWNS else ("time", "as much")
     takes = f"{factor:.3g} times the {much}" if f"{factor:.3g}" != "1" else f"{as_} {much}"
@@ -180,7 +180,7 @@ def _nearest(question: AdviceQuestion, candidates: Sequence[Candidate], level: f
     other = next((c for c in ranked[1:] if c.model != winner.model), None)
     if winner.within:
         return _indistinguishable(question, [c for c in ranked if c.error == winner.error], other, level)
-    lowest = f"no configuration gets to {question.amount(max(question.levels))}" if question.levels else ""
+    lowest = f"no configuration reaches {question.amount(max(question.levels))}" if question.levels else ""
     begin = f"{lowest}; " if level is None and lowest else ""
     said = (
         f"By `{question.metric}`{question.measured_from}, {begin}`{winner.label}` is the closest: "
@@ -188,7 +188,9 @@ def _nearest(question: AdviceQuestion, candidates: Sequence[Candidate], level: f
     )
     tied = other is not None and other.error == winner.error
     if other is not None and tied:
-        said += f"; `{other.label}` is as close as the reference can tell, at {question.effort(other.effort)}"
+        said += (
+            f"; within the uncertainty of the reference `{other.label}` is as close, at {question.effort(other.effort)}"
+        )
     elif other is not None:
         said += f"; the next model, `{other.label}`, has {question.error(other)} in {question.effort(other.effort)}"
     return Advice(question, said + ".", winner, other, None, not tied, _caveats(question, winner))
@@ -202,12 +204,12 @@ def _indistinguishable(
     several = len(alike) > 1
     named = join_names([f"`{c.label}`" for c in alike], NAMED)
     lost = level is None and bool(question.levels)
-    blind = f", so no error of {question.amount(max(question.levels))} can be judged" if lost else ""
-    few = "smallest" if question.judged.clock == UNKNOWNS else "quickest"
+    blind = f", so an error of {question.amount(max(question.levels))} cannot be resolved" if lost else ""
+    few = "smallest" if question.judged.clock == UNKNOWNS else "fastest"
     said = (
-        f"`{question.metric}`{question.measured_from} is known to ± {question.amount(question.judged.uncertainty)} "
-        f"only{blind}; within it {'are' if several else 'is'} {named}"
-        + (f", not told apart, of which `{winner.label}` is the {few}" if several else "")
+        f"`{question.metric}`{question.measured_from} has an uncertainty of ± "
+        f"{question.amount(question.judged.uncertainty)}{blind}; {named} {'are' if several else 'is'} within it"
+        + (f", indistinguishable; `{winner.label}` is the {few} of them" if several else "")
         + f": {question.effort(winner.effort)}."
     )
     return Advice(question, said, winner, other, None, not several, _caveats(question, winner))
@@ -217,13 +219,15 @@ def _caveats(question: AdviceQuestion, winner: Candidate, within: bool = False) 
     """Return the caveats of a recommended point; `within` the reference's uncertainty, if not yet mentioned."""
     found = []
     if winner.contaminated:
-        found.append("Its timing was disturbed: do not trust the time.")
+        found.append("Its timing was disturbed: the time is unreliable.")
     if winner.capped:
-        found.append("Its solution was stopped by a cap, so its error is that of an unfinished iteration.")
+        found.append("Its solution was stopped by `max_iterations` before convergence, which is included in its error.")
     if within:
-        found.append("Its error is below the uncertainty of the reference: nothing can be told to be more accurate.")
+        found.append("Its error is below the uncertainty of the reference: a smaller error cannot be resolved.")
     if doubt := question.doubts.get(winner.key):
-        found.append(f"Its study is outside the asymptotic range ({doubt}): its error need not go on falling.")
+        found.append(
+            f"Its study is outside the asymptotic range ({doubt}): refinement may not reduce the error further."
+        )
     return [*found, *question.remarks.get(winner.key, ())]
 
 
@@ -234,15 +238,17 @@ def remarks_of(point: ComparedPoint) -> list[str]:
         return []
     found = []
     if reduced.extrapolates:
-        found.append(f"It extrapolates: {', '.join(f'`{n}`' for n in reduced.extrapolates)} is outside its training.")
+        found.append(
+            f"It extrapolates: {', '.join(f'`{n}`' for n in reduced.extrapolates)} is outside its training range."
+        )
     if reduced.repeats:
         found.append(
-            f"It was trained on `{reduced.of}` in this very state: its error says how well it repeats that, "
-            "and nothing of other loads."
+            f"It was trained on `{reduced.of}` in this same state: its error shows only how well it reproduces that "
+            f"state, not other loads."
         )
     if setup is not None:
         spent = format_quantity(setup.median, "s", 3)
-        found.append(f"Its time leaves out {spent} in which it is made from `{reduced.of}`.")
+        found.append(f"Its time excludes {spent} of training from `{reduced.of}`.")
     return found
 
 
@@ -270,8 +276,8 @@ def find_disagreements(judged: Mapping[str, JudgedPoints]) -> list[Disagreement]
         if not first or not second or not apart or {c.model for c in first} & {c.model for c in second}:
             continue
         said = (
-            f"`{one}` and `{two}` rank differently: by the one `{first[0].label}` is the closest, by the other "
-            f"`{second[0].label}`; they order {apart} of {len(pairs)} pairs of configurations the other way round."
+            f"`{one}` and `{two}` rank configurations differently: the most accurate is `{first[0].label}` by the "
+            f"first and `{second[0].label}` by the second; {apart} of {len(pairs)} pairs are in opposite order."
         )
         found.append(Disagreement([one, two], said, apart, len(pairs)))
     return found

@@ -22,7 +22,7 @@ READ = "read"  # read from a file, without our own timing
 CLOCKS = ("cpu_s", "wall_s")
 UNKNOWNS = "unknowns"  # the effort where nothing was timed
 INVERTED = ("W324", "W351")  # warnings about inverted cells of a solution
-INSIDE_OUT = "its cells are inside out"
+INSIDE_OUT = "its cells are inverted"
 SPREADS = (*CLOCKS, "step_s", "step_cpu_s", "setup_s")
 
 

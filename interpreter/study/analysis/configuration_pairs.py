@@ -88,7 +88,7 @@ def _distance(a: Probes, b: Probes) -> float | str:
     apart = sum(_square(p, q) for x, y in shared for p, q in _moved(x, y))
     moved = sum(_square(q, (0.0, 0.0, 0.0)) for x, y in shared for _, q in _moved(x, y))
     ratio = ratio_of(apart, moved)
-    return "the one that is compared with does not move" if ratio is None else math.sqrt(ratio)
+    return "the configuration to compare with has zero displacement" if ratio is None else math.sqrt(ratio)
 
 
 def _moved(x: ProbeTrace, y: ProbeTrace) -> Iterator[tuple[Sequence[float], Sequence[float]]]:

@@ -32,7 +32,8 @@ RELATIVE = (0.1, 0.05, 0.01)
 DISTURBED = "its timing was disturbed"
 STATUS = {
     "not_converged": "it did not converge", "diverged": "it diverged", "failed": "it failed",
-    "skipped": "it was skipped", "unsupported": "its program cannot compute it", "timed_out": "it ran out of time",
+    "skipped": "it was skipped", "unsupported": "its program does not support the scene",
+    "timed_out": "it ran out of time",
 }  # fmt: skip
 
 
@@ -118,10 +119,14 @@ def _candidate(
 
 def _why_no_effort(point: ComparedPoint, clock: str) -> str:
     if point.status == READ:
-        return "it was read from a file: nobody timed it here"
+        return "it was read from a file and has no time"
     if clock != UNKNOWNS:
         return "it was not timed"
-    return "the unknowns of a reduced model say nothing of its cost" if point.reduced else "its size is not known"
+    return (
+        "the number of unknowns of a reduced model is no measure of its cost"
+        if point.reduced
+        else "its number of unknowns is not known"
+    )
 
 
 # ------------------------------------------------------------------ the front
@@ -161,7 +166,7 @@ def effort_to(level: float, line: RefinementLine, judged: JudgedPoints) -> Effor
     Between neighbours a, b of the line log t = log ta + s (log tb - log ta), s = log(level / ea) / log(eb / ea).
     """
     if level < judged.uncertainty:
-        return "the reference is not known that well"
+        return "the uncertainty of the reference is larger"
     members = [judged.candidates.get(key) for key in line.keys]
     usable = [c for c in members if c is not None]
     if not usable:
@@ -169,7 +174,7 @@ def effort_to(level: float, line: RefinementLine, judged: JudgedPoints) -> Effor
     found = [EffortEstimate(c.effort, (c.key,)) for c in usable if c.error <= level]
     found += [r for a, b in pairwise(members) if (r := _crossing(level, a, b)) is not None]
     if not found:
-        return "it stays above"
+        return "not reached"
     return min(found, key=lambda r: r.effort.median)
 
 
@@ -267,6 +272,6 @@ def best_within(hz: float, judged: JudgedPoints) -> BestInFrame:
 
 def _too_slow(framed: Sequence[tuple[Candidate, Spread]]) -> str:
     if not framed:
-        return "nothing that counts was timed"
+        return "no valid timing"
     c, frame = min(framed, key=lambda pair: pair[1].q3)
-    return f"the quickest, `{c.label}`, takes {1e3 * frame.q3:.3g} ms"
+    return f"the fastest, `{c.label}`, takes {1e3 * frame.q3:.3g} ms"

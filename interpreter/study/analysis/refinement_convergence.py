@@ -114,7 +114,7 @@ def orders_of(line: RefinementLine, metrics: Sequence[str], points: Sequence[Com
     alone = [m for m in metrics if not probes or any(p.metric(m).by_itself for _, p in found.members)]
     values = {m: _metric_limit(found, m) for m in alone}
     limits = probes or [own for own in values.values() if own is not None]
-    nothing = [] if limits else ["its members share neither a probe nor a metric"]
+    nothing = [] if limits else ["its configurations have no common probe or metric"]
     doubt = next(iter([*nothing, *(d for limit in limits if (d := limit.doubt) is not None)]), None)
     limits = [*probes, *(own or _missing_limit(m) for m, own in values.items())] if probes else limits
     return LineOrders(line, found, doubt, {m: _errors(found.members, m, points) for m in metrics}, limits)
@@ -123,15 +123,15 @@ def orders_of(line: RefinementLine, metrics: Sequence[str], points: Sequence[Com
 def refinement_of(line: RefinementLine) -> Refinement | str:
     """Return the refinement of a line, or why it is none: its number must control only a size, segments or a step."""
     if line.varied is None:
-        return "one configuration tells no order"
+        return "one configuration gives no order"
     solved = [(p, p.fineness) for p in line.members if p.solved and p.fineness]
     if not solved:
-        return "none of its members has a solution"
+        return "none of its configurations has a solution"
     if len({fine.problem for _, fine in solved}) > 1:
-        return f"`{line.varied}` changes what is solved, not how finely"
+        return f"`{line.varied}` changes the problem, not the discretisation"
     decided = [t for t in TARGETS if len({fine.of.get(t) for _, fine in solved}) > 1]
     if len(decided) != 1:
-        what = "no size, no segments and no step" if not decided else f"{' and '.join(decided)} at once"
+        what = "neither size, segments nor step" if not decided else f"{' and '.join(decided)} at once"
         return f"`{line.varied}` decides {what}"
     return _refinement(decided[0], solved)
 
@@ -159,7 +159,7 @@ def _errors(members: Sequence[tuple[float, ComparedPoint]], metric: str, points:
     above = list(takewhile(lambda pair: pair[1] > floor, family))
     found, cut = order_of_errors(above, floor), len(above) < len(family)
     if cut and found.reason is not None:
-        why = "its errors are within the uncertainty of the reference" if floor else "it has no error left"
+        why = "its errors are below the uncertainty of the reference" if floor else "its error is zero"
         found = replace(found, reason=why)
     return ErrorTrend(unit_of(points, metric), cut, found)
 
@@ -178,7 +178,7 @@ def _limit(line: Refinement, probe: str) -> Limit:
         key=lambda place: abs(finest[place[0]][place[1]]),
     )
     family = [(h, float(p.probes[probe].displacement[i][axis])) for h, p in line.members]
-    what = f"displacement along {AXES[axis]} of the point that moves furthest"
+    what = f"displacement along {AXES[axis]} of the point with the largest displacement"
     return Limit(probe, "probe", what, "m", family[-1][1], estimate_limit(line, family, line.formal))
 
 
@@ -194,7 +194,12 @@ def _metric_limit(line: Refinement, metric: str) -> Limit | None:
 def _missing_limit(metric: str) -> Limit:
     """Return the missing limit of a metric that only some members have."""
     return Limit(
-        metric, "metric", "value", None, None, ConvergenceEstimate("unusable", "only some of its members have it")
+        metric,
+        "metric",
+        "value",
+        None,
+        None,
+        ConvergenceEstimate("unusable", "only some of its configurations have it"),
     )
 
 

@@ -55,7 +55,7 @@ def kind_of(found: Any, name: str) -> str:
     if problem := json_validation.find_misfit(
         found, json_validation.REPORT if schema == REPORT else json_validation.COMPARISON
     ):
-        raise NotComparable(f"`{name}` says that it is a {schema}, but {problem}")
+        raise NotComparable(f"`{name}` declares the schema {schema}, but {problem}")
     return str(schema)
 
 
@@ -152,7 +152,9 @@ def find_changes(old: Json, new: Json, names: tuple[str, str] = ("the old file",
     """Return all changes from one result to another of the same kind, both as JSON. Raises NotComparable."""
     kinds = kind_of(old, names[0]), kind_of(new, names[1])
     if kinds[0] != kinds[1]:
-        raise NotComparable(f"`{names[0]}` is a {kinds[0]} and `{names[1]}` a {kinds[1]}: give two files of one kind")
+        raise NotComparable(
+            f"`{names[0]}` is a {kinds[0]} and `{names[1]}` a {kinds[1]}: give two files of the same kind"
+        )
     before, after = _subjects(old), _subjects(new)
     shared = [(name, before[name], after[name]) for name in before if name in after]
     return Changes(
@@ -269,7 +271,7 @@ def _metric(name: str, metric: str, old: PointError, new: PointError) -> MetricC
     if abs(b - a) <= RELATIVE * max(abs(a), abs(b)):
         return None
     uncertain = max((float(u) for m in (old, new) if (u := m.uncertainty) is not None), default=None)
-    verdict = "changed, below the uncertainty" if uncertain is not None and abs(b - a) <= uncertain else "changed"
+    verdict = "changed by less than the uncertainty" if uncertain is not None and abs(b - a) <= uncertain else "changed"
     return MetricChange(name, metric, unit, a, b, verdict, ratio_of(b - a, abs(a)), uncertain)
 
 

@@ -85,7 +85,7 @@ def _line_convergence(line: RefinementLine, metric: str, unit: str | None) -> Li
         return LineConvergence(line.name, unit, reason=found)
     family = [(h, float(v)) for h, p in found.members if (v := p.metric(metric).value) is not None]
     if not family:
-        return LineConvergence(line.name, unit, 0, reason=f"{metric} was not measured on this line")
+        return LineConvergence(line.name, unit, 0, reason=f"{metric} was not measured for this line")
     lengths = unit_of(line.members, metric) == "m"  # theoretical orders are those of displacements
     refined = estimate_limit(found, family, found.formal if lengths else None)
     return LineConvergence(line.name, unit, len(family), family[-1][1], refined)

@@ -33,24 +33,24 @@ PACE = 0.15  # relative deviation from the processor speed of the compared runs
 
 # why a run does not count
 DISTURBANCES: dict[str, str] = {
-    "shared": f"one thread got less than {100 * SHARE:g} % of a processor",
-    "waited": f"it waited for its processor for more than {100 * WAITED:g} % of the time",
+    "shared": f"a thread had less than {100 * SHARE:g} % of a processor",
+    "waited": f"it waited for a processor for more than {100 * WAITED:g} % of the time",
     "pressure": f"tasks of this machine waited for a processor for more than {100 * PRESSURE:g} % of the time",
     "stolen": f"the hypervisor took more than {100 * STOLEN:g} % of the time",
-    "switched": f"it was put aside for other tasks more than {SWITCHES:g} times a second",
+    "switched": f"it was preempted more than {SWITCHES:g} times a second",
     "pace": f"the processor was more than {100 * PACE:g} % faster or slower than in the other runs",
-    "compiled": "kernels were compiled or loaded while the clock ran",
+    "compiled": "kernels were compiled or loaded during the timing",
 }
 SLOWING = ("pace", "compiled")  # disturbances that also affect CPU times; waiting hardly does
 # remarks on all runs
 REMARKS: dict[str, str] = {
-    "contaminated": "too few runs were undisturbed: times are those of all runs, and CPU time is the better one",
-    "few repeats": "one run takes long, so there are only a few",
-    "not warmed up": "a solution takes so long that the first one is the one that was timed",
-    "runs differ": "not all runs took the same iterations to the same result",
-    "differing processors": "runs took place on different processors",
-    OWN: "another program solved it, and its time is by that program's own clock, without set-up and files",
-    WHOLE: "another program solved it, and its time is that of its whole process, files with it: an upper bound",
+    "contaminated": "too few runs were undisturbed: times are those of all runs, and CPU time is more reliable",
+    "few repeats": "one run takes long, so there are only few runs",
+    "not warmed up": "a solution takes so long that the first one was timed",
+    "runs differ": "runs differ in iterations or results",
+    "differing processors": "runs used different processors",
+    OWN: "the time is from the external program's own clock, without set-up and files",
+    WHOLE: "the time is that of the external program's whole process, including files: an upper bound",
 }
 
 Record = Mapping[str, Any]

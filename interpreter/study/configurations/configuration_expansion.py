@@ -192,9 +192,7 @@ def expand(subjects: Sequence[SceneSubject], asked: CommandLineAdditions) -> lis
         own = _merge_independent(members)
         found += own + _unvaried_models(subject, asked, own)
     if len(found) > MOST:
-        raise TooManyConfigurations(
-            f"{len(found)} configurations are more than the {MOST} that one comparison may have"
-        )
+        raise TooManyConfigurations(f"there are {len(found)} configurations; a comparison may have at most {MOST}")
     return found
 
 
@@ -205,12 +203,12 @@ def _check_names(subject: SceneSubject, asked: CommandLineAdditions) -> None:
         problems += _wrong_values(subject.scene, vary)
     studies = subject.scene.of_kind("study")
     if asked.study is not None and asked.study not in studies:
-        known = f"studies: {', '.join(studies)}" if studies else "it declares no study; `--vary h=10mm,5mm` needs none"
+        known = f"studies: {', '.join(studies)}" if studies else "it declares no study; use `--vary h=10mm,5mm`"
         message = f"`{asked.study}` is not a study of the scene"
         problems.append(at_name("--study", asked.study, "E201", message, "not found", known))
     elif asked.study is not None and isinstance(studies[asked.study].thing, Stability):
-        message = f"`{asked.study}` is a study of stability, which varies nothing that is compared"
-        help = f"carry it out with `dsl robustness --study {asked.study}`"
+        message = f"`{asked.study}` is a robustness study, which cannot be compared"
+        help = f"run it with `dsl robustness --study {asked.study}`"
         problems.append(at_name("--study", asked.study, "E213", message, "not compared", help))
     if problems:
         raise SceneError(list(dict.fromkeys(problems)))

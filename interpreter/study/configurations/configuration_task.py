@@ -95,7 +95,7 @@ def _performed(task: PointTask) -> PointOutcome:
     model = report.models.get(task.model)
     references = {name: _reference(r) for name, r in report.references.items()}
     if model is None:
-        why = "nothing asks for this model: add a probe or a metric of its body"
+        why = "no probe or metric uses this model: add one of its body"
         return failed_outcome(task, why, references=references)
     truths = None if truth is None else {truth.model: _truth(report, truth)}
     return PointOutcome(task.key, _point(scene, report, model), references, truths)
@@ -166,7 +166,7 @@ def _stated(scene: Scene, model: ModelResult) -> PointStated:
     )  # fmt: skip
     plain = next((n for n, said in model.stated.items() if said.unit in ("1", None)), None)
     if (first := next(relative, plain)) is None:  # only forces, none of them relative
-        return PointStated(None, "1", {}, "no relative error is asked for", (), None, model.stated)
+        return PointStated(None, "1", {}, "the scene has no relative error", (), None, model.stated)
     own = model.stated[first]
     return PointStated(own.value, own.unit, own.parts, own.reason, own.doubts, first, model.stated)
 

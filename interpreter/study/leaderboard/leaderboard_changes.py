@@ -14,7 +14,7 @@ from softmark.safe_files import read_regular
 
 SAME, TIMES = 0.01, 1.5  # relative change of an error; ratio of times
 NUMBER = json_validation.NUMBER
-TAKES = "`--against` takes the board.json of an earlier `dsl board`"
+TAKES = "`--against` needs the board.json of an earlier `dsl board`"
 FORM = {
     "schema!": str, "title": str, "created": str, "command": str, "environment": {},
     "cases!": {"*!": {"question": str, "scene": str, "unit": str, "tolerance": NUMBER}},
@@ -33,10 +33,10 @@ def read_board(path: str) -> Board:
     try:
         found = json.loads(read_regular(path).decode("utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        why = (error.strerror if isinstance(error, OSError) else None) or "it is no JSON"
+        why = (error.strerror if isinstance(error, OSError) else None) or "it is not JSON"
         raise NotALeaderboard(f"cannot read {path}: {why}; {TAKES}") from error
     if problem := json_validation.find_misfit(found, FORM):
-        raise NotALeaderboard(f"{path} is no board: {problem}; {TAKES}")
+        raise NotALeaderboard(f"{path} is not a leaderboard: {problem}; {TAKES}")
     if found["schema"] != SCHEMA:
         raise NotALeaderboard(f"{path} is {found['schema'][:40]}, not {SCHEMA}")
     known = {"name": "", "title": "", "created": "", "command": "", "environment": {}}

@@ -103,14 +103,14 @@ def _misfit(case: Case, scene: Scene) -> Diagnostic | None:
     if metric.thing.measured_from not in references:
         errors = [n for n, d in metrics.items() if d.thing.measured_from in references]
         hint = f"errors of the scene are {', '.join(errors)}" if errors else "give the metric `against = ...`"
-        return case.fault("E743", "by", f"`{case.by}` measures from no reference", "no error", hint)
+        return case.fault("E743", "by", f"`{case.by}` has no reference", "no error", hint)
     kind = references[metric.thing.measured_from].thing.kind
     if case.kind != kind:
-        message = f"`{metric.thing.measured_from}`, from which `{case.by}` measures, is {_article(kind)}"
+        message = f"`{metric.thing.measured_from}`, the reference of `{case.by}`, is {_article(kind)}"
         return case.fault("E744", "kind", message, "another kind", f"write `kind = {kind.replace(' ', '_')}`")
     if (wanted := units.parse_unit(metric.thing.unit).dimension) != case.dimension:
         given = units.dimension_name(case.dimension)
-        message = f"`{case.by}` is {units.dimension_name(wanted)}, and its tolerance is {given}"
+        message = f"`{case.by}` is {units.dimension_name(wanted)}, but its tolerance is {given}"
         return case.fault("E745", "within", message, "another unit", f"give it in {units.usual_units(wanted)}")
     return None
 

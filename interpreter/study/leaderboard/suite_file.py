@@ -31,7 +31,7 @@ KINDS: tuple[str, ...] = get_args(Kind)  # kinds of references, as scenes write 
 FIELDS: Mapping[str, tuple[type, str]] = {  # fields of a case after its scene, with their forms
     "by": (tree.Name, "a metric of the scene, such as `by = eta`"),
     "kind": (tree.Name, f"the kind of its reference: {', '.join(KINDS)}"),
-    "within": (tree.Number, "the error up to which an answer is right, such as `within = 2 %`"),
+    "within": (tree.Number, "the largest error of a right result, such as `within = 2 %`"),
     "asks": (tree.String, 'the question in one line, such as `asks = "How far does it sag?"`'),
 }
 FORM = 'case lifted = judged("bend-45", by = off_lifted, kind = one_code, within = 2 %, asks = "...")'
@@ -87,8 +87,8 @@ def read_suite(source: Source, folder: Path) -> tuple[Suite | None, list[Diagnos
             if (case := _case(node, source, found)) is not None:
                 cases.append(case)
         elif not isinstance(node, tree.Version):
-            found.append(Diagnostic("E740", "a suite declares nothing but cases", source, node.span, "not a case",
-                                    f"what a case is about stands in its scene: `{FORM}`"))  # fmt: skip
+            found.append(Diagnostic("E740", "a suite contains only cases", source, node.span, "not a case",
+                                    f"write everything else in the scene of the case: `{FORM}`"))  # fmt: skip
     found += _find_duplicates(cases)
     if not cases and not found:
         start = Span(0, 0, 1, 1, 1, 1)
@@ -105,10 +105,10 @@ def _find_duplicates(cases: list[Case]) -> list[Diagnostic]:
         first = asked.setdefault((case.scene, case.by), case.name)
         if case.name in names:
             found.append(case.fault("E740", "name", f"`{case.name}` is declared twice", "the second one",
-                                    "give each case a name of its own"))  # fmt: skip
+                                    "give each case its own name"))  # fmt: skip
         elif first != case.name:
-            found.append(case.fault("E740", "name", f"`{case.name}` asks what `{first}` asks", "the same metric",
-                                    "a case is one metric of one scene: leave one of them out"))  # fmt: skip
+            found.append(case.fault("E740", "name", f"`{case.name}` repeats `{first}`", "the same metric",
+                                    "remove one of them: each case must have another metric or scene"))  # fmt: skip
         names.add(case.name)
     return found
 
@@ -121,7 +121,7 @@ def _case(node: tree.Declare, source: Source, found: list[Diagnostic]) -> Case |
 
     call = node.value
     if not isinstance(call, tree.Call) or call.function.text != "judged":
-        fail(call.span, f"`{node.name}` does not say by what it is judged", "not `judged(...)`", f"such as `{FORM}`")
+        fail(call.span, f"`{node.name}` has no `judged(...)`", "`judged(...)` expected", f"such as `{FORM}`")
         return None
     given: dict[str, tree.Expression] = {}
     places = {"name": node.name_span, "": call.span}
@@ -129,13 +129,13 @@ def _case(node: tree.Declare, source: Source, found: list[Diagnostic]) -> Case |
         name = argument.name or "scene"
         span, value = argument.name_span or argument.span, argument.value
         if name in given:
-            fail(span, f"`{name}` is given twice", "again", "a case is of one scene, and has each field once")
+            fail(span, f"`{name}` is given twice", "again", "a case has one scene, and each field once")
         elif name != "scene" and name not in FIELDS:
             close = nearest(name, FIELDS)
             hint = f"did you mean `{close}`?" if close else f"fields are {', '.join(FIELDS)}"
             fail(span, f"a case has no `{name}`", "not known", hint)
         elif not isinstance(value, FIELDS[name][0] if name in FIELDS else tree.String):
-            fail(value.span, f"`{name}` is not written so", "not understood", _wanted(name))
+            fail(value.span, f"`{name}` has an invalid value", "invalid", _wanted(name))
         given[name], places[name] = value, value.span
     missing = [name for name in ("scene", *FIELDS) if name not in given]
     for name in missing:
@@ -146,7 +146,9 @@ def _case(node: tree.Declare, source: Source, found: list[Diagnostic]) -> Case |
 
 
 def _wanted(name: str) -> str:
-    return FIELDS[name][1] if name in FIELDS else 'the scene first, by its file or its name, such as `"bend-45"`'
+    return (
+        FIELDS[name][1] if name in FIELDS else 'the scene as first argument, by its file or name, such as `"bend-45"`'
+    )
 
 
 def _made(
@@ -162,7 +164,7 @@ def _made(
     if kind.text not in KINDS:
         close = nearest(kind.text, KINDS)
         hint = f"did you mean `{close}`?" if close else f"kinds are {', '.join(KINDS)}"
-        found.append(made.fault("E744", "kind", f"`{kind.text}` is no kind of reference", "not known", hint))
+        found.append(made.fault("E744", "kind", f"`{kind.text}` is not a kind of reference", "not known", hint))
         return None
     try:
         unit = units.parse_unit(within.unit.text) if within.unit else units.Measure(1.0, units.NONE)
@@ -170,7 +172,7 @@ def _made(
         found.append(made.fault("E745", "within", error.problem, "not a unit", error.remedy))
         return None
     if not 0 < within.value < float("inf"):
-        found.append(made.fault("E745", "within", "nothing is within a tolerance of zero", "zero",
-                                "say how large an error may be that still answers the question"))  # fmt: skip
+        found.append(made.fault("E745", "within", "the tolerance is zero", "zero",
+                                "give the largest error that still answers the question"))  # fmt: skip
         return None
     return replace(made, within=within.value * unit.factor, dimension=unit.dimension)

@@ -22,18 +22,18 @@ BY_CODE: dict[str, str] = {
     "W305": "a finer mesh, or a size that divides the body evenly",
     "W306": "another strain measure: `strain = corotational` or `finite`",
     "W312": "a finer mesh",
-    "W314": "an imperfection or a load that leads to the state that is meant",
+    "W314": "an imperfection or a load that leads to the intended state",
     "W318": "a smaller step",
     "W321": "`stiffness = calibrated(...)`, or finite elements",
     "W322": "`stiffness = calibrated(...)`, or finite elements",
-    "W331": "train it over this range",
+    "W331": "train the reduced model over this range",
     "E304": "a larger size",
     "E552": "use tet10 or hex8 with `formulation = mixed`, or a Poisson's ratio below 0.5",
 }
 BY_PART: dict[str, str] = {
     "discretisation": "a finer mesh",
     "model": "another strain measure, or another model",
-    "rounding": "double precision, and units in which stiffnesses are not so far apart",
+    "rounding": "double precision, or constants of more similar magnitude",
     "solver": "a smaller tolerance",
 }
 
@@ -46,14 +46,14 @@ def reason_of(point: ClassifiedPoint) -> str:
     if point.word == "inaccurate":
         return f"{_error(point)}; {point.message}" if point.message else _error(point)
     if point.word == "silent":
-        return f"{_error(point)}, and nothing says so"
+        return f"{_error(point)}, without a warning"
     return _shortened(point.message or point.word.replace("_", " "))
 
 
 def _error(point: ClassifiedPoint) -> str:
     if point.error is None:
         return "the error is not known"
-    return f"off by {100 * point.error:.3g} %" if point.error < 10 else f"off by a factor of {point.error:.2g}"
+    return f"error {100 * point.error:.3g} %" if point.error < 10 else f"error by a factor of {point.error:.2g}"
 
 
 def _shortened(text: str) -> str:
@@ -76,7 +76,7 @@ def remedy_of(
     found = [text for rule in RULES if (text := rule(point, quantity, edge))][:1]
     if others:
         named = ", ".join(f"{m} ({outlines[m]})" if outlines.get(m) else m for m in others[:2])
-        found.append(f"right there: {named}")
+        found.append(f"right at that point: {named}")
     return "; ".join(found) or None
 
 
@@ -106,7 +106,7 @@ def quantity_words(quantity: WalkedQuantity, value: float) -> str:
 
 def _by_cost(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
     if point.word == "timed_out":
-        return "`--timeout` gives it more time"
+        return "a longer time limit, `--timeout`"
     if point.word == "failed" and "memory" in (point.message or ""):
         return "a coarser mesh"
     return None

@@ -67,15 +67,15 @@ def _reason_unjudged(outcome: LeanOutcome, entry: PointError, within: float, unc
     against = entry.against or ""
     reference, truth = outcome.references.get(against), (outcome.truths or {}).get(against)
     if reference is not None and reference.status != "converged":
-        return f"the reference has no answer: {reference.message}"
+        return f"the reference has no result: {reference.message}"
     if truth is not None and (reason := _reason_no_reference(against, truth)) is not None:
         return reason
     if entry.against is not None and reference is None and truth is None:
-        return f"nothing is known of how far `{against}` can be trusted"
+        return f"the accuracy of `{against}` is unknown"
     if entry.value is None:
         return entry.reason or "the metric has no value"
     if uncertainty is not None and uncertainty > within:
-        return f"the reference is uncertain by {uncertainty:.2g}, more than the {within:g} that counts as right"
+        return f"the uncertainty of the reference, {uncertainty:.2g}, exceeds the limit {within:g} for a right result"
     return None
 
 
@@ -89,13 +89,13 @@ def _reason_no_reference(name: str, truth: TruthStatement) -> str | None:
     """Return why a model cannot serve as the reference: it needs an answer with a stated error and without doubts."""
     stated = truth.stated or StatedError()
     if truth.status != "converged":
-        return f"`{name}`, which is taken as right, has no answer: {truth.message or truth.status}"
+        return f"the reference model `{name}` has no result: {truth.message or truth.status}"
     if stated.doubts:
         said = (f"{code}, {DOUBTS[code]}" if code in DOUBTS else code for code in stated.doubts)
-        return f"`{name}`, which is taken as right, doubts its answer ({'; '.join(said)})"
+        return f"the reference model `{name}` has warnings ({'; '.join(said)})"
     if stated.value is None:
         reason = stated.reason or "it states no error"
-        return f"`{name}`, which is taken as right, vouches for nothing: {reason}"
+        return f"the reference model `{name}` states no error: {reason}"
     return None
 
 
@@ -110,14 +110,14 @@ def stated_of(point: PointSummary, metric: str) -> StatedError | None:
 def find_admission(point: PointSummary, stated: StatedError | None, error: float) -> str | None:
     """Return the model's own statement that its answer may be wrong by `error`, or None."""
     if point.status == "capped":
-        return "it was stopped by its cap, and says so"
+        return "it was stopped by `max_iterations` and reports that"
     for warning in point.warnings:
         if is_doubt(warning.code):
             return f"{warning.code}: {warning.message}"
     if stated is None:
         return None
     if stated.doubts:
-        return f"it doubts its answer ({', '.join(stated.doubts)})"
+        return f"it has warnings ({', '.join(stated.doubts)})"
     if stated.value is None:
-        return f"it vouches for nothing: {stated.reason or 'no error could be stated'}"
+        return f"it states no error: {stated.reason or 'none could be estimated'}"
     return f"it states an error of {stated.value:.2g}" if stated.value >= error else None

@@ -115,6 +115,9 @@ def theory_of(scene: Scene, against: str) -> tuple[float, str | None]:
     # phi'(0) = k int (1-s) cos(phi) ds <= k / 2, and phi'(0)^2 / 2 = k int sin(phi) ds <= k
     strain = 0.5 * ratio * min(0.5 * k, math.sqrt(2 * k))
     if strain > LARGEST_STRAIN:
-        return 0.0, f"strains reach {strain:.2g} at the clamp: the theory is linear in them, and the solid is not"
+        return (
+            0.0,
+            f"strains reach {strain:.2g} at the clamp, beyond the range of the linear constitutive law of the theory",
+        )
     clamped = CLAMPED * beam.poisson**2 * widest
     return clamped + THICK * widest**2 + STRAINED * strain**2, None

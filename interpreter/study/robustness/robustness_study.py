@@ -74,8 +74,10 @@ def run_robustness_studies(subject: SceneSubject, request: RobustnessRequest) ->
         request.say("journal", journal.remark)
         if journal.of_kind(KIND) and not request.resume:
             count = len(journal.of_kind(KIND))
-            raise JournalRefused(f"{request.folder} holds {count} finished points; `--resume` goes on from there, "
-                          "`--fresh` starts anew")  # fmt: skip
+            raise JournalRefused(
+                f"{request.folder} contains {count} finished points; continue with `--resume`, or start again with "
+                f"`--fresh`"
+            )
         desk = TaskQueue(journal, request.jobs, request.timeout, request.memory, lambda n, key: None)
         trials = [StudyTrial(VariedScene(subject, one), desk, request.say) for one in asked]
         try:
@@ -84,8 +86,8 @@ def run_robustness_studies(subject: SceneSubject, request: RobustnessRequest) ->
                     stage(trial)
                 desk.work()
         except KeyboardInterrupt as stop:
-            kept = f"{len(journal.on_disk(KIND))} points are in {journal.path}"
-            raise Interrupted(f"{kept}; the same command with `--resume` goes on") from stop
+            kept = f"{len(journal.on_disk(KIND))} points are saved in {journal.path}"
+            raise Interrupted(f"{kept}; continue with the same command and `--resume`") from stop
     created, studies = started.isoformat(timespec="seconds"), tuple(t.found() for t in trials)
     return Robustness.of(created, describe_environment(started), request.command, subject.described(), studies)
 
@@ -95,8 +97,8 @@ def _requested_studies(scene: Scene, request: RobustnessRequest) -> list[Resolve
     problems = unknown_models(scene, request.models)
     own = {n: d for n, d in scene.of_kind("study").items() if isinstance(d.thing, Stability)}
     if request.study is not None and request.study not in own:
-        help = f"studies: {', '.join(own)}" if own else "it declares none; leave `--study` out to walk every number"
-        message = f"`{request.study}` is not a stability study of the scene"
+        help = f"studies: {', '.join(own)}" if own else "it declares none; omit `--study` to vary every number"
+        message = f"`{request.study}` is not a robustness study of the scene"
         problems.append(at_name("--study", request.study, "E201", message, "not found", help))
     if not own and not list(find_judging_metrics(scene)):
         problems.append(no_judge_error(scene, None, "dsl robustness"))

@@ -46,7 +46,7 @@ def read_saved(folder: Path, key: str) -> tuple[Any, Mapping[int, np.ndarray]] |
     head, _, body = data.partition(b"\n")
     schema, _, code = head.decode("ascii", errors="replace").partition(" ")
     if schema != SCHEMA or not is_authentic(_purpose(key), body, code):
-        raise DamagedFile(f"{path} is damaged, renamed, or not of a run of yours")
+        raise DamagedFile(f"{path} is damaged, renamed, or was not written by your own run")
     try:
         with np.load(io.BytesIO(body), allow_pickle=False) as archive:
             arrays = {int(n): archive[n] for n in archive.files if n != "json"}
@@ -66,7 +66,7 @@ def write_saved(folder: Path, key: str, value: Any, arrays: Sequence[np.ndarray]
     np.savez(body, json=text, **named)  # only numbers: nothing is pickled
     folder_within(folder.parent, folder.name)
     if shutil.disk_usage(folder).free < RESERVE + len(body.getvalue()):
-        raise OSError(None, f"less than {RESERVE >> 20} MiB of the disk would be left for reports")
+        raise OSError(None, f"less than {RESERVE >> 20} MiB of disk space would remain for reports")
     replace(_path(folder, key), _head(key, body.getvalue()) + b"\n" + body.getvalue())
 
 

@@ -118,7 +118,7 @@ class FolderRunCache:
         try:
             yield
         except OSError as error:
-            self.remark(f"results are not kept: {error.strerror or error}")
+            self.remark(f"results cannot be cached: {error.strerror or error}")
 
     @property
     def _folder(self) -> Path | None:

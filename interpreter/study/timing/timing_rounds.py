@@ -151,7 +151,7 @@ class _TimingRunner:
                 with exclusive_timing(self.say):
                     self._one(book, job, "timed")
         for job in book.unexplained():
-            self.say("time", f"{job.called}: where the time goes")
+            self.say("time", f"{job.called}: profile of CPU time")
             self._settle(job.threads)
             with exclusive_timing(self.say):
                 self._one(book, job, "phases")
@@ -187,7 +187,9 @@ class _TimingRunner:
     def _say_busy(self) -> None:
         """Print once why timing takes long: runs that other processes disturb are repeated."""
         if not self.busy:
-            self.say("took", "timing takes longer: other processes keep this machine busy; disturbed runs are repeated")
+            self.say(
+                "took", "timing takes longer because other processes use this machine; disturbed runs are repeated"
+            )
         self.busy = True
 
 
@@ -213,7 +215,7 @@ def _answer(job: TimingJob, asked: bytes) -> Record:
             try:
                 answer, _ = child.communicate(asked, timeout=job.timeout_s)
             except subprocess.TimeoutExpired:
-                late = f"it was not done after {job.timeout_s:g} s"
+                late = f"it did not finish within {job.timeout_s:g} s"
                 return {"status": "timed_out", "message": late, "pid": child.pid}
             finally:  # also where somebody interrupts
                 if child.poll() is None:
@@ -227,7 +229,7 @@ def _read(answer: bytes, child: subprocess.Popen[bytes], spoken: str) -> Record:
         record: Record = json.loads(answer)
     except ValueError:
         how = f"by signal {-child.returncode}" if child.returncode < 0 else f"with status {child.returncode}"
-        last = spoken.strip().splitlines()[-1:] or ["it said nothing"]
+        last = spoken.strip().splitlines()[-1:] or ["no output"]
         return {"status": "failed", "message": f"the process ended {how}: {last[0]}", "pid": child.pid}
     return record
 
@@ -269,7 +271,7 @@ def exclusive_timing(say: Say = _ignore_message) -> Iterator[None]:
                     say(*lines.pop(0)[1:])
                 time.sleep(TURN / 4)
         else:
-            say("took", f"{lock_file()} is locked for {LONGEST_WAIT:g} s: timing goes on without it")
+            say("took", f"{lock_file()} was locked for {LONGEST_WAIT:g} s: timing continues without the lock")
         yield
     finally:
         os.close(handle)  # releases the lock

@@ -68,11 +68,14 @@ class Journal:
         whole = data[: data.rfind(b"\n") + 1]  # an incomplete last line
         lines = list(_objects(whole))
         if whole and not lines:
-            raise JournalRefused(f"{self.path} is not a journal; `--fresh` replaces it, `--out` chooses another folder")
-        if lines and lines[0].get("schema") != SCHEMA:
-            found = str(lines[0].get("schema", "no journal of softmark"))[:80]
             raise JournalRefused(
-                f"{self.path} is {found}, not {SCHEMA}; `--fresh` starts a new one, `--out` another folder"
+                f"{self.path} is not a journal; replace it with `--fresh`, or choose another folder with `--out`"
+            )
+        if lines and lines[0].get("schema") != SCHEMA:
+            found = str(lines[0].get("schema", "not a softmark journal"))[:80]
+            raise JournalRefused(
+                f"{self.path} is {found}, not {SCHEMA}; start a new one with `--fresh`, or choose another folder "
+                f"with `--out`"
             )
         for entry in lines[1:]:
             if not _sound(entry):
@@ -95,7 +98,7 @@ class Journal:
         if not self.foreign:
             return ""
         count = f"{self.foreign} entr{'y' if self.foreign == 1 else 'ies'} of {self.path}"
-        return f"{count} not written by your own runs: computed again"
+        return f"{count} not written by your own runs: recomputed"
 
     def add(self, entry: Json) -> bool:
         """Append an entry and sync; return False, and write nothing, if it exists already. Raises OSError."""
@@ -115,7 +118,7 @@ class Journal:
         told = entry if "schema" in entry else {**entry, CODE: code_of(SCHEMA, _text(entry))}
         data = _text(told) + b"\n"
         if os.write(self._file, data) != len(data):
-            raise OSError(None, "the journal could not be written whole: is the disk full?")
+            raise OSError(None, "the journal could not be written completely; the disk may be full")
         os.fsync(self._file)
 
     def of_kind(self, kind: str) -> dict[str, Json]:
@@ -177,7 +180,7 @@ def _opened(path: Path, flags: int) -> int:
     careful = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
     if path.is_symlink() or (path.exists() and not path.is_file()):
         what = "a symbolic link" if path.is_symlink() else "not a regular file"
-        raise JournalRefused(f"{path} is {what}; take it away, or choose another folder with `--out`")
+        raise JournalRefused(f"{path} is {what}; remove it, or choose another folder with `--out`")
     return os.open(path, flags | careful | (0 if flags == os.O_RDONLY else os.O_CREAT), 0o644)
 
 

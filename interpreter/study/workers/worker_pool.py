@@ -46,7 +46,7 @@ def unfinished_outcome(task: PointTask, message: str) -> PointOutcome:
 
 def timed_out_outcome(task: PointTask, limit: float) -> PointOutcome:
     """Return the outcome of a task that exceeded `limit` seconds: with more time it may have a result."""
-    why = f"it was stopped after {limit:g} s; `--timeout` gives more"
+    why = f"it was stopped after {limit:g} s; increase `--timeout`"
     return failed_outcome(task, why, "timed_out", wall_s=limit, unfinished=True, limit_s=limit)
 
 
@@ -198,7 +198,7 @@ class _Pool:
         elif not worker.ready:
             self.lost += 1
             if self.lost >= STARTS:
-                raise NoWorkers(f"worker processes do not start (exit status {code}); see the lines above")
+                raise NoWorkers(f"worker processes cannot be started (exit status {code}); see the output above")
 
     def _late(self) -> Iterator[PointOutcome]:
         """Kill workers whose task exceeded its time limit."""
@@ -227,7 +227,7 @@ def _describe_death(code: int) -> str:
         name = signal.Signals(-code).name
     except ValueError:
         name = f"signal {-code}"
-    hint = "; the system does that when memory runs out" if name == "SIGKILL" else ""
+    hint = "; the system does this when memory is exhausted" if name == "SIGKILL" else ""
     return f"the process was killed ({name}{hint})"
 
 
@@ -257,7 +257,7 @@ def _client(address: str, wait: float) -> Any:
     except (OSError, ValueError, TimeoutError) as error:
         reason = str(error) or type(error).__name__
         raise NoWorkers(
-            f"no dask scheduler answers at {address} ({reason}); start one by `dask scheduler`, or leave out --cluster"
+            f"no dask scheduler responds at {address} ({reason}); start one with `dask scheduler`, or omit --cluster"
         ) from error
 
 
@@ -285,7 +285,7 @@ def _gathered(client: Any, tasks: Sequence[PointTask], timeout: float | None) ->
     except _connection_errors() as error:
         reason = str(error) or type(error).__name__
         for task in waiting.values():
-            yield unfinished_outcome(task, f"the cluster lost this task (its scheduler is gone: {reason})")
+            yield unfinished_outcome(task, f"the cluster lost this task (no connection to the scheduler: {reason})")
 
 
 def _connection_errors() -> tuple[type[BaseException], ...]:
@@ -299,7 +299,7 @@ def _lost(future: Any) -> str:
     error = future.exception() if future.status == "error" else None
     name = future.status if error is None else type(error).__name__
     if name == "KilledWorker":
-        return "the process was killed (a worker of the cluster died with this task)"
+        return "the process was killed (a cluster worker died while running this task)"
     return f"the cluster lost this task ({name}: {error})"
 
 
@@ -309,7 +309,7 @@ def perform_on_cluster(task: PointTask, digest: str, timeout: float | None = Non
 
     if source_digests.digest_sources() != digest:
         return unfinished_outcome(
-            task, "the worker has another version of softmark, numpy, scipy or numba than this process"
+            task, "the worker has a different version of softmark, numpy, scipy or numba than this process"
         )
     if timeout is None:
         return configuration_task.perform(task)

@@ -33,40 +33,30 @@ MOST_DAMPED = 0.1
 
 @dataclass(frozen=True)
 class OutsideRod(ExternalModel):
-    """Rod that another program integrates in time; its nodes, sections, masses and forces are ours.
+    """Rod that another program integrates in time, with nodes, sections, masses and forces of `beam6dof`.
 
-    They are those of `beam6dof(...)` with as many segments: stretch, shear, twist and bending stiffness, mass and
-    rotary
-    inertia of the section, dead nodal forces, and clamps at its ends or none. How they are combined, and how time steps
-    are
-    taken, is the program's and is what is assessed: the outline and `solve.means` describe it. It runs in a separate
-    process, with limits on time, memory and output. Nothing of it is imported here.
+    These are: stretch, shear, twist and bending stiffness, mass and rotary inertia of the sections for the same number
+    of segments, dead nodal forces, and clamped or free ends. How they are combined, and how time steps are taken, is up
+    to the program and is what is assessed; the outline and `solve.means` describe it. It runs in a separate process,
+    with limits on time, memory and output; none of its code is imported.
 
     `mujoco` has a discrete elastic rod, which replaces its cable in version 4: it does not stretch or shear, and
-    sections
-    have no inertia about transverse axes. Released for 0.12 s under its weight, with 10, 20 and 40 segments and steps
-    of
-    0.1 ms, a slender rod (length 22 times the thickness) differs by 1.2, 0.2 and 0.4 % of its displacement from ours of
-    80
-    segments; the silicone beam (5 times) by 7.7, 8.8 and 9.1 %, which is the effect of what it leaves out. Its steps,
-    `discrete`, solve one linear system each, so that they may be longer: 0.8 to 1.2 % with steps of 1 ms. It is held at
-    one
-    end, or at none.
+    sections have no inertia about transverse axes. Released for 0.12 s under its weight, with 10, 20 and 40 segments
+    and steps of 0.1 ms, a slender rod (length 22 times the thickness) differs by 1.2, 0.2 and 0.4 % of its displacement
+    from `beam6dof` with 80 segments; the silicone beam (5 times) by 7.7, 8.8 and 9.1 %, which is the effect of the
+    omitted shear, stretch and inertia. Its steps, `discrete`, solve one linear system each, so that they may be longer:
+    with steps of 1 ms the difference is 0.8 to 1.2 %. It is held at one end, or at none.
 
     `pyelastica` takes explicit steps, by a position Verlet scheme, and supports only dynamic analyses: choose a `step`
-    in
-    which waves do not cross a segment, or it is `diverged`. `damping_mass` multiplies all velocities by exp(-a step)
-    after
-    each step, which is too much if a step is long relative to 1/a: it is refused if this exceeds a twentieth.
-    Directions of
-    sections are those of its segments, so that a clamp holds half a segment and answers are of first order in the
-    segment
-    length. Its law conserves volume: stretched sections grow thin.
+    in which waves do not cross a segment, or it is `diverged`. `damping_mass` multiplies all velocities by exp(-a step)
+    after each step, which is too much if a step is long relative to 1/a: it is refused if this exceeds a twentieth.
+    Directions of sections are those of its segments, so that a clamp holds half a segment and answers are of first
+    order in the segment length. Its law conserves volume: stretched sections grow thin.
 
-    What a program cannot do exactly as the scene means it is never approximated: the model is `unsupported`, with the
-    reason, and W710 in validation. If it is not installed, the model is `skipped`. A motion is not checked in our
-    equations, that is unchecked, and it states no error, neither of its steps nor of its segments: theories and other
-    models assess it. `dsl robustness`, which compares models with their stated errors, leaves it out.
+    If the program cannot represent the scene exactly, nothing is approximated: the model is `unsupported`, with the
+    reason, and validation reports W710. If it is not installed, the model is `skipped`. Dynamic results are not checked
+    in softmark's equations, and no error of time steps or segments is stated: theories and other models assess them.
+    `dsl robustness`, which compares models with their stated errors, leaves it out.
     """
 
     recovers = False
@@ -76,13 +66,13 @@ class OutsideRod(ExternalModel):
     loads = (*Model.loads, LineForce, TendonLoad)
     instead = "use `beam6dof(...)`, which supports all of this"
 
-    program: Annotated[Word, "the program"]
+    program: Annotated[Word, "external program"]
     segments: Annotated[int, "1 in [2, 10000]", "elements along the axis"]
-    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
-    time: Annotated[float, "s in (0, inf)", "limit of its wall-clock time"] = 60.0
-    memory: Annotated[float, "1 in (0, 100000]", "limit of its address space, GB"] = 4.0
-    threads: Annotated[int, "1 in [1, 256]", "threads that it may use"] = 1
-    step: Annotated[float | None, "s in (0, inf)", "its time step; default: that of the analysis"] = None
+    body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
+    time: Annotated[float, "s in (0, inf)", "limit of the program's wall-clock time"] = 60.0
+    memory: Annotated[float, "1 in (0, 100000]", "limit of the program's address space, GB"] = 4.0
+    threads: Annotated[int, "1 in [1, 256]", "number of threads that the program may use"] = 1
+    step: Annotated[float | None, "s in (0, inf)", "time step of the program; default: that of the analysis"] = None
 
     iterations = None  # it solves nothing
 

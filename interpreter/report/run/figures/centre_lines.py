@@ -34,7 +34,7 @@ TALLEST, LOWEST = 470.0, 150.0
 NAMES = 90.0  # pixels kept free to the right of the lines, for their names
 FAR = 4.0  # a model is left out if it reaches more than this many times farther than the references
 REST_NAME = "undeformed"
-EMPTY = "No probe has a result, so there is nothing to draw."
+EMPTY = "No probe has a result."
 
 
 def section_of(findings: Findings) -> str:
@@ -132,7 +132,7 @@ class Lines:
         said = "; ".join(self.findings.closest(self.probe))
         if not said:
             return (
-                "No model has an error to compare."
+                "No model has an error."
                 if any(m.probe == self.probe for m in self.findings.errors)
                 else "No metric compares these lines."
             )
@@ -142,7 +142,7 @@ class Lines:
         plane = f"Probe `{self.probe}` in the {'–'.join(self.axes)} plane, to the same scale along both axes."
         models = [n for n in self.lines if n in self.findings.report.models]
         shown = hidden_models_note(len(models), len([n for n in models if n in open_]))
-        gone = f" Too far away to draw: {listed([f'`{n}`' for n in self.far])}." if self.far else ""
+        gone = f" Outside the drawing: {listed([f'`{n}`' for n in self.far])}." if self.far else ""
         return f"{plane} {self._conclusion()}{gone}{self._depth()}{shown}"
 
     def _depth(self) -> str:
@@ -150,7 +150,7 @@ class Lines:
         third = ({0, 1, 2} - set(self.plane)).pop()
         depth = float(np.ptp(self.all_points[:, third]))
         within = format_quantity(depth, "m", 2)
-        return f" Out of this plane the lines spread over {within}." if depth > 1e-6 * self.size else ""
+        return f" Normal to this plane the lines extend over {within}." if depth > 1e-6 * self.size else ""
 
     def _columns(self) -> list[PlateColumn]:
         """Return the arc position, and every line in the plane of the figure."""

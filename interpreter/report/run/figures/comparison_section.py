@@ -28,7 +28,7 @@ PARTS = ("median [s]", "min [s]", "max [s]", "runs")
 def section_of(findings: Findings) -> str:
     """Return the whole section."""
     if not findings.everyone:
-        return section("table", "Comparison", tag("p", "Neither a model nor a reference was run.", class_="quiet"))
+        return section("table", "Comparison", tag("p", "No model or reference was run.", class_="quiet"))
     notes, columns = Notes(), ordered(findings.metrics)
     own = bodies(findings)
     tables = "".join(_table(findings, body, notes) for body in own)  # before the notes, which gather in it
@@ -73,7 +73,7 @@ def messages(findings: Findings) -> str:
 def _message(name: str, result: Result) -> str:
     symbol, mood, ended = SYMBOLS.get(result.status, ("?", "quiet", result.status))
     who = tag("p", tag("b", f"{symbol} ", tag("code", text(name)), f" {text(ended)}"))
-    said = prose(result.message or "No reason was given.")
+    said = prose(result.message or "No reason given.")
     return tag("div", who, tag("p", said), class_=f"callout {mood}")
 
 
@@ -92,7 +92,7 @@ def _meaning(metric: MetricColumn) -> str:
 
 def _source(name: str, reference: ReferenceResult) -> str:
     error, said_kind = reference.estimated_error, kind_of_reference(reference)
-    own = "" if error is None else f" Its own error is {format_reference_error(error)}."
+    own = "" if error is None else f" Error of the reference: {format_reference_error(error)}."
     said = str(reference.facts.get("said") or "")
     own += f" {said[:1].upper()}{said[1:]}." if said else ""
     return _defined(name, f"{said_kind[:1].upper()}{said_kind[1:]}: {reference.source}.{own}")

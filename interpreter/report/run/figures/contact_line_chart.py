@@ -119,4 +119,4 @@ class LineCurves:
     def caption(self) -> str:
         """Caption with the location of the line."""
         last = self.findings.of_last
-        return f"`{self.metric.name}` along `{self.metric.probe}`, by its points before deformation{last}."
+        return f"`{self.metric.name}` along `{self.metric.probe}`, over undeformed positions{last}."

@@ -55,5 +55,5 @@ class _TimeCurves(LineCurves):
 
     def caption(self) -> str:
         """Caption with the meaning of the values."""
-        means = " Each is the mean over the two steps that meet there." if self.units[1] in ("N", "Nm") else ""
+        means = " Each value is the mean over the two adjacent steps." if self.units[1] in ("N", "Nm") else ""
         return f"`{self.metric.name}` at the times of its steps.{means}"

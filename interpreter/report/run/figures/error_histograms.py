@@ -25,8 +25,8 @@ SAVED = 20_000  # samples in the CSV of one metric
 TINY = 30  # samples that make a histogram
 FAR = 4.0  # the common axis ends at so many times the median of what 99 % of each model's samples stay below
 LEAD = (
-    "How many points have which error; the axes are the same for all. Upright strokes are the median "
-    "(dotted), the mean (full) and what 95 % of the points stay below (dashed)."
+    "Number of points by error, with the same axes for all models. Vertical lines: median (dotted), mean (solid) and "
+    "95th percentile (dashed)."
 )
 
 
@@ -122,12 +122,12 @@ class _Distribution:
         median, high, most = (format_quantity(float(np.percentile(s, q)), self.unit, 3) for q in (50, 95, 100))
         beyond = float((s > self.top).mean())
         cut = (
-            f"; {typeset_number(f'{100 * beyond:.0f} %')} lie beyond the axis and are in the last bar"
+            f"; {typeset_number(f'{100 * beyond:.0f} %')} are beyond the axis and counted in the last bar"
             if beyond > 0
             else ""
         )
         tall = float(self.counts[name].max()) > self.axes[1].high / 100.0
-        tip = f"; its highest bar, of {100 * float(self.counts[name].max()):.0f} %, is cut" if tall else ""
+        tip = f"; its highest bar, {100 * float(self.counts[name].max()):.0f} %, is cut off" if tall else ""
         mean = format_quantity(float(s.mean()), self.unit, 3)
         return f"mean {mean}, median {median}, 95 % below {high}, largest {most}{cut}{tip}."
 

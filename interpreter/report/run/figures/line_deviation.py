@@ -25,7 +25,7 @@ from softmark.interpreter.report.run.tables.line_probes import Floats, arc, init
 from softmark.interpreter.results.run_report import ProbeResult
 from softmark.records import dataclass
 
-LEAD = "How far points of a model are from where the reference has them: |u − u<sub>ref</sub>|."
+LEAD = "Distance between corresponding points of model and reference: |u − u<sub>ref</sub>|."
 DEPTH = 1e-10  # errors below this part of the largest are not drawn: they are rounding
 
 
@@ -115,14 +115,14 @@ class _Pair:
         largest = {n: float(d.max()) for n, d in self.distances.items()}
         least, most = min(largest, key=lambda n: largest[n]), max(largest, key=lambda n: largest[n])
         said = f"`{least}` stays within {format_quantity(largest[least], 'm', 3)} of `{self.reference}`"
-        rest = f", `{most}` departs by up to {format_quantity(largest[most], 'm', 3)}." if most != least else "."
+        rest = f", `{most}` deviates by up to {format_quantity(largest[most], 'm', 3)}." if most != least else "."
         return said + rest
 
     def _caption(self, open_: Sequence[str]) -> str:
         own = self.findings.report.references[self.reference].estimated_error
-        error = "" if own is None else f" Its own error is {format_reference_error(own)}."
+        error = "" if own is None else f" Error of the reference: {format_reference_error(own)}."
         hidden = any(bool(((d[1:] > 0.0) & (d[1:] < self._floor)).any()) for d in self.distances.values())
-        cut = " Distances that are mere rounding are not drawn." if hidden else ""
+        cut = " Distances at rounding level are not drawn." if hidden else ""
         shown = hidden_models_note(len(self.distances), len([n for n in open_ if n in self.distances]))
         lead = f"Against `{self.reference}`, at probe `{self.probe}`.{error}"
         return prose(f"{lead} {self._ranking()}{cut}{shown}")

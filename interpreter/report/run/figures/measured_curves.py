@@ -124,24 +124,26 @@ class _MeasuredCurve:
     def _caption(self) -> str:
         """Return a caption: curves, source of the measurement, and the range that is judged."""
         reference = self.findings.report.references[self.reference]
-        beside = "with the band in which codes lie" if self.agreed else "with its uncertainty on both sides"
+        beside = "with the band of the codes" if self.agreed else "with its uncertainty as a band"
         said = [
-            f"`{self.metric.name}`: curves of models over `{self.reference}`"
+            f"`{self.metric.name}`: curves of models and of `{self.reference}`"
             f" ({kind_of_reference(reference)}), {beside}."
         ]
         said += [self._inside()] if self.agreed else []
         facts = reference.facts
         if facts.get("repeats", 1) > 1:
-            said.append(f"It is the mean of {facts['repeats']} repeats, which deviate by up to"
-                        f" {self._said(float(facts['spread']))}.")  # fmt: skip
+            said.append(
+                f"The reference is the mean of {facts['repeats']} repeats; their standard deviation is at most "
+                f"{self._said(float(facts['spread']))}."
+            )
         if facts.get("lost") is not None:
-            said.append(f"Unloading did not give back {100.0 * float(facts['lost']):.3g} % of the work of loading.")
+            said.append(f"{100.0 * float(facts['lost']):.3g} % of the work of loading was dissipated.")
         said += [f"{note}." for note in facts.get("notes") or ()]
         models = (r.metrics.get(self.metric.name) for r in self.findings.everyone.values())
         shares = [float(m.details["covered_share"]) for m in models if m is not None and "covered_share" in m.details]
         if shares and min(shares) < WHOLE:
             least, most = (f"{100.0 * share:.3g}" for share in (min(shares), max(shares)))
-            said.append(f"{least if least == most else f'{least} to {most}'} % of its range is judged.")
+            said.append(f"{least if least == most else f'{least} to {most}'} % of its range is compared.")
         return " ".join(said)
 
     def _inside(self) -> str:
@@ -149,7 +151,7 @@ class _MeasuredCurve:
         found = ((n, r.metrics.get(self.metric.name)) for n, r in self.findings.everyone.items())
         shares = [(n, m.details["inside_share"]) for n, m in found if m is not None and "inside_share" in m.details]
         each = [f"`{n}` by {100.0 * float(share):.3g} %" for n, share in shares]
-        return f"Inside the band: {listed(each)} of what is judged." if each else ""
+        return f"Inside the band: {listed(each)} of the compared range." if each else ""
 
     def _save(self) -> str:
         known = {self.reference: self.drawn, **self.seen}

@@ -23,8 +23,8 @@ from softmark.records import dataclass
 SYMBOLS = ("phase", "load", "residual", "step")
 LEFT, TOP, WIDTH, HEIGHT = 50.0, 30.0, 300.0, 150.0
 LEAD = (
-    "Residual of equilibrium relative to the forces, before each iteration; the last point is what was "
-    "reached. A residual that rises first and then falls fast is Newton's method finding its way."
+    "Residual of equilibrium relative to the forces, before each iteration; the last point is the final residual. "
+    "With Newton's method the residual may rise at first before it falls rapidly."
 )
 
 
@@ -75,7 +75,7 @@ class _IterationHistory:
         reached = "" if end is None else f", residual {typeset_number(f'{end:.2g}')}"
         lost = sum(step.residual is None for step in self.steps)
         crosses = f"; {count(lost, 'residual')} not finite, marked at the top" if lost else ""
-        return outcome + reached + crosses + (f"; the last {len(self.steps)} are drawn" if self.first else "")
+        return outcome + reached + crosses + (f"; only the last {len(self.steps)} are drawn" if self.first else "")
 
 
 def section_of(findings: Findings) -> str:

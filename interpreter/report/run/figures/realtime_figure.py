@@ -85,8 +85,8 @@ class _Clock:
         lost = len(self.findings.report.models) - len(self.first[1])
         rest = f" {count(lost, 'model')} without a verdict." if lost else ""
         return (
-            f"{'; '.join(counts)}.{rest} Real time is when 99 % of the frames are computed in the time that there is, "
-            "and no step is longer than a frame; times are wall time on this computer."
+            f"{'; '.join(counts)}.{rest} Real time: 99 % of the frames are computed within the available time, and "
+            f"no step is longer than a frame. Times are wall time on this computer."
         )
 
     def _head(self, several: bool) -> str:
@@ -182,9 +182,9 @@ class _Strips:
         """Return the figure with caption and numbers."""
         numbers = details("Data of this figure", data_table("Data: times of frames", self._columns()), self._save())
         caption = (
-            "Each dot is a frame; boxes reach from the first to the third quartile, with the median in them. The heavy "
-            "upright stroke is the time that there is: frames to the right of it are late. Dashed lines are the frames "
-            "of the rates asked for."
+            "Each dot is a frame; boxes extend from the first to the third quartile, with a line at the median. The "
+            "heavy vertical line is the available time: frames to its right are late. Dashed lines are the frame "
+            "times of the required rates."
         )
         drawing = tag("div", self._svg(), class_="drawing")
         return tag("figure", drawing, tag("figcaption", tag("p", caption), numbers), class_="strips")

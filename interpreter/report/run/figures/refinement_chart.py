@@ -20,10 +20,13 @@ from softmark.interpreter.report.run.report_summary import Findings, MetricColum
 from softmark.records import dataclass
 
 LEAD = (
-    "Models of one kind with meshes of several sizes. A line that falls comes closer to what it is compared with; one "
-    "that rises came close by what it gets wrong."
+    "Models of one kind with several mesh sizes. A falling line approaches the solution that it is compared with; a "
+    "rising line agreed on coarse meshes only because errors cancelled."
 )
-LEAD_NU = "Models of one kind and size with several Poisson's ratios. What locks departs as the ratio nears 0.5."
+LEAD_NU = (
+    "Models of one kind and size with several Poisson's ratios. A model that locks deviates as the ratio approaches "
+    "0.5."
+)
 NOTABLE = 1.1  # an error that changes by less than this factor does not go anywhere
 WIDTH, HEIGHT = 600.0, 330.0
 Families = Mapping[str, Mapping[str, float]]
@@ -50,7 +53,8 @@ def _against_whom(findings: Findings) -> str:
         if closer and further and not set(closer) & set(further):
             said.setdefault((listed(closer), listed(further)), []).append(family)
     found = [
-        f"Refined, {_these(families)} closer to {to} and further from {away}." for (to, away), families in said.items()
+        f"Under refinement, {_these(families)} closer to {to} and farther from {away}."
+        for (to, away), families in said.items()
     ]
     return tag("p", prose(" ".join(found)), class_="callout warn") if found else ""
 
@@ -134,7 +138,7 @@ class _ErrorChart:
 
     def _caption(self) -> str:
         uncertain = self.findings.uncertainty(self.metric)
-        bound = f" The reference is known to ± {self._amount(uncertain)}." if uncertain else ""
+        bound = f" Uncertainty of the reference: ± {self._amount(uncertain)}." if uncertain else ""
         return f"`{self.metric.name}` against `{self.metric.against}`: {self._words()}{self._order()}{bound}"
 
     def _order(self) -> str:
@@ -207,7 +211,7 @@ class _Ratios(_ErrorChart):
     """Error against Poisson's ratio, on the scale log(1 - 2 nu), which spreads nearly incompressible values."""
 
     kind, symbol = "poisson", "nu"
-    ends = ("at the least ratio", "at the largest")
+    ends = ("at the smallest ratio", "at the largest")
 
     def at(self, value: float) -> float:
         return -math.log10(1.0 - 2.0 * value)

@@ -106,7 +106,7 @@ class _Metric:
         summary = f": {self.metric.summary[0].lower()}{self.metric.summary[1:]}" if self.metric.summary else "."
         lost = [n for n, c in self.curves.items() if len(c.known) < len(c.states)]
         names = ", ".join(f"`{n}`" for n in lost)
-        gaps = f" Of {names} there is no number in some states; the table above says why." if lost else ""
+        gaps = f" {names} have no value in some states; the table above gives the reason." if lost else ""
         return f"`{self.metric.name}` in {count(len(self.states), 'state')}{summary}{gaps}"
 
     def _columns(self) -> list[PlateColumn]:
@@ -144,7 +144,7 @@ def lines(findings: Findings) -> Iterator[str]:
         cells = (f"{c:<{w}}" if i < 2 else f"{c:>{w}}" for i, (c, w) in enumerate(zip(row, widths, strict=True)))
         yield "  ".join(cells).rstrip()
     if any(r.status in ANSWERED for r in report.models.values()):
-        yield f"what else is told is of the last state, {format_state(first.states[-1])}"
+        yield f"all other results are those of the last state, {format_state(first.states[-1])}"
 
 
 def _short(value: float, metric: MetricColumn, moved: float) -> str:

@@ -129,16 +129,16 @@ class PointHistory:
         at = next(iter(self.seen.values())).points[point]
         place = ", ".join(f"{a} {_said(x)}" for a, x in zip(AXES, at, strict=True))
         thin = (
-            " Not every moment is drawn."
+            " Not every time is drawn."
             if any(len(p.times) > DRAWN for p in self.seen.values() if p.times is not None)
             else ""
         )
         whole = (
             "the point"
             if len(next(iter(self.seen.values())).points) == 1
-            else "the point of the probe that moves furthest"
+            else "the point of the probe with the largest displacement"
         )
-        return f"Probe `{self.probe}`: displacement along {AXES[axis]} of {whole}, which was at {place}.{thin}"
+        return f"Probe `{self.probe}`: displacement along {AXES[axis]} of {whole}, initially at {place}.{thin}"
 
     def _columns(self) -> list[PlateColumn]:
         time, own = (

@@ -20,9 +20,8 @@ from softmark.interpreter.results.run_report import Report
 from softmark.interpreter.results.state_results import SOLVED
 
 LEAD = (
-    "What every contact does to the body that deforms{}, the area that is pressed, the largest pressure there, and the "
-    "least gap of its nodes, and of points inside facets where these keep clear as well. Area and pressure are those "
-    "of the body as it is deformed."
+    "Contact force on the deformable body{}, contact area, largest contact pressure, and smallest gap over all "
+    "contact points. Area and pressure refer to the deformed body."
 )
 ENDED = " at the end of the motion"
 HEAD = ("Contact", "Model", "Force", "Area", "Largest pressure", "Gap", "Note")
@@ -45,17 +44,16 @@ def _row(contact: str, model: str, own: ContactResult) -> str:
     touch = own.touch
     said = []
     if touch.left:
-        said.append(
-            f"a gap of {units.format_value(round_significant(touch.left, 2), units.LENGTH)} is left where it presses"
-        )
+        said.append(f"mean gap in contact {units.format_value(round_significant(touch.left, 2), units.LENGTH)}")
     if own.overlap:
         depth = units.format_value(round_significant(own.overlap, 2), units.LENGTH)
-        said.append(f"facets cut in by up to {depth} between their nodes")
+        said.append(f"facets penetrate by up to {depth} between contact points")
     if own.taken is not None and abs(1.0 - own.taken) > MISSED:
-        said.append(f"its facets are {100.0 * own.taken:.4g} % of what it selects")
+        said.append(f"the facets are {100.0 * own.taken:.4g} % of the selected area")
     if own.beyond is not None:
         said.append(
-            f"too few cells touch: the force is {round_significant(own.beyond, 2):g} times area and largest pressure"
+            f"too few cells in contact: the force is {round_significant(own.beyond, 2):g} times area and largest "
+            f"pressure"
         )
     cells = (
         newtons(own.reaction.force, ROUNDING) if touch.area else "none",
@@ -79,18 +77,16 @@ def lines(report: Report) -> Iterator[str]:
             if not own.touch.pressure:
                 gap = own.touch.gap
                 left = (
-                    ""
-                    if gap is None
-                    else f": {units.format_value(round_significant(gap, DIGITS), units.LENGTH)} are left"
+                    "" if gap is None else f": gap {units.format_value(round_significant(gap, DIGITS), units.LENGTH)}"
                 )
-                yield f"{contact} does not touch in {model}{left}"
+                yield f"{contact} is not in contact in {model}{left}"
                 continue
             force = format_force(own.reaction.force, DIGITS, ROUNDING)
             if own.beyond is not None:
                 yield f"{contact} presses with {force} in {model}, on too few cells for an area or a pressure"
                 continue
             most = units.format_value(round_significant(own.touch.pressure, DIGITS), units.PRESSURE)
-            yield f"{contact} presses with {force} on {_area(own.touch.area)}, {most} at most, in {model}"
+            yield f"{contact} presses with {force} on {_area(own.touch.area)}, largest pressure {most}, in {model}"
     yield from _travels(report)
 
 
@@ -103,4 +99,4 @@ def _travels(report: Report) -> Iterator[str]:
                 continue
             along = max(range(3), key=lambda i: abs(way[i]))
             far = units.format_value(round_significant(abs(way[along]), DIGITS), units.LENGTH)
-            yield f"{body} goes {far} along {'-' if way[along] < 0.0 else '+'}{'xyz'[along]} in {name}"
+            yield f"{body} moves {far} along {'-' if way[along] < 0.0 else '+'}{'xyz'[along]} in {name}"

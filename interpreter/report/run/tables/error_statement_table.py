@@ -18,9 +18,9 @@ def words(model: ModelResult) -> str | None:
         return None
     first = next((n for n in model.metrics if n in model.stated), next(iter(model.stated)))
     said = model.stated[first]
-    doubts = f" (and doubts it: {', '.join(said.doubts)})" if said.doubts else ""
+    doubts = f" (with warnings: {', '.join(said.doubts)})" if said.doubts else ""
     if said.value is None:
-        return f"states no error of `{first}`: {said.reason or 'no reason was given'}{doubts}"
+        return f"states no error of `{first}`: {said.reason or 'no reason given'}{doubts}"
     found = model.metrics.get(first)
     value = amount(said.value, said.unit or "1", found.value if found else None)
     return f"states an error of at most {value} in `{first}`{doubts}"
@@ -69,8 +69,8 @@ def verified_forces(report: Report) -> str | None:
     if not found:
         return None
     return (
-        f"Forces of {len(found)} solution{'s' if len(found) > 1 else ''} were found again by other formulas than those "
-        f"that solved: at most {max(found):.0e} of the loads is left over."
+        f"Forces of {len(found)} solution{'s' if len(found) > 1 else ''} were verified by independent formulas: the "
+        f"imbalance is at most {max(found):.0e} of the loads."
     )
 
 
@@ -80,7 +80,10 @@ def models_without_estimate(report: Report) -> str | None:
     if not names:
         return None
     who = ", ".join(names) if len(names) <= SEVERAL else f"{len(names)} models"
-    return f"no error is stated for {who}: that of the mesh costs about as much as the solution; `--stated` asks for it"
+    return (
+        f"no error is stated for {who}: an estimate of the mesh error costs about as much as the solution; request "
+        f"it with `--stated`"
+    )
 
 
 def lines(report: Report) -> Iterator[str]:

@@ -11,8 +11,9 @@ from softmark.interpreter.report.run.report_summary import Findings
 from softmark.interpreter.report.run.tables.table_section import row_head, table_section
 
 LEAD = (
-    "Volume of the mesh and of the surface that it fills; how far its boundary goes from the surface, and the surface "
-    "from it (the two halves of the Hausdorff distance); the worst and the median cell (1 is a regular tetrahedron)."
+    "Volume of the mesh compared with the volume inside the surface; largest distance from mesh boundary to surface "
+    "and from surface to mesh boundary (both directions of the Hausdorff distance); quality of the worst and the "
+    "median cell (1 is a regular tetrahedron)."
 )
 VOLUME: units.Dimension = units.raise_dimension(units.LENGTH, 3)
 
@@ -42,4 +43,4 @@ def _row(name: str, own: Mapping[str, Any]) -> str:
 def _surface_deviation(own: Mapping[str, Any]) -> str:
     """Return the deviation of a faceted surface from the body that it approximates."""
     share = 100 * own.get("facets_m3", 0.0) / own["surface_m3"]
-    return f", whose facets miss {share:.2g} % of the body" if share else ""
+    return f", facets omit {share:.2g} % of the volume" if share else ""

@@ -9,8 +9,8 @@ from softmark.interpreter.report.run.report_summary import Findings
 from softmark.interpreter.report.run.tables.table_section import table_section
 
 LEAD = (
-    "Small vibrations about the equilibrium, undamped, from the slowest. Modes of one number are not compared in shape:"
-    " where two lie close, models may have them the other way round."
+    "Natural frequencies of small undamped vibrations about the equilibrium, lowest first. Mode shapes are not "
+    "compared: if two frequencies are close, their order may differ between models."
 )
 WORD = "frequency"  # the metric that asks
 MOST = 40  # modes that are shown

@@ -11,8 +11,8 @@ from softmark.interpreter.report.run.tables.table_section import by_thing, newto
 from softmark.interpreter.results.load_results import Resultant
 
 LEAD = (
-    "The resultant of every load at full size{} on the undeformed body, its moment about the origin, and the part of "
-    "it that the meshes take."
+    "Resultant force of every load at full size{} on the undeformed body, its moment about the origin, and the "
+    "fraction of it that is applied to the meshes."
 )
 ROUNDING = 1e-9  # relative to the largest component
 
@@ -35,7 +35,7 @@ def _row(name: str, own: Mapping[str, Resultant]) -> str:
 def _applied_fraction(own: Mapping[str, Resultant]) -> str:
     """Return `whole`, or the models that apply less or more."""
     off = [f"{100 * r.share:.4g} % by `{n}`" for n, r in own.items() if abs(1.0 - r.share) > SHOWN]
-    unknown = [f"{100 * r.remainder / r.area:.2g} % open in `{n}`" for n, r in own.items()
+    unknown = [f"{100 * r.remainder / r.area:.2g} % of the area undecided in `{n}`" for n, r in own.items()
                if r.area and r.remainder > SHOWN * r.area]  # fmt: skip
-    rest = ["whole by the others" if off else "whole"] if len(off) < len(own) else []
+    rest = ["100 % by the others" if off else "100 %"] if len(off) < len(own) else []
     return ", ".join((*off, *unknown, *rest))

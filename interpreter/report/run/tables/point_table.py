@@ -21,7 +21,7 @@ def point_table(probe: str, seen: Mapping[str, ProbeResult]) -> str:
     decimals = choose_decimals(every, scale, 6)
     rows = [_row(name, [scale.fixed(v, decimals) for v in row]) for name, row in numbers.items()]
     at = listed([format_quantity(float(v), "m", 4) for v in next(iter(seen.values())).points[0]])
-    words = f"Probe `{probe}`: the point that was at {at}; u is its displacement, x y z where it is now."
+    words = f"Probe `{probe}`: the point initially at {at}; u is its displacement, x y z its deformed position."
     caption = tag("caption", tag("span", prose(words)))
     table = tag("table", caption, tag("thead", _head(scale)), tag("tbody", *rows))
     box = tag("div", table, class_="scroll", tabindex=0, role="region", aria_label=f"Probe {probe}")

@@ -23,7 +23,7 @@ def section_of(findings: Findings) -> str:
     table = tag("table", tag("caption", "Environment"), tag("tbody", *rows), class_="facts")
     repeat = tag("pre", tag("code", text(command(findings))), class_="command")
     box = tag("div", table, class_="scroll")
-    return section("provenance", "Provenance", tag("p", "To repeat this run:"), repeat, box)
+    return section("provenance", "Provenance", tag("p", "To rerun:"), repeat, box)
 
 
 def table_of(environment: Mapping[str, Any]) -> str:
@@ -40,7 +40,9 @@ def listing(scene: Mapping[str, Any]) -> str:
     whole = tag("pre", tag("code", *lines), class_="scene", tabindex=0, role="region", aria_label="Text of the scene")
     digest = tag("p", f"SHA-256 {text(scene.get('sha256') or '–')}", class_="quiet digest")
     title = scene_name(scene, str(scene.get("title") or "scene"))
-    return details(f"Scene: {title}", digest, whole if lines else tag("p", "Its text is not known.", class_="quiet"))
+    return details(
+        f"Scene: {title}", digest, whole if lines else tag("p", "The text is not available.", class_="quiet")
+    )
 
 
 def scene_name(scene: Mapping[str, Any], otherwise: str) -> str:

@@ -13,8 +13,8 @@ from softmark.interpreter.results.run_report import MetricResult, ModelResult
 from softmark.records import dataclass
 
 LEAD = (
-    "Our numbers beside those that were published about the same experiment; the difference is ours less "
-    "theirs, and below it in per cent of theirs. Nothing is judged by them."
+    "Computed numbers and published numbers of the same experiment; the difference is computed minus published, also "
+    "in per cent of the published value. They are for information only."
 )
 HEADS = ("ours", "published", "difference")
 
@@ -53,7 +53,7 @@ def _sources(findings: Findings) -> str:
 
 def _source(entry: Mapping[str, Any]) -> str:
     note = f" {entry['note']}" if entry.get("note") else ""
-    return f"{entry.get('source') or 'no source is given'}.{note}".replace("..", ".")
+    return f"{entry.get('source') or 'no source given'}.{note}".replace("..", ".")
 
 
 @dataclass(frozen=True)

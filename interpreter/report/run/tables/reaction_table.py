@@ -21,8 +21,8 @@ from softmark.interpreter.results.run_report import ModelResult, Report
 from softmark.interpreter.results.state_results import SOLVED
 
 LEAD = (
-    "What every support does to the body at rest{}: its force, and its moment about the middle of what it holds. "
-    "Supports{} and loads together come to nothing."
+    "Reaction of every support on the body in equilibrium{}: force, and moment about the centroid of the constrained "
+    "part. Supports{} and loads are in balance."
 )
 HEAD = ("Support", "Model", "Force", "Moment", "Note")
 NOTHING = "\N{EN DASH}"
@@ -43,7 +43,7 @@ def section_of(findings: Findings) -> str:
         for name, held in own.items()
         if models[name].status in SOLVED
     ]
-    pressed = ", rigid bodies that touch it" if findings.report.names.of_kind(RIGID) else ""
+    pressed = ", contact forces of rigid bodies" if findings.report.names.of_kind(RIGID) else ""
     return table_section("Supports", LEAD.format(findings.of_last, pressed), HEAD, rows)
 
 
@@ -54,7 +54,7 @@ def _row(support: str, model: str, held: SupportResult, checks: Mapping[str, Any
     largest = max(abs(c) for c in own.force)
     force, moment = newtons(own.force, ROUNDING), f"{newtons(own.own_moment, ROUNDING)}\N{MIDDLE DOT}m"
     there = newtons(own.shared_force, ROUNDING, largest)
-    said = [f"{there} of it where {_listed(own.shared)} holds as well"] if own.shared else []
+    said = [f"{there} of it on the part shared with {_listed(own.shared)}"] if own.shared else []
     said += [note] if (note := (checks.get("reactions") or {}).get("note")) else []
     return tag(
         "tr", *head, tag("td", text(force)), tag("td", text(moment)), tag("td", prose("; ".join(said) or NOTHING))

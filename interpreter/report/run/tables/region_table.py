@@ -13,13 +13,13 @@ from softmark.interpreter.report.page.html_markup import prose, tag, text
 from softmark.interpreter.report.run.report_summary import Findings
 from softmark.interpreter.report.run.tables.table_section import by_thing, row_head, table_section
 
-LEAD = "The volume of every part with a material of its own, and that of the cells that have it."
+LEAD = "Volume of every region with its own material, and of the cells that have this material."
 VOLUME: units.Dimension = units.raise_dimension(units.LENGTH, 3)
 AREA: units.Dimension = units.raise_dimension(units.LENGTH, 2)
-WHOLE = "Volume and surface of the body, exactly, and of the mesh, whose facets are inscribed in curved sides."
+WHOLE = "Exact volume and surface area of the body, and those of the mesh, whose facets are inscribed in curved sides."
 SAME = 1e-12  # relative: what rounding leaves
-VARYING = "Every constant of a material that varies in space: its least, largest and mean values on a mesh."
-HEADS = ("Constant", "Range", "Mean", "Within cells")
+VARYING = "Material constants that vary in space: smallest, largest and mean value on a mesh."
+HEADS = ("Constant", "Range", "Mean", "Variation within cells")
 DIMENSIONS: dict[str, units.Dimension] = {"young": units.PRESSURE, "density": (-3, 1, 0, 0, 0)}
 SHOWN = 1e-4  # fraction of a part; smaller volumes of the wrong material get no number
 
@@ -44,7 +44,7 @@ def _covered_fraction(own: Mapping[str, Mapping[str, Any]]) -> str:
         if missed + beyond > SHOWN:
             share = 100 * v["taken_m3"] / v["asked_m3"]
             off.append(f"{share:.4g} % in `{model}`: {100 * missed:.3g} % missed, {100 * beyond:.3g} % too much")
-    rest = ["followed by the others" if off else "followed"] if len(off) < len(own) else []
+    rest = ["conforming meshes of the others" if off else "followed"] if len(off) < len(own) else []
     return "; ".join((*off, *rest))
 
 
@@ -86,7 +86,7 @@ def _unresolved_variation(model: str, said: Mapping[str, Any]) -> str:
     """Return the largest change within a cell, the quadrature error, and the fraction outside of a field."""
     found = [f"`{model}` up to {said['within_cells']:.3g} times"]
     if said["integral_lost"] > SHOWN:
-        found.append(f"its quadrature misses {100 * said['integral_lost']:.2g} %")
+        found.append(f"the quadrature error is {100 * said['integral_lost']:.2g} %")
     if said.get("outside_share", 0.0) > SHOWN:
-        found.append(f"{100 * said['outside_share']:.3g} % of the volume is outside of the field")
+        found.append(f"{100 * said['outside_share']:.3g} % of the volume is outside the range of the field file")
     return ", ".join(found)

@@ -33,15 +33,15 @@ SYMBOLS = {
     "failed": ("✗", "bad", "failed"),
 }
 TIMES = {"solve_s": "Solve", "step_s": "Step"}  # setup stands below the time of the solution
-NO_MESH = "a reference is not discretised: it has no mesh, no iterations and no time"
+NO_MESH = "a reference has no mesh, iterations or time"
 CAPTION = (
-    "Times are wall time, the median and [least–largest] of the runs, compilation excluded; "
-    "processor time (CPU) is added where it differs by more than a quarter."
+    "Times are wall time: the median and [smallest–largest] of the runs, without compilation; CPU time is added if "
+    "it differs by more than a quarter."
 )
-BEST = " The least error of a column is in bold and marked best."
-TIED = " Errors that differ by less than the uncertainty of the reference are not ranked: they are all marked tied."
-LAST = " Numbers are those{}; times and iterations those of all states together."
-CLOCK = " Shares of the time that there is are marked ✓ for real time and ✗ for none."
+BEST = " The smallest error of a column is in bold and marked best."
+TIED = " Errors that differ by less than the uncertainty of the reference are not ranked and marked tied."
+LAST = " Values are those{}; times and iterations are totals over all states."
+CLOCK = " Fractions of the available time: ✓ real time, ✗ not real time."
 
 
 def caption(findings: Findings) -> str:
@@ -93,14 +93,14 @@ class Notes:
     def double(self, why: str) -> str:
         """Return the mark of a value whose reference may not be valid here."""
         self.doubts.setdefault(why)
-        said = "by a theory that is not exact here"
+        said = "the theory is not exact here"
         return tag("sup", self._mark("‡", "note-doubt", said), class_="within")
 
     def _uncertain(self) -> str:
         if not self.within:
             return ""
         each = listed([f"± {amount} for `{metric}`" for metric, amount in self.within.items()])
-        said = f"within the uncertainty of the reference ({each}): the value says no more than that the two agree"
+        said = f"within the uncertainty of the reference ({each}): the difference is not significant"
         return tag("li", tag("b", "†"), " ", prose(said), id=self._anchor("note-within"))
 
     def list(self) -> str:
@@ -110,7 +110,7 @@ class Notes:
         items = [tag("li", tag("b", a), " ", prose(reason), id=self._anchor(f"note-{a}")) for a, reason in pairs]
         items += [own] if (own := self._uncertain()) else []
         items += [
-            tag("li", tag("b", "‡"), " ", prose(f"by a theory that is not exact here, for {why}"),
+            tag("li", tag("b", "‡"), " ", prose(f"the theory is not exact here: {why}"),
                 id=None if i else self._anchor("note-doubt"))
             for i, why in enumerate(self.doubts)
         ]  # fmt: skip
@@ -249,16 +249,16 @@ class ResultsTable:
         if found is not None:
             return found.reason or "no reason was given"
         if name == metric.against:
-            return "the error is measured from this reference itself"
+            return "this is the reference of the error"
         if name == metric.model:
-            return "the difference is measured from this model itself"
+            return "this is the model that others are compared with"
         if metric.probe is None and isinstance(result, ReferenceResult):
-            return "only the work of models is measured" if metric.clock else "it says nothing of this"
+            return "only models have work" if metric.clock else "it does not provide this quantity"
         if isinstance(result, ReferenceResult) and not result.probes and result.status == "converged":
-            return "what was measured is not known at the points of this metric"
+            return "no measured values at the points of this metric"
         if self.findings.report.partial:
             return "not computed yet: the report is unfinished"
-        return result.message or "this metric looks at another body"
+        return result.message or "this metric refers to another body"
 
     def _effort(self, model: ModelResult) -> list[str]:
         rounds = model.solve.get("iterations")
@@ -271,7 +271,7 @@ class ResultsTable:
 
     def _size(self, model: ModelResult) -> str:
         if "dofs" not in model.size:
-            return self.notes.dash(model.message or "the size is not known")
+            return self.notes.dash(model.message or "the number of unknowns is not known")
         rest = [number(model.size[k]) + f" {k}" for k in ("nodes", "elements") if k in model.size]
         return number(model.size["dofs"]) + " dofs" + _small("<br>".join(rest))
 
@@ -309,7 +309,7 @@ def status_of(result: Result) -> str:
     """Return the status as a symbol and words."""
     symbol, mood, words = SYMBOLS.get(result.status, ("?", "quiet", result.status))
     if getattr(result, "inverted", 0):
-        return tag("span", tag("span", "✗", aria_hidden="true"), " cells inside out", class_="status bad")
+        return tag("span", tag("span", "✗", aria_hidden="true"), " inverted cells", class_="status bad")
     said = f" {text(words)}"
     if result.status == "converged":  # the usual: the sign is enough for those who see it
         said = tag("span", said, class_="spoken")

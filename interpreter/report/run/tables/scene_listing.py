@@ -33,7 +33,7 @@ def section_of(findings: Findings) -> str:
     table = _parameters(parameters, set(scene.get("overridden") or ())) if parameters else ""
     source = str(scene.get("text", ""))
     if not source:
-        return section("scene", "Scene", tag("p", "The text of the scene is not known.", class_="quiet"), table)
+        return section("scene", "Scene", tag("p", "The text of the scene is not available.", class_="quiet"), table)
     marked = {e.line for e in findings.report.expectations if e.passed is False}
     rows = [_line(i, line, i in marked) for i, line in enumerate(source.splitlines(), start=1)]
     listing = tag("pre", tag("code", *rows), class_="scene", tabindex=0, role="region", aria_label="Text of the scene")

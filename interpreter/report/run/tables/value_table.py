@@ -16,9 +16,9 @@ from softmark.interpreter.results.state_results import format_state
 from softmark.records import dataclass
 
 LEAD = (
-    "Numbers beside the values that the scene gives with their uncertainty, or with the band in which codes lie; the"
-    " difference is what was found less what is given, and below it in per cent of that. Drawn are the band, the value"
-    " (line) and the number (diamond; an arrow where it is far outside)."
+    "Computed numbers and the given values with their uncertainty, or with the band of codes; the difference is "
+    "computed minus given, also in per cent of the given value. The drawing shows the band, the given value (line) and "
+    "the computed number (diamond; an arrow if it is far outside)."
 )
 HEADS = ("Number", "By", "Found", "Given", "Uncertainty", "Difference", "Within", "")
 
