@@ -276,5 +276,7 @@ def state_errors(work: StateRun, names: Iterable[str]) -> None:
             declared, prepared, view = work.scene.declared[name], work.prepared[name][0], work.views[name]
             known = work.measured, work.warnings, work.views
             before = [(w.views[name], w.models[name].stated) for w in work.earlier]
-            said = estimate_errors(work.scene, declared, view, prepared, result, *known, name in asked, before)
+            said = estimate_errors(
+                work.scene, declared, view, prepared, result, *known, name in asked, before, work.estimates
+            )
             work.models[name] = replace(result, stated=said)

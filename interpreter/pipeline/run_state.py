@@ -49,6 +49,7 @@ class StateRun:
     drawn: dict[str, np.ndarray] = field(default_factory=dict)  # displacements there, by reference
     compiling: bool = False  # whether compilation of kernels was already reported
     number: int = 0  # index of its state
+    estimates: dict[str, Any] = field(default_factory=dict)  # error estimates of models, in all states
     known: SavedResults = NOTHING  # saved results of an earlier run
     taken: set[str] = field(default_factory=set)  # models and references whose results are reused
     about: tuple[str, str] = ("", "")  # current step and model, to which new warnings belong
@@ -121,5 +122,6 @@ def make_state_runs(
         if works:
             work.before, work.started = works[-1], works[0].started
             work.meshes, work.surfaces = works[0].meshes, works[0].surfaces
+            work.estimates = works[0].estimates
         works.append(work)
     return tuple(works)

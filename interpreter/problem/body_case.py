@@ -126,6 +126,11 @@ class Case:
         return any(getattr(own.thing, "friction", 0.0) for own in each)
 
     @property
+    def has_history(self) -> bool:
+        """True if a state depends on those before it: by friction, relaxation or fluid."""
+        return self.remembered or self.remembers
+
+    @property
     def named_supports(self) -> tuple[Declared, ...]:
         """Supports without the constraint that keeps a plane body in its plane."""
         return tuple(s for s in self.supports if not isinstance(s.thing, InPlane))

@@ -33,24 +33,21 @@ PEAK = 1.5  # the greatest pressure over the mean of a round contact (Hertz 1881
 ROUNDED = 1.05  # 1 for uniform pressure, plus the error of the edge
 
 
-def contact_error_index(
-    whole: SolutionUnderTest, seen: ProbeResultUnderTest, apart: float, ratio: float, farther: float | None
-) -> float:
+def contact_error_index(seen: ProbeResultUnderTest, apart: float, ratio: float, farther: float | None) -> float:
     """Return the error of a contact metric, from its distance to a mesh that is `ratio` times coarser.
 
     It uses the theoretical order with the safety factor of two grids; if they agree by chance, the next coarser grid.
-    `ratio` is that of cells in space; for a slice their number grows with the square.
     """
     from softmark.interpreter.metrics.contact import ContactArea
     from softmark.interpreter.verification.grid_convergence import FIRST
 
     order = OF_AREAS if isinstance(seen.metric, ContactArea) else ORDER
-    fall: float = ratio ** (1.5 * order if whole.case.planar else order)
+    fall: float = ratio**order
     found = FIRST * max(apart, (farther or 0.0) / fall) / (fall - 1.0)
-    return max(found, _edge_area(seen.metric, seen)) if isinstance(seen.metric, ContactArea) else found
+    return max(found, edge_area(seen.metric, seen)) if isinstance(seen.metric, ContactArea) else found
 
 
-def _edge_area(metric: ContactArea, seen: ProbeResultUnderTest) -> float:
+def edge_area(metric: ContactArea, seen: ProbeResultUnderTest) -> float:
     """Return half the area of the facets at the edge of contact; zero if they are not known."""
     touch = None if seen.at_rest is None else seen.at_rest.touches.get(metric.of)
     field: Any = None if touch is None else touch.field

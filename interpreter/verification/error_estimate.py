@@ -65,9 +65,8 @@ __all__ = [
 
 VOID = ("W351",)  # warnings with which no error can be stated
 
-STEP = 3.0  # safety factor of two steps, as of two grids (Roache 1994)
 FIRST_ORDER = ("implicit_euler",)  # integrators
-HALVED = 4.0 / 3.0  # error of a step over the change by half a step, for second order
+LONGEST = 0.25  # cost of a step four times as long over the solution
 MODAL = 1.25  # safety factor, as weakly excited vibrations are left out
 LEFT = 2.0  # safety factor on the next Newton step
 COARSE = grid_convergence.COARSE  # relative error above which an estimate is useless
@@ -82,7 +81,8 @@ class ErrorEstimate(SolutionUnderTest):
         parts: dict[str, float | None] = {}
         reasons: dict[str, list[str]] = {}
         asked = self._parts()
-        for name in sorted(asked, key=lambda name: name != "model"):  # cheaper than a finer space
+        last = self.in_time or bool(self.case.contacts or self.case.pairs)  # where it costs as much as a finer space
+        for name in sorted(asked, key=lambda name: (name == "model") == last):
             part = asked[name]
             try:
                 with self.budget:
@@ -125,7 +125,7 @@ class ErrorEstimate(SolutionUnderTest):
             found["loads"] = lambda seen: verifier.loads_left(self, seen, own) * seen.size
         found |= facet_errors(self)
         if isinstance(self.case.analysis, Quasistatic) and self.case.remembers:
-            found["time"] = self._steps
+            found["time"] = lambda seen: self._of_steps(seen, 2.0)
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
     def _discretisation(self, seen: ProbeResultUnderTest) -> float:
@@ -239,19 +239,15 @@ class ErrorEstimate(SolutionUnderTest):
         return displacement_of(self.mesh.mesh, step)
 
     def _time(self, seen: ProbeResultUnderTest) -> float:
-        """Error of the time step, from a step twice as long, or half as long if explicit or if twice is too coarse.
+        """Error of the time step of a motion, at least that of the vibrations at the probe.
 
         The order is that of the integrator, or one where contacts open and close, since motions are not smooth there.
         """
-        analysis = self.case.analysis
-        if not isinstance(analysis, Dynamic):
-            return 0.0
+        analysis: Any = self.case.analysis
         smooth = not (self.case.contacts or self.case.pairs) and analysis.integrator not in FIRST_ORDER
-        ratio = 4.0 if smooth else 2.0  # ratio of errors when the step is doubled
-        # a doubled step that does not resolve an amplitude may miss it as this one does
-        finer = analysis.explicit or not is_resolved_by_step(self.case, 2.0 * analysis.step)
-        apart = self._stepped(seen, 0.5 if finer else 2.0, "another step")
-        return max(STEP * apart * (ratio if finer else 1.0) / (ratio - 1.0), self._of_modes(seen))
+        # a longer step that does not resolve an amplitude may miss it as this one does
+        longer = not analysis.explicit and is_resolved_by_step(self.case, 2.0 * analysis.step)
+        return max(self._of_steps(seen, 2.0 if smooth else 1.0, longer), self._of_modes(seen))
 
     def _of_modes(self, seen: ProbeResultUnderTest) -> float:
         """Error of the time step in the vibrations at the probe, on which two steps may agree by chance."""
@@ -263,26 +259,40 @@ class ErrorEstimate(SolutionUnderTest):
         own = found.length if seen.unit == "m" and not seen.in_forces else None
         return MODAL * (found.relative * seen.size if own is None else own)
 
-    def _steps(self, seen: ProbeResultUnderTest) -> float:
-        """Error of the time step with material memory: 4/3 of the difference to half the step, by second order.
+    def _of_steps(self, seen: ProbeResultUnderTest, order: float, longer: bool = True) -> float:
+        """Error of the time step, from half the step; if that costs too much, from steps two and four times as long.
 
-        If half the step costs too much, a step twice as long is used, as if the order were one.
+        Without `longer` steps, only half the step is used. Raises NoErrorEstimate.
         """
+        twice = self._with_step(seen, 2.0) if longer else None
         try:
-            return STEP * HALVED * self._stepped(seen, 0.5, "half the step")
+            with self.budget.reserving(LONGEST):
+                half = self._with_step(seen, 0.5)
         except BudgetExceeded:
-            return STEP * self._stepped(seen, 2.0, "another step")
+            if twice is None:
+                raise
+            near = self._step_distance(seen, twice, "another step")
+            try:
+                farther = twice.apart(self._with_step(seen, 4.0))
+            except NoErrorEstimate:
+                farther = None
+            return grid_convergence.convergence_index(near, 2.0, order, farther)
+        near = self._step_distance(seen, half, "half the step")
+        return grid_convergence.error_from_finer(near, 2.0, order, None if twice is None else twice.apart(seen))
 
-    def _stepped(self, seen: ProbeResultUnderTest, times: float, another: str) -> float:
-        """Return the distance to the solution with a step `times` as long. Raises NoErrorEstimate."""
+    def _with_step(self, seen: ProbeResultUnderTest, times: float) -> ProbeResultUnderTest:
+        """Return the result with a step `times` as long. Raises NoErrorEstimate."""
         analysis: Any = self.case.analysis
         case = replace(self.case, analysis=replace(analysis, step=times * analysis.step))
-        solution, _ = self.solved(f"step {times:g}", self.declared, case, 1.0 / times)
-        apart = seen.apart(seen.of(solution))
-        if apart > COARSE * seen.size:
+        return seen.of(self.solved(f"step {times:g}", self.declared, case, 1.0 / times)[0])
+
+    def _step_distance(self, seen: ProbeResultUnderTest, other: ProbeResultUnderTest, another: str) -> float:
+        """Return the distance of two steps. Raises NoErrorEstimate if it is too large to say anything."""
+        apart, size = seen.apart(other), max(seen.size, seen.acting)
+        if apart > COARSE * size:
             raise NoErrorEstimate(
                 f"the step is too long for an error estimate: the result with {another} differs by "
-                f"{100 * apart / seen.size:.2g} %"
+                f"{100 * apart / size:.2g} %"
             )
         return apart
 
@@ -312,16 +322,19 @@ def estimate_errors(
     views: Mapping[str, View],
     asked: bool = True,
     before: Sequence[tuple[View, Mapping[str, StatedError]]] = (),
+    estimates: dict[str, ErrorEstimate] | None = None,
 ) -> dict[str, StatedError]:
     """Return the stated error of every metric and probe of a model, by name; empty without an answer.
 
-    `views` has the models that metrics compare with, `before` the errors stated in the previous states. If nobody
-    `asked`,
-    only nearly free parts are computed.
+    `views` has the models that metrics compare with, `before` the errors stated in the previous states, `estimates` the
+    estimate of each model in the state before, which this one replaces. If nobody `asked`, only nearly free parts are
+    computed.
     """
     if result.status not in SOLVED:
         return {}
-    whole = ErrorEstimate(scene, declared, view.case, prepared, result, measured, result.mesh, asked)
+    estimates = {} if estimates is None else estimates
+    earlier = estimates.get(declared.name)
+    whole = ErrorEstimate(scene, declared, view.case, prepared, result, measured, result.mesh, asked, earlier)
     doubts, found = doubts_of(scene, declared, warnings), {}
     void = next((f"{code}: {DOUBTS[code]}" for code in VOID if code in doubts), None)
     for name, seen in _requested_results(scene, result, view, measured, views, asked).items():
@@ -331,6 +344,7 @@ def estimate_errors(
         from softmark.interpreter.verification.curve_errors import static_curve_errors
 
         found |= static_curve_errors(scene, [*before, (view, found)], measured)
+    whole.earlier, estimates[declared.name] = None, whole
     return found | _errors_of_given_values(scene, found, measured)
 
 

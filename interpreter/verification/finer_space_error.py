@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 SHARE = 0.6  # share of free memory that a finer space may use
 MORE = 2  # extra modes, since their order may change on finer cells
 FACTORS = 1.8  # exponent of the unknowns in the cost of factors, between those of meshes in 2D and in 3D
+UNMATCHED = "the cells of the mesh do not match across their faces"
 FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes too
 
 
@@ -111,7 +112,6 @@ def solve_finer_space(
     from softmark.solvers.statics.static_equilibrium import NotConverged, equilibrium
 
     model: Fem = declared.thing
-    _must_be_elastic(case)
     _must_fit(estimate_memory(solved.mesh))
     try:
         above = build_finer_space(solved.mesh, None if model.mesh is not None else case.shape)
@@ -135,10 +135,30 @@ def solve_finer_space(
             f"no equilibrium was found on the finer space near this state ({error.reason})"
         ) from error
     except (UnmatchedFaces, StateLost, Singular) as error:
-        raise NoErrorEstimate(str(error) or "the cells of the mesh do not match across their faces") from error
+        raise NoErrorEstimate(str(error) or UNMATCHED) from error
     if not problem.sound(state):
         raise NoErrorEstimate("cells of the finer space are inverted")
     return FinerState(thing, case, above, static, state, coarse, budget)
+
+
+def finer_cells(model: Fem, case: Case, solved: DeformedMesh) -> tuple[Fem, Callable[[], Any]]:
+    """Return the same model over the cells of a finer space, and a function that makes its mesh.
+
+    Raises NoErrorEstimate if it takes too much memory.
+    """
+    from softmark.solvers.mesh.mesh_refinement import UnmatchedFaces, build_finer_space, estimate_memory
+
+    _must_fit(estimate_memory(solved.mesh))
+
+    def make() -> Any:
+        """Return the finer mesh."""
+        try:
+            return build_finer_space(solved.mesh, None if model.mesh is not None else case.shape).mesh
+        except UnmatchedFaces as error:
+            raise NoErrorEstimate(str(error) or UNMATCHED) from error
+
+    kind = solved.mesh.element.finer
+    return _without_locking(model, representative_materials(case, solved.mesh), kind), make
 
 
 def _must_be_worth(assembly: Assembly, solved: DeformedMesh, budget: Budget) -> None:

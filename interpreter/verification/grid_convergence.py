@@ -34,6 +34,19 @@ def convergence_index(apart: float, ratio: float, theory: float, farther: float 
     return FIRST * apart / _error_ratio(ratio, min(max(order, LEAST), formal))
 
 
+def error_from_finer(apart: float, ratio: float, theory: float, farther: float | None = None) -> float:
+    """Return the error of a solution from its distance to one `ratio` times finer, and to one as much coarser.
+
+    The order is the observed one, between LEAST and that of smooth solutions, `theory`; half of `theory` if there is no
+    coarser solution. A finer solution that is closer than theory predicts agrees by chance.
+    """
+    if farther is None or not farther > 0.0 or not apart > 0.0:
+        return apart / -math.expm1(-0.5 * theory * math.log(ratio))
+    apart = max(apart, farther * math.exp(-theory * math.log(ratio)))
+    order = min(max(math.log(farther / apart) / math.log(ratio), LEAST), theory)
+    return THREE * apart / -math.expm1(-order * math.log(ratio))
+
+
 def _error_ratio(ratio: float, order: float) -> float:
     """Return r^p - 1: the distance of two grids over the error of the finer one."""
     return math.expm1(order * math.log(ratio))

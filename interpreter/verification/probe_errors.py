@@ -227,7 +227,10 @@ class ProbeResultUnderTest:
         """
         plain = self.metric is not None and self.metric.measured_from is None and self.times is None
         if plain and isinstance(self.metric, ForceMetric | TensorMetric):
-            return abs(self._measured(other, None) - self.value)
+            theirs, own = self._measured(other, None), self.value
+            if isinstance(self.metric, TensorMetric) and self.metric.over == "largest":
+                return abs(abs(theirs) - abs(own))  # of two sides that are stressed alike, either may be the larger
+            return abs(theirs - own)
         return self.apart(other)
 
     def _forces_apart(self, metric: ForceMetric, other: ProbeResultUnderTest) -> float:

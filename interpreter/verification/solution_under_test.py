@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +18,13 @@ from softmark.interpreter.problem.body_case import Case, Fault, case_for
 from softmark.interpreter.results.run_report import ModelResult
 from softmark.interpreter.verification.estimation_budget import Budget
 from softmark.interpreter.verification.probe_errors import Floats, NoErrorEstimate
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
 
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.mesh import Mesh
+
+OTHERS = 0.8  # solutions that are kept for coarser meshes, where a finer space costs too much, and for other parts
+LONGER = 0.75  # solutions that are kept for steps of twice and four times the length
 FACTORED = 300_000  # unknowns up to which a tangent is factored
 
 
@@ -34,12 +40,28 @@ class SolutionUnderTest:
     measured: Mapping[str, Any]
     mesh: DeformedMesh | None
     asked: bool = True
+    earlier: SolutionUnderTest | None = None  # the same model in the state before
     _kept: dict[str, Any] = field(default_factory=dict)
 
     @cached_property
     def budget(self) -> Budget:
         """CPU time that may be spent on it."""
         return Budget.of(self.result.time, self.asked)
+
+    @property
+    def dimension(self) -> float:
+        """Power of the cell size that the number of cells goes with: 2 for a plane body, else 3."""
+        return 2.0 if self.case.planar else 3.0
+
+    @property
+    def in_time(self) -> bool:
+        """True if the solution is a sequence of steps in time, which have an error."""
+        return isinstance(self.case.analysis, Dynamic) or self.case.remembers
+
+    @property
+    def others(self) -> float:
+        """Solutions to be kept for other parts of the error than that of finer cells."""
+        return OTHERS + (LONGER if self.in_time else 0.0)
 
     @property
     def system(self) -> float:
@@ -74,20 +96,32 @@ class SolutionUnderTest:
         return self._kept[key]
 
     def solved(
-        self, key: str, declared: Declared, case: Case, costs: float = 1.0, slight: bool = False
+        self,
+        key: str,
+        declared: Declared,
+        case: Case,
+        costs: float = 1.0,
+        slight: bool = False,
+        mesh: Callable[[], Mesh] | None = None,
     ) -> tuple[Solution, dict[str, int]]:
         """Solve another model, which `costs` so many times this solution; return it and its size.
 
-        Raises NoErrorEstimate.
+        `mesh` makes its mesh, if it is not that of its size. If states depend on those before, it goes through them as
+        well. Raises NoErrorEstimate.
         """
 
         def solve() -> tuple[Solution, dict[str, int]]:
+            before = self._before(key, case)
             self.budget.must_hold(costs, slight)
             from softmark.interpreter.models.model_preparation import prepared_model
 
-            prepared, _ = prepared_model(declared, case, BuildContext(scene=self.scene, measured=self.measured))
+            workshop = BuildContext(scene=self.scene, measured=self.measured)
+            if mesh is not None:
+                workshop.meshes[declared.thing.meshed_as(case)] = mesh()
+            prepared, _ = prepared_model(declared, case, workshop)
+            begun = prepared if before is None else prepared.after(before)
             with np.errstate(all="ignore"):
-                found = prepared.solve(self.budget.check)
+                found = begun.solve(self.budget.check)
             found = replace(found, at_rest=forces_and_energies(declared, case, prepared, found))
             return add_stress(self.scene, declared, case, found), dict(prepared.size)
 
@@ -95,6 +129,23 @@ class SolutionUnderTest:
         if solution.displacement is None:
             raise NoErrorEstimate(f"the same model on another mesh has no solution ({solution.message})")
         return solution, size
+
+    def _before(self, key: str, case: Case) -> DeformedMesh | None:
+        """Return the state before of another model, if the path to a state counts. Raises NoErrorEstimate."""
+        if self.earlier is None or not case.has_history:
+            return None
+        known = self.earlier._kept.get(key)
+        if isinstance(known, NoErrorEstimate):
+            raise known
+        if known is None and not case.remembers:  # time starts from zero again, the sequence of states does not
+            raise NoErrorEstimate("the states before it were not solved again")
+        return None if known is None else known[0].mesh
+
+    def chosen(self, key: str, choice: bool) -> bool:
+        """Return a choice that is made once for all states: that of the state before, if it made one."""
+        known = {} if self.earlier is None else self.earlier._kept
+        found: bool = self._kept.setdefault(key, known.get(key, choice))
+        return found
 
     @property
     def own(self) -> Case:

@@ -168,6 +168,18 @@ def test_indices_of_three_grids_hold_the_error_of_power_laws() -> None:
     )  # two grids that agree by chance: the third tells
 
 
+def test_distances_to_finer_solutions_hold_the_error_of_power_laws() -> None:
+    """u = 1 + h^p on h = 1/2, 1, 2 is off by 1 at h = 1: at least that, and at the order of theory 1.25 times it."""
+    for p in (0.6, 1.0, 1.5, 2.0, 2.4, 3.0):
+        near, far = 1.0 - 0.5**p, 2.0**p - 1.0
+        found = grid_convergence.error_from_finer(near, 2.0, 2.0, far)
+        assert found >= 1.0 - 1e-12
+        if p <= 2.0:
+            assert found == pytest.approx(1.25)
+    assert grid_convergence.error_from_finer(0.75, 2.0, 2.0) == pytest.approx(1.5)  # as if of half the order
+    assert grid_convergence.error_from_finer(1e-9, 2.0, 2.0, 3.0) == pytest.approx(1.25)  # they agree by chance
+
+
 SCENE = "softmark 1\n" + BEAM.format(
     models="model rod = beam6dof(segments = 8)\nmodel hex = fem(hex8, strain = finite, size = 5 mm)",
     poisson=0.3, body=BOX, fine="size = 5 mm",

@@ -241,3 +241,65 @@ def test_what_is_nothing_states_what_rounding_and_the_solver_leave(model: str) -
         assert value is not None
         assert said.value is not None, said.reason
         assert max(abs(value), least) < said.value < most
+
+
+RUBBED = """
+material gel   = neo_hookean(young = 100 kPa, poisson = 0.3, density = 1000 kg/m^3)
+shape    pad   = quadrilateral((0, 0, 0) mm, (10, 0, 0) mm, (10, 5, 0) mm, (0, 5, 0) mm)
+body     b     = plane_strain(pad, gel, thickness = 1 mm)
+body     floor = rigid(half_space(normal = (0, 1, 0)))
+contact  rub   = rigid_contact(floor, b, where = y <= 0 mm, friction = 0.4)
+support  top   = displaced(b, where = y >= 5 mm, by = (0.05, -0.3, 0) mm, amplitude = per_state)
+analysis s     = static(states = [50, 100] %)
+model    m     = fem(quad4, strain = finite, size = 2.5 mm)
+probe    side  = point(b, at = (10, 2.5, 0) mm)
+metric   bulge = displacement(side, along = +x)
+metric   push  = force(rub, along = +y)
+metric   heat  = dissipation(b)
+"""
+
+
+@pytest.mark.slow
+def test_states_with_friction_are_solved_again_on_finer_cells() -> None:
+    """No error was stated of what friction's past decides: finer cells go through all states as well.
+
+    Truth: cells of a fourth of the size, of which a twentieth of the error is left.
+    """
+    scene = softmark.loads(RUBBED)
+    report = run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=()))
+    finer = softmark.loads(RUBBED.replace("2.5 mm)\nprobe", "0.625 mm)\nprobe"))
+    truth = run_scene(finer.scene, list(finer.warnings), RunOptions(draw=False)).models["m"].metrics
+    for name in ("bulge", "push"):
+        off, said = abs(report.models["m"].metrics[name].value - truth[name].value), report.models["m"].stated[name]
+        assert said.value is not None, said.reason
+        assert 0.95 * off < said.value < 5.0 * off
+
+
+RELAXING = """
+material foam = viscoelastic(
+    linear_elastic(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3), g = [0.5], tau = [1] s, of = whole
+)
+shape    bar  = quadrilateral((0, 0, 0) mm, (30, 0, 0) mm, (30, 10, 0) mm, (0, 10, 0) mm)
+body     b    = plane_strain(bar, foam, thickness = 1 mm)
+support  wall = fixed(b, where = x <= 0 mm)
+load     down = traction(b, where = x >= 30 mm, vector = (0 Pa, -1 Pa, 0 Pa))
+analysis t    = quasistatic(duration = 2 s, step = 1 s, times = [1, 2] s)
+model    m    = fem(quad4, strain = small, size = 10 mm)
+probe    tip  = point(b, at = (30, 5, 0) mm)
+metric   sag  = displacement(tip, along = -y)
+metric   heat = dissipation(b)
+"""
+
+
+@pytest.mark.slow
+def test_a_body_that_relaxes_states_errors_of_cells_and_steps() -> None:
+    """In small strain it stated none. Truth: cells and steps of an eighth, of which a sixtieth of the error is left."""
+    scene = softmark.loads(RELAXING)
+    report = run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=()))
+    finer = softmark.loads(RELAXING.replace("10 mm)\nprobe", "1.25 mm)\nprobe").replace("step = 1 s", "step = 0.125 s"))
+    truth = run_scene(finer.scene, list(finer.warnings), RunOptions(draw=False)).models["m"].metrics
+    for name in ("sag", "heat"):
+        off, said = abs(report.models["m"].metrics[name].value - truth[name].value), report.models["m"].stated[name]
+        assert said.value is not None, said.reason
+        assert set(said.parts) >= {"discretisation", "model", "time"}
+        assert 0.98 * off < said.value < 5.0 * off

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
+from softmark.solvers.mesh.shape import CircularSection
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
@@ -24,6 +25,8 @@ CLAMPED, STRIP = (
     1.6,
     3.2,
 )  # times plate(nu) width / length at each clamp: of square and round sections, of flat ones
+WARPED = 2.25  # times the twist lost to warping: half-way to the end it is twice as much of the twist
+SQUARE = 0.15  # part of that of a strip which a square loses: solids lose 0.024 widths at each clamp
 GRIPPED = 0.6  # the same of a rod that is pulled, at each clamp
 THICK = 0.3  # times (width / length)^2
 SEEN = 0.02  # of the stiffness: what is worth a warning
@@ -95,6 +98,19 @@ def clamp_effect_on_bending(section: Section, length: float, poisson: float, spa
     reach = CLAMPED + (STRIP - CLAMPED) * min(1.0, (wide / thin - 1.0) / (FLAT - 1.0))
     thick = (spans * wide / length) ** 2
     return reach * spans * plate(poisson) * wide / length + (THICK if shear else THICK + 1.0) * thick
+
+
+def clamp_effect_on_torsion(section: Section, length: float, poisson: float, spans: int) -> float:
+    """Return the relative effect of clamps and thickness on the twist of a rod, a conservative estimate.
+
+    A clamp keeps its section from warping, which takes the twist of a length sqrt(E C / (G J)): for a thin strip with
+    C = b^3 t^3 / 144 and J = b t^3 / 3 of its width times sqrt((1 + nu) / 24). Squares warp little, circles do not.
+    Source: Vlasov (1961), "Thin-walled elastic beams", chapter II. Solids of 10 to 1 and 4 to 1 lose that, to 5 %.
+    """
+    thin, wide = sorted(section.extents)
+    warping = 0.0 if isinstance(section, CircularSection) else max(SQUARE, 1.0 - (thin / wide) ** 2)
+    lost = warping * wide * math.sqrt((1.0 + poisson) / 24.0)
+    return spans * WARPED * lost / length + THICK * (spans * wide / length) ** 2
 
 
 def clamp_effect_on_stretch(section: Section, length: float, poisson: float, spans: int) -> float:

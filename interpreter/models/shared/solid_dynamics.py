@@ -32,6 +32,7 @@ from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.time_step_resolution import WRONG, Resolution, find_resolution, resolve_vibration
 from softmark.solvers.dynamics.trajectory import ContactHistory, Diverged, MotionNotConverged, Trajectory
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Energy, Floats, LaggedTangentEnergy
+from softmark.solvers.statics.static_problem import Iteration
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -117,7 +118,7 @@ class PreparedMotion:
         """Integrate in time from the start to the end."""
         steps = int(np.ceil(self.analysis.duration / self.analysis.step - 1e-9))
         every = -(-steps // KEPT)
-        keep = _StateRecorder(every, self._state)
+        keep = _StateRecorder(every, self._state, watch)
         try:
             track = march(self.problem, self.analysis.duration, self.analysis.step, keep)
         except StepTooLong as refused:
@@ -258,6 +259,7 @@ class _StateRecorder:
 
     every: int
     state: Callable[[Motion], Floats]
+    watch: Watch
     count: int = 0
     last: _Row | None = None
 
@@ -265,6 +267,8 @@ class _StateRecorder:
         row = _Row(self.state(motion))
         if self.last is not None and (self.count - 1) % self.every:
             self.last.x = None
+        else:
+            self.watch(Iteration("steps in time", 1.0, self.count, 0.0, 1.0))
         self.last, self.count = row, self.count + 1
         return row
 

@@ -17,7 +17,7 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.results.run_report import ModelResult
 from softmark.interpreter.verification.by_model.beam_forces_check import balance_of, reactions_of, rod_of
 from softmark.interpreter.verification.by_model.verifier import VerifiedSolution, Verifier
-from softmark.interpreter.verification.grid_convergence import COARSE
+from softmark.interpreter.verification.grid_convergence import COARSE, HOPELESS, error_from_finer, must_be_close
 from softmark.interpreter.verification.probe_errors import NO_ERROR, NoErrorEstimate, ProbeResultUnderTest
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.solvers.independent_forces.solid_forces import ForceBalance
@@ -45,11 +45,12 @@ class BeamVerifier(Verifier):
         bent, stretched = rod.strain(np.array([arm, v, u]))
         flat = rod.curvatures[:, 1 if v <= u else 2]  # about the axis along the wider side
         bending = np.hypot(rod.curvatures[:, 1], rod.curvatures[:, 2])
+        twisted = arm * float(np.abs(rod.curvatures[:, 0]).max())
         round_ = {} if found.case.prism.section.hollow is None else {"curvature_per_m": float(bending.max())}
         return {
             **round_,
             "largest_strain": bent + stretched, "bending_strain": bent, "axial_strain": stretched,
-            "flat_curvature_per_m": float(np.abs(flat).max()),
+            "flat_curvature_per_m": float(np.abs(flat).max()), "twist_strain": twisted,
         }  # fmt: skip
 
     def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
@@ -60,6 +61,31 @@ class BeamVerifier(Verifier):
         """Compute the reactions by the same formulas. Raises NoIndependentFormula."""
         return reactions_of(found)
 
+    def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
+        """Return the discretisation error from twice the segments; if these cost too much, from fewer.
+
+        Raises NoErrorEstimate.
+        """
+        segments = answer.declared.thing.segments
+        try:
+            with answer.budget.reserving(answer.others if answer.asked else 0.0):
+                fine = seen.of(self._with_segments(answer, 2 * segments))
+        except NoErrorEstimate:
+            return super().discretisation(answer, seen)
+        farther, apart = None, seen.apart(fine)
+        if segments % 2 == 0:
+            farther = seen.of(self._with_segments(answer, segments // 2)).apart(seen)
+        found = error_from_finer(apart, 2.0, self.order, farther)
+        must_be_close([found], max(seen.size, seen.acting), HOPELESS)
+        return found
+
+    def _with_segments(self, answer: SolutionUnderTest, segments: int) -> Solution:
+        """Return the solution with another number of segments. Raises NoErrorEstimate."""
+        thing = answer.declared.thing
+        declared = replace(answer.declared, thing=replace(thing, segments=segments))
+        costs = segments / thing.segments
+        return answer.solved(f"segments {segments}", declared, answer.case, costs, slight=True)[0]
+
     def coarser(self, answer: SolutionUnderTest) -> list[tuple[Solution, float]]:
         """Return solutions with half and a quarter of the segments. Raises NoErrorEstimate."""
         thing = answer.declared.thing
@@ -67,11 +93,8 @@ class BeamVerifier(Verifier):
         segments = thing.segments
         while segments > 1 and len(found) < 2:
             fewer = (segments + 1) // 2
-            declared = replace(answer.declared, thing=replace(thing, segments=fewer))
             try:
-                solution, _ = answer.solved(
-                    f"segments {fewer}", declared, answer.case, fewer / thing.segments, slight=True
-                )
+                solution = self._with_segments(answer, fewer)
             except NoErrorEstimate:  # of one segment, supports may hold all
                 if not found:
                     raise
@@ -116,7 +139,9 @@ def theory_error(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
     names = "bending_strain", "axial_strain", "flat_curvature_per_m", "curvature_per_m"
     bent, stretched, curvature, of_tube = (float(checks.get(n) or 0.0) for n in names)
     length, bends = case.prism.length, flat_strips.bending_share(section, case.prism.length, bent, stretched)
-    missing = bends * flat_strips.clamp_effect_on_bending(section, length, poisson, spans, thing.shear)
+    twists = min(1.0, float(checks.get("twist_strain") or 0.0) / bent) ** 2 if bent > 0.0 else 0.0
+    clamped = (1.0 - twists) * flat_strips.clamp_effect_on_bending(section, length, poisson, spans, thing.shear)
+    missing = bends * (clamped + twists * flat_strips.clamp_effect_on_torsion(section, length, poisson, spans))
     missing += (1.0 - bends) * flat_strips.clamp_effect_on_stretch(section, length, poisson, spans)
     missing += TAPERED * case.prism.slope**2 + curved_beam_limits.slender_rod_error(case.prism)
     missing += flat_strips.stiffening(section, poisson, curvature + case.prism.bend)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from softmark.interpreter.metrics.contact import ContactArea
+from softmark.interpreter.metrics.tensor_metrics import TensorMetric
 from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
 from softmark.interpreter.models.shared.material_regions import representative_materials
@@ -21,11 +24,17 @@ from softmark.interpreter.verification.by_model.solid_forces_check import (
     reactions_of,
     solid_state,
 )
-from softmark.interpreter.verification.by_model.verifier import FINER, SizedMeshVerifier, VerifiedSolution, from_coarser
+from softmark.interpreter.verification.by_model.verifier import (
+    FINER,
+    NEAR,
+    SizedMeshVerifier,
+    VerifiedSolution,
+    from_coarser,
+)
 from softmark.interpreter.verification.cell_materials_check import split_by_material
-from softmark.interpreter.verification.estimation_budget import NOT_ASKED
+from softmark.interpreter.verification.estimation_budget import NOT_ASKED, BudgetExceeded
 from softmark.interpreter.verification.frequency_errors import FrequencyUnderTest
-from softmark.interpreter.verification.grid_convergence import HOPELESS
+from softmark.interpreter.verification.grid_convergence import HIGHEST, HOPELESS, LEAST, error_from_finer
 from softmark.interpreter.verification.probe_errors import (
     TRIFLE,
     CachedField,
@@ -41,13 +50,24 @@ from softmark.solvers.independent_forces.solid_forces import ForceBalance
 
 THEORY = 2.0  # times the distance of two strain measures on another mesh
 ALIKE = 1.25  # the same on the mesh itself
+PLENTY = 12.0  # solutions that can still be paid for: then one with another strain measure leaves enough for meshes
+UNSURE = 1.5  # times what a finer mesh should cost by its cells: it may cost more
+SOMEWHAT = 1.5  # times as fine a mesh, where one of half the size costs too much
+FINE_EDGE = 0.5  # of half the area of facets at the edge of contact on finer cells: found in a third of it
+COARSER = 0.5  # cost of a solution with another strain measure on a mesh of twice the size
 TIGHT = 0.49  # Poisson's ratio from which quadratic cells converge more slowly
 SEEPING = 2.0  # the order of pressures of fluid, which are linear in every cell, and of what follows them
 AGREEING = 0.67  # of what cells differ by on their own: less is left of it on the finer space where a stress is smooth
-OTHERS = 0.8  # solutions that are kept for coarser meshes, where a finer space costs too much, and for other parts
 SYSTEM = 0.6  # of a system of as many unknowns that is built and factored: what one that is iterated on takes, about
 CHANCE = 0.5  # relative to the distance in the cells around it: as near may be the one point that is looked at
 LOST = 1.7  # how much more they then leave: 1 / (1 - 2^-1/2) over 1 / (1 - 1/2), of order a half
+
+
+def _must_solve_again(answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> bool:
+    """Return whether history, motion or contacts on finer cells count, so that a state nearby does not do."""
+    case = answer.case
+    touching = seen.in_forces and bool(case.contacts or case.pairs)
+    return answer.in_time or case.has_history or case.pressed or touching
 
 
 def _largest_poisson(answer: SolutionUnderTest) -> float:
@@ -108,16 +128,11 @@ class SolidVerifier(SizedMeshVerifier):
     # ------------------------------------------------------------------ discretisation
 
     def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the discretisation error from a finer space over the cells, or coarser meshes. Raises NoErrorEstimate.
-
-        A finer space does not include the motion of a force-driven rigid body.
-        """
-        why = ""
-        if not (isinstance(answer.case.analysis, Dynamic) or answer.case.remembers or answer.case.pressed):
-            try:
-                return self._from_finer(answer, seen)
-            except NoErrorEstimate as unknown:
-                why = str(unknown)
+        """Return the discretisation error from finer cells, or from coarser meshes. Raises NoErrorEstimate."""
+        try:
+            return self._from_finer(answer, seen)
+        except NoErrorEstimate as unknown:
+            why = str(unknown)
         if why == NOT_ASKED:
             raise NoErrorEstimate(why)
         try:
@@ -128,23 +143,52 @@ class SolidVerifier(SizedMeshVerifier):
     def _from_finer(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
         """Return the discretisation error from a finer space. Raises NoErrorEstimate."""
         fine: ProbeResultUnderTest
+        leaves = self._leaves(answer)
         if isinstance(seen, FrequencyUnderTest):
             fine = replace(seen, vibrations=lambda count: self._tones(answer, count))
-        elif seen.in_forces and (answer.case.contacts or answer.case.pairs):
-            raise NoErrorEstimate("the contact on a finer space over the same cells is not computed")
         else:
-            fine = seen.of(self._above(answer).solution)
+            solution, leaves = self._finer_solution(answer, seen)
+            fine = seen.of(solution)
         apart = fine.change(seen)
         if apart > TRIFLE * fine.size:
             apart = max(apart, CHANCE * self._around(answer, seen))
-        size = fine.beside(apart)
-        left = self._leaves(answer) * apart
+        if seen.in_forces and (answer.case.contacts or answer.case.pairs):
+            farther, ratio = self._farther(answer, seen)  # the edge of contact in its cell may hide a difference
+            apart = max(apart, farther / ratio**HIGHEST)
+        if isinstance(seen.metric, TensorMetric) and apart > TRIFLE * fine.size:
+            leaves = max(leaves, self._slow_order(answer, seen, apart))
+        size = max(fine.beside(apart), fine.acting)
+        left = leaves * apart
         if not left <= HOPELESS * size:
             raise NoErrorEstimate(
                 "the mesh is too coarse for an error estimate: the solution on a finer space differs by "
                 f"{100 * apart / (size or apart):.3g} %"
             )
+        if isinstance(seen.metric, ContactArea):
+            from softmark.interpreter.verification.contact_error import edge_area
+
+            left = max(left, FINE_EDGE * edge_area(seen.metric, fine))
         return left
+
+    def _slow_order(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, apart: float) -> float:
+        """Return the error over the distance to the finer space, by the order seen from a coarser mesh; 0 without one.
+
+        Coarser meshes that are closer to each other are too coarse, or agree by chance, and show no order. Stresses at
+        surfaces and edges may converge more slowly than an element's own factor says.
+        """
+        farther, ratio = self._farther(answer, seen)
+        if farther < apart:
+            return 0.0
+        order = max(math.log(farther / apart) / math.log(ratio), LEAST)
+        return 1.0 / -math.expm1(-order * math.log(FINER))
+
+    def _farther(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> tuple[float, float]:
+        """Return the change from a coarser mesh, 0 without one, and how many times coarser it is."""
+        try:
+            (coarse, ratio), *_ = self.coarser(answer)
+            return seen.change(seen.of(coarse)), ratio
+        except NoErrorEstimate:
+            return 0.0, FINER
 
     def _around(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
         """Return the distance to the finer space at the nodes of the cells around a single point, in the metric's unit.
@@ -159,7 +203,7 @@ class SolidVerifier(SizedMeshVerifier):
         X, cells = mesh.mesh.points, mesh.mesh.cells
         nearest = int(np.linalg.norm(X - seen.X[-1], axis=1).argmin())
         nodes = np.unique(cells[(cells == nearest).any(axis=1)])
-        solution = self._above(answer).solution
+        solution, _ = self._finer_solution(answer, seen)
         if tensors:
             return seen.around(X[nodes], solution)
         fine = solution.displacement
@@ -176,7 +220,7 @@ class SolidVerifier(SizedMeshVerifier):
         if metric.over == "mean":
             return False
         try:
-            fine = seen.of(self._above(answer).solution)
+            fine = seen.of(self._finer_solution(answer, seen)[0])
         except NoErrorEstimate:
             return True
         if seen.stress is None or fine.stress is None:
@@ -204,12 +248,56 @@ class SolidVerifier(SizedMeshVerifier):
         own = (answer.scene, answer.solid, answer.own)
 
         def find() -> finer_space_error.FinerState:
-            with answer.budget.reserving(OTHERS):
-                solved = answer.on_nodes(SYSTEM * (4.0 if answer.case.planar else 8.0) * answer.system)
+            with answer.budget.reserving(answer.others):
+                solved = answer.on_nodes(SYSTEM * FINER**answer.dimension * answer.system)
                 return finer_space_error.solve_finer_space(*own, solved, answer.tangent, answer.budget)
 
         above: finer_space_error.FinerState = answer.once("above", find)
         return above
+
+    def _finer_solution(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> tuple[Solution, float]:
+        """Return a solution on finer cells, and the error over the distance to it. Raises NoErrorEstimate.
+
+        It goes through the history and contacts of the model again, or is near its state where these do not count.
+        """
+        nearby = not (seen.in_forces or _must_solve_again(answer, seen))
+        if nearby and not (answer.case.contacts or answer.case.pairs):
+            return self._above(answer).solution, self._leaves(answer)
+        try:
+            return self._solved_again(answer)
+        except BudgetExceeded:
+            if nearby and answer.asked:
+                return self._above(answer).solution, self._leaves(answer)
+            raise
+
+    def _solved_again(self, answer: SolutionUnderTest) -> tuple[Solution, float]:
+        """Return a solution on finer cells from its start, and the error over the distance to it.
+
+        Raises NoErrorEstimate.
+        """
+        case, dimension = answer.own, answer.dimension
+        analysis: Any = case.analysis
+        explicit = isinstance(analysis, Dynamic) and analysis.explicit
+        if explicit:  # finer cells need shorter steps
+            case = replace(case, analysis=replace(analysis, step=0.5 * analysis.step))
+        costs = UNSURE * (2.0 if explicit else 1.0)
+        with answer.budget.reserving(answer.others):
+            nested = costs * FINER**dimension
+            sized = answer.solid.thing.size is not None
+            if answer.chosen("nested", not sized or nested * answer.budget.solution <= answer.budget.left):
+                model, make = finer_space_error.finer_cells(answer.solid.thing, case, answer.on_nodes())
+                declared = replace(answer.solid, thing=model)
+                return answer.solved("finer cells", declared, case, nested, mesh=make)[0], self._leaves(answer)
+            costs *= SOMEWHAT**dimension
+            solution, size = answer.solved("finer mesh", answer.sized(1.0 / SOMEWHAT), case, costs)
+        ratio = (size["elements"] / self.cells(answer)) ** (1.0 / dimension)
+        if ratio < NEAR:
+            raise NoErrorEstimate("a finer mesh is the same one")
+        return solution, error_from_finer(1.0, ratio, self._order(answer))
+
+    def _order(self, answer: SolutionUnderTest) -> float:
+        """Return the order of displacements, or of the pressure of a fluid, that meshes are held to."""
+        return SEEPING if answer.case.porous else min(float(answer.solid.thing.order), HIGHEST)
 
     def _finer(self, answer: SolutionUnderTest) -> CachedField:
         found: CachedField = self._above(answer).solution.displacement  # type: ignore[assignment]
@@ -233,9 +321,7 @@ class SolidVerifier(SizedMeshVerifier):
 
     def loads_left(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, missing: float) -> float:
         """Return the relative load error that the finer space has too; the distance to it contains the rest."""
-        if isinstance(answer.case.analysis, Dynamic) or (
-            seen.in_forces and (answer.case.contacts or answer.case.pairs)
-        ):
+        if _must_solve_again(answer, seen):
             return missing
         try:
             finer = self._above(answer).missing
@@ -255,23 +341,49 @@ class SolidVerifier(SizedMeshVerifier):
         best = self._best(answer, thing)
         if best == {}:
             return 0.0
-        if isinstance(answer.case.analysis, Dynamic):
-            return THEORY * self._measures_apart(answer, seen, best)
+        if _must_solve_again(answer, seen):
+            return self._measures_of_history(answer, seen, thing, best)
         apart = self._best_apart(answer, seen, thing, best)  # before a finer space takes what is left to spend
         return ALIKE * self._grown(answer, seen) * apart if apart > 0.0 else 0.0
+
+    def _measures_of_history(
+        self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, thing: Fem, best: Mapping[str, Any]
+    ) -> float:
+        """Return the difference to the best strain measure, on its own mesh, or on a coarser one.
+
+        If neither can be solved, it is bounded by the strain and the square of rotations that small strain neglects.
+        Raises NoErrorEstimate.
+        """
+        try:
+            answer.budget.must_hold(PLENTY)
+            with answer.budget.reserving(answer.others):
+                return ALIKE * self._best_apart(answer, seen, thing, best)
+        except NoErrorEstimate as unknown:
+            if str(unknown) == NOT_ASKED:
+                raise
+        try:
+            return THEORY * self._measures_apart(answer, seen, best)
+        except NoErrorEstimate:
+            return self._neglected_strain(answer) * seen.size
+
+    def _neglected_strain(self, answer: SolutionUnderTest) -> float:
+        """Return a bound of the relative error of a strain measure, by the strain that the answer found.
+
+        Raises NoErrorEstimate.
+        """
+        strain = (answer.result.solve.get("checks") or {}).get("largest_strain")
+        if strain is None or THEORY * strain > HOPELESS:
+            raise NoErrorEstimate("another measure of strain could not be solved in time, and its strain is not small")
+        return THEORY * float(strain)
 
     def _best(self, answer: SolutionUnderTest, thing: Fem) -> dict[str, Any]:
         """Return changes to the model that give it the best available strain measure; empty if it has it."""
         whole = answer.own  # with the material that the model takes: another law is another question
         materials = whole.materials
         finite = [material.finite_law() is not None for material in materials]
-        if whole.porous and thing.strain != "finite" and not all(finite):
-            raise NoErrorEstimate("the body is poroelastic, and the error of its strain measure is not estimated")
         if any(finite) and not all(finite):
             raise NoErrorEstimate("no strain measure is the most accurate one for all its materials")
         strain = "finite" if all(finite) else "corotational"
-        if whole.remembers and not whole.porous and thing.strain != strain:
-            raise NoErrorEstimate("the body is viscoelastic, and the error of its strain measure is not estimated")
         best: dict[str, Any] = {"strain": strain, "rotation": "point"}
         best |= {"mass": "consistent"} if thing.mass == "uniform" else {}
         if thing.integration == "selective" and strain == "finite" and any(m.finite_parts() is None for m in materials):
@@ -304,10 +416,7 @@ class SolidVerifier(SizedMeshVerifier):
     ) -> ProbeResultUnderTest:
         """Return the probe results of another model on the same mesh. Raises NoErrorEstimate."""
         other = replace(answer.solid, thing=thing.plain(**changes))
-        touching = (
-            answer.case.contacts or answer.case.pairs or isinstance(seen, FrequencyUnderTest)
-        )  # which needs its modes
-        if answer.case.porous or answer.case.pressed or (seen.in_forces and touching):  # the past counts, or the place
+        if _must_solve_again(answer, seen) or isinstance(seen, FrequencyUnderTest):  # which needs its modes
             return seen.of(answer.solved(f"{key} at rest", other, case_for(answer.scene, other))[0])
         own = (answer.scene, other, case_for(answer.scene, other))
         found: Solution = answer.once(
@@ -317,7 +426,7 @@ class SolidVerifier(SizedMeshVerifier):
 
     def _grown(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
         """Return the strain error that a too stiff mesh hides, as it grows with the square of the motion."""
-        if seen.in_forces or answer.case.porous or answer.case.pressed:
+        if seen.in_forces:
             return 1.0
         try:
             fine = seen.at(self._finer(answer))
@@ -327,11 +436,16 @@ class SolidVerifier(SizedMeshVerifier):
         return max(1.0, (float(np.linalg.norm(fine.u)) / own) ** 2) if own > 0.0 else 1.0
 
     def _measures_apart(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, best: Mapping[str, Any]) -> float:
-        """Return the distance between the model and the best one, both on a coarser mesh."""
-        (own, _), *_ = self.coarser(answer)
-        better = answer.sized(FINER, **best)
-        solution, _ = answer.solved("best", better, case_for(answer.scene, better))
-        return seen.of(solution).apart(seen.of(own))
+        """Return the distance between the model and the best one, both on a coarser mesh, which moves less.
+
+        Raises NoErrorEstimate.
+        """
+        (solution, _), *_ = self.coarser(answer)
+        better, own = answer.sized(FINER, **best), seen.of(solution)
+        found = seen.of(answer.solved("best coarser", better, case_for(answer.scene, better), COARSER)[0])
+        moved, less = float(np.linalg.norm(seen.u)), float(np.linalg.norm(own.u))
+        grown = max(1.0, moved / less) ** 2 if less > 0.0 else 1.0
+        return grown * found.change(own)
 
 
 VERIFIER = SolidVerifier()

@@ -112,7 +112,7 @@ def from_coarser(
     if seen.in_forces and answer.case.contacts:
         from softmark.interpreter.verification import contact_error
 
-        found = contact_error.contact_error_index(answer, seen, apart, ratio, farther)
+        found = contact_error.contact_error_index(seen, apart, ratio, farther)
         grid_convergence.must_be_close([found], seen.beside(apart), grid_convergence.HOPELESS)
         return found
     if seen.in_forces and farther is not None and farther > apart * ratio ** (order + grid_convergence.NEAR):
@@ -133,13 +133,13 @@ class SizedMeshVerifier(Verifier):
         cells = self.cells(answer)
         for factor in (FINER, FINER**2):
             try:
-                costs = factor**-2.0  # cells in space cost more, time and what is done once less
+                costs = factor**-1.5  # cells cost more than that, time and what is done once less
                 solution, size = answer.solved(f"size {factor:g}", answer.sized(factor), answer.own, costs)
             except NoErrorEstimate:
                 if not found:
                     raise
                 break
-            ratio = (cells / max(1, size["elements"])) ** (1.0 / 3.0)
+            ratio = (cells / max(1, size["elements"])) ** (1.0 / answer.dimension)
             if ratio < (APART if factor > FINER else NEAR):
                 break
             found.append((solution, ratio))
