@@ -174,6 +174,9 @@ def read_table(file: Path) -> MarkerTable:
 
 
 def _columns(name: str, header: list[str], rows: Iterable[list[str]]) -> dict[str, tuple[str, ...]]:
+    if twice := next((c for c in header if c and header.count(c) > 1), None):
+        numbers = ", ".join(str(i + 1) for i, c in enumerate(header) if c == twice)
+        raise Unreadable(name, f"several columns are called `{twice}`: number {numbers}", "give each its own name")
     filled = [row for row in rows if any(row)]
     wrong = next((row for row in filled if len(row) != len(header)), None)
     if wrong is not None or not filled:

@@ -8,20 +8,23 @@ answer is None, except for a refusal with a reason (`request_refused.py`), which
 
 from __future__ import annotations
 
+import asyncio
 import gc
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from importlib import import_module
+from threading import Event
 from typing import Any, BinaryIO, NamedTuple
 
 from lsprotocol import types
 from pygls.exceptions import JsonRpcException
+from pygls.io_ import StdoutWriter
 from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol, lsp_method
 from pygls.protocol.json_rpc import JsonRPCNotification
 
 from softmark import __version__
 from softmark.interpreter.language_server import quick_fixes, semantic_tokens
-from softmark.interpreter.language_server.message_reader import MALFORMED, MessageReader
+from softmark.interpreter.language_server.message_reader import MALFORMED, Message, read_messages
 from softmark.interpreter.language_server.open_documents import OpenDocuments
 from softmark.interpreter.language_server.request_refused import RequestRefused, report, silence_refusals
 from softmark.interpreter.language_server.text_document import Document
@@ -132,6 +135,25 @@ class Server(LanguageServer):
         for method, feature in FEATURES.items():
             self.feature(method, feature.options)(self._answering(feature))
 
+    def listen(self, incoming: BinaryIO, outgoing: BinaryIO) -> None:
+        """Handle the messages of an editor until it leaves; `start_io` of pygls would parse each once more."""
+        self._stop_event = Event()
+        self.protocol.set_writer(StdoutWriter(outgoing))
+        try:
+            asyncio.run(self._handle(read_messages(incoming)))
+        except (BrokenPipeError, KeyboardInterrupt, SystemExit):  # by its `exit`, the exit status is that of `serve`
+            pass
+        finally:
+            self.shutdown()
+
+    async def _handle(self, messages: Iterator[Message]) -> None:
+        loop = asyncio.get_running_loop()
+        while message := await loop.run_in_executor(self.thread_pool, next, messages, None):
+            try:
+                self.protocol.handle_message(self.protocol.structure_message(message))
+            except Exception as error:  # the editor can continue without this answer
+                report(error)
+
     def _answering(self, feature: Feature) -> Callable[[Any], Any]:
         module, function = feature.answer.split(":")
 
@@ -162,8 +184,7 @@ def serve(incoming: BinaryIO, outgoing: BinaryIO, plugins: Sequence[str] = ()) -
     silence_refusals()
     server = Server(plugins)
     server.opened.checks.warm(_preload)
-    reader: Any = MessageReader(incoming)
-    server.start_io(reader, outgoing)  # which keeps the status to itself
+    server.listen(incoming, outgoing)
     return 0 if server.protocol.left else 1
 
 

@@ -23,7 +23,7 @@ from softmark.interpreter.problem.body_case import Case, Fault, body_of, case_fo
 from softmark.interpreter.problem.symmetry_planes import plane_fault, point_doubt, pull_fault, start_fault
 from softmark.interpreter.problem.theory_problems import problem_of
 from softmark.interpreter.validation import file_and_selection_checks as given
-from softmark.interpreter.validation import plane_body_checks, state_checks, value_warnings
+from softmark.interpreter.validation import plane_body_checks, state_checks, used_scene_checks, value_warnings
 from softmark.interpreter.validation.amplitude_resolution import check_amplitude_resolution
 from softmark.interpreter.validation.dynamic_contact_checks import metric_faults
 from softmark.interpreter.validation.reference_checks import check_comparisons
@@ -309,6 +309,7 @@ def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check that a metric compares its probe with a reference of the same body, and supports plane bodies."""
     yield from plane_body_checks.metrics(scene)
     yield from metric_faults(scene)
+    yield from used_scene_checks.metric_faults(scene)
     if any(body.thing.shape.wired for body in scene.of_kind("body").values()):
         from softmark.interpreter.validation import frame_checks
 

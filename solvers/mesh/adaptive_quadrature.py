@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import combinations, product
-from typing import Any
 
 import numpy as np
 
@@ -23,8 +22,8 @@ from softmark.solvers.elements.element import Element
 from softmark.solvers.elements.reference_cells import determinants
 from softmark.solvers.elements.reference_wedge import wedge_rule
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+from softmark.solvers.mesh.quadrature_parts import Bools, CellTotals, Integrals, Parts
 
-Bools = Any  # (n,) of numpy
 Values = Callable[[Floats], Floats]  # of points (n, 3), m: values of g functions (g, n)
 Bounds = Callable[[Floats, Floats], tuple[Floats, Floats]]  # of boxes (n, 3), m: least and largest values (g, n)
 
@@ -33,7 +32,6 @@ BULGE = 0.1  # of the extent of a part: how far curved sides may reach beyond it
 VISIBLE = 0.5  # of the range of the values seen in a part: bounds that exceed it by less hide nothing of weight
 STRAIGHT = 1e-12  # of the extent of a mesh: how far nodes may lie from the middle between corners
 SLABS = 4  # that a part is cut into, along each edge, to see which way bounds become narrowest
-ALL_HIDDEN = 5.0  # of the tolerance: what all parts of a cell together may hide
 CLOSER = (
     3  # times that a part is halved for narrower bounds: those of its bounding box are wide, of tetrahedra above all
 )
@@ -70,20 +68,6 @@ class FineRule:
     hidden: Floats
 
 
-@dataclass
-class _Parts:
-    """Parts of reference cells: `cell` (n,) they belong to, local `vertices` (n, v, 3)."""
-
-    cell: Ints
-    vertices: Floats
-
-    def __getitem__(self, which: Any) -> _Parts:
-        return _Parts(self.cell[which], self.vertices[which])
-
-    def __len__(self) -> int:
-        return len(self.cell)
-
-
 def family_of(element: type[Element]) -> str:
     """The reference cell of an element: `hexahedra`, `wedges` or `tetrahedra`."""
     return {8: "hexahedra", 6: "wedges", 4: "tetrahedra"}[element.corners]
@@ -111,72 +95,40 @@ def adaptive_rule(
     element, count = mesh.element, len(mesh.cells)
     grid = whole_cells = _CellFunctions(mesh, values, bounds, axes)
     whole = np.broadcast_to(element.places()[: element.corners], (count, element.corners, 3)).copy()
-    parts, done = _Parts(np.arange(count), whole), list[_Parts]()
-    size, left = np.zeros((len(floor), count)), np.zeros((len(floor), count))
-    taken = 0
-    sums = np.zeros((len(floor), len(grid.others), count))
-    squares = np.zeros((len(floor), count))
+    parts, magnitudes = Parts(np.arange(count), whole), np.maximum(floor, 1e-300)
+    found = grid.integrate(parts)
+    totals = CellTotals(found, floor, tolerance)
     for turn in range(ROUNDS + 1):
-        seen = [grid.integrate_parts(parts[at : at + BATCH]) for at in range(0, len(parts), BATCH)]
-        magnitude, volume, off, error, hidden = (np.concatenate(each, axis=-1) for each in zip(*seen, strict=True))
-        if turn == 0:
-            cells = volume
-            size = magnitude + floor[:, None] * volume
-        else:  # a peak that is found later makes its cell larger
-            size = np.maximum(size, _by_cell(parts.cell, magnitude, count))
-        share, part = tolerance * size[:, parts.cell], volume / cells[parts.cell]
-        behind = _by_cell(parts.cell, hidden, count) + left
-        many = (behind > ALL_HIDDEN * tolerance * size)[:, parts.cell] & (hidden > ALL_HIDDEN * share * part)
-        between = _errors(sums + _by_cell(parts.cell, off, count), squares + _by_cell(parts.cell, error**2, count))
-        unsettled = (between > tolerance * size)[:, parts.cell]
-        rough = (((error > share * np.sqrt(part)) & unsettled) | (hidden > share) | many).any(axis=0)
+        rough = totals.find_rough(parts, found)
         if turn == ROUNDS:
             rough[:] = False
-        room = most - taken - len(parts)
-        if rough.sum() > room:  # the worst are halved, as long as there is room
-            worst = ((error + hidden) / share).max(axis=0)
-            worst[~rough] = 0.0
-            rough[:] = False
-            rough[np.argsort(worst)[::-1][: max(0, room)]] = True
-            rough &= worst > 0.0
-        kept = ~rough
-        left += _by_cell(parts.cell[kept], hidden[:, kept], count)
-        sums += _by_cell(parts.cell[kept], off[..., kept], count)
-        squares += _by_cell(parts.cell[kept], error[:, kept] ** 2, count)
-        done.append(parts[kept])
-        taken += int(kept.sum())
-        parts, magnitudes = parts[rough], np.maximum(floor, 1e-300)
+        room = most - totals.taken - len(parts)
+        if rough.sum() > room:
+            rough = _keep_worst(rough, totals.excess(parts, found), room)
+        totals.accept(parts[~rough], found[~rough])
+        parts = parts[rough]
         if not len(parts):
             break
         if turn == 0 and element.corners == 4:
             parts, grid = grid.slices(parts, magnitudes), _CellFunctions(mesh, values, bounds, axes, sliced=True)
         else:
             parts = grid.halved(parts, magnitudes)
-    rule = _joined([(whole_cells, done[:1]), (grid, done[1:])], count, degree, _errors(sums, squares), left)
-    much = np.flatnonzero((left > ALL_HIDDEN * tolerance * size).any(axis=0))
+        found = grid.integrate(parts)
+        totals.enlarge_cells(parts, found)
+    rule = _joined([(whole_cells, totals.done[:1]), (grid, totals.done[1:])], count, degree, totals)
+    much = totals.cells_with_much_hidden()
     return replace(rule, hidden=whole_cells.sampled_again(rule, much)) if len(much) else rule
 
 
-def _errors(sums: Floats, squares: Floats) -> Floats:
-    """Estimate errors of integrals over cells (g, m): by how much rules differ in all their parts, and its deviation.
-
-    Differences in parts cancel where a function has a kink across many of them: their `sums` (g, r, m) and the root of
-    the sum of their `squares` (g, m) are what a wrong sign of each part leaves.
-    """
-    found: Floats = np.abs(sums).max(axis=1) + np.sqrt(squares)
-    return found
+def _keep_worst(rough: Bools, excess: Floats, room: int) -> Bools:
+    """Return the worst of the rough parts (n,), as many as there is room for."""
+    worst = np.where(rough, excess, 0.0)
+    chosen = np.zeros_like(rough)
+    chosen[np.argsort(worst)[::-1][: max(0, room)]] = True
+    return chosen & (worst > 0.0)
 
 
-def _by_cell(cell: Ints, each: Floats, count: int) -> Floats:
-    """Sums over cells (..., count) of numbers of their parts (..., n), of which `cell` (n,) tells the cell."""
-    rows = each.reshape(int(np.prod(each.shape[:-1])), len(cell))
-    found = np.array([np.bincount(cell, row, minlength=count) for row in rows])
-    return found.reshape(*each.shape[:-1], count)
-
-
-def _joined(
-    done: list[tuple[_CellFunctions, list[_Parts]]], count: int, degree: int, error: Floats, hidden: Floats
-) -> FineRule:
+def _joined(done: list[tuple[_CellFunctions, list[Parts]]], count: int, degree: int, totals: CellTotals) -> FineRule:
     """The points of all parts: by the fine rule in cells with few, else by the coarse where that is of the degree."""
     parts = np.concatenate([own.cell for _, each in done for own in each])
     often, found = np.bincount(parts, minlength=count), []
@@ -188,7 +140,7 @@ def _joined(
     cell = np.concatenate(cells)
     order = np.argsort(cell, kind="stable")
     return FineRule(cell[order], np.concatenate(xis)[order], np.concatenate(ws)[order],
-                    np.concatenate(values, axis=1)[:, order], error, hidden)  # fmt: skip
+                    np.concatenate(values, axis=1)[:, order], totals.errors, totals.hidden)  # fmt: skip
 
 
 def closed_rule(element: type[Element]) -> tuple[Floats, Floats]:
@@ -278,7 +230,7 @@ class _CellFunctions:
         N = self.element.shape(xi.reshape(-1, 3)).reshape(*xi.shape[:2], -1)
         return np.asarray(N @ self.mesh.points[self.mesh.cells[cell]])
 
-    def within(self, parts: _Parts, rule: tuple[Floats, Floats]) -> tuple[Floats, Floats, Floats]:
+    def within(self, parts: Parts, rule: tuple[Floats, Floats]) -> tuple[Floats, Floats, Floats]:
         """Local points (n, q, 3), positions (n, q, 3) in m and volumes (n, q) in m^3 of a rule in every part."""
         xi = self.linear.shape(rule[0]) @ parts.vertices
         known = rule[0] if self.sliced else np.array([self.linear.centre])  # other parts are mapped by one matrix
@@ -298,7 +250,7 @@ class _CellFunctions:
         found = self.values(X.reshape(-1, 3))
         return found.reshape(len(found), *X.shape[:2])
 
-    def box(self, parts: _Parts) -> tuple[Floats, Floats]:
+    def box(self, parts: Parts) -> tuple[Floats, Floats]:
         """Bounding boxes (n, 3) of parts, m."""
         X = self.places(parts.cell, parts.vertices)
         low, high = X.min(axis=1), X.max(axis=1)
@@ -307,12 +259,15 @@ class _CellFunctions:
             low, high = low - reach, high + reach
         return low, high
 
-    def integrate_parts(self, parts: _Parts) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-        """Compare the fine rule with the others in parts.
+    def integrate(self, parts: Parts) -> Integrals:
+        """Integrate the functions over any number of parts, and compare the rules."""
+        groups = range(0, len(parts), BATCH)
+        return Integrals.joined([self._integrate(parts[at : at + BATCH]) for at in groups])
 
-        Returns the magnitude of the integrals (g, n), volumes (n,), what each other rule differs by (g, r, n), the
-        largest difference, also of functions times each local coordinate (g, n), and what may be hidden (g, n). A
-        function that is odd about the middle of a part has the same integral by any symmetric rule, but is not seen
+    def _integrate(self, parts: Parts) -> Integrals:
+        """Compare the fine rule with the others in a few parts.
+
+        A function that is odd about the middle of a part has the same integral by any symmetric rule, but is not seen
         by it unless it is a polynomial; times a coordinate it is even.
         """
         xi, X, v = self.within(parts, self.all)
@@ -332,7 +287,7 @@ class _CellFunctions:
         if len(wide):
             closer = self.closer_bounds(parts[wide])
             beyond[:, wide] = _excess_over_samples(closer, least[:, wide], largest[:, wide])
-        return np.abs(weighed) @ self.weights, volume, off, error, beyond * volume
+        return Integrals(np.abs(weighed) @ self.weights, volume, off, error, beyond * volume)
 
     def sampled_again(self, rule: FineRule, cells: Ints) -> Floats:
         """Return what the points of a rule may miss (g, m), by points of a lattice in `cells` that have too few parts.
@@ -344,7 +299,7 @@ class _CellFunctions:
         xi = lattice(self.element)
         corners = self.linear.places()
         for cell in cells:
-            one = _Parts(np.array([cell]), corners[None])
+            one = Parts(np.array([cell]), corners[None])
             _, X, v = self.within(one, (xi, np.full(len(xi), self.fine[1].sum() / len(xi))))
             c = self.at(X)[:, 0]
             if _excess_over_samples(
@@ -357,7 +312,7 @@ class _CellFunctions:
             hidden[:, cell] = np.minimum(hidden[:, cell], off)
         return hidden
 
-    def closer_bounds(self, parts: _Parts) -> tuple[Floats, Floats]:
+    def closer_bounds(self, parts: Parts) -> tuple[Floats, Floats]:
         """Bounds of the functions over parts (g, n), from those over eight pieces of each."""
         pieces = parts
         for _ in range(CLOSER):
@@ -366,7 +321,7 @@ class _CellFunctions:
         each = (len(low), len(parts), 2**CLOSER)
         return low.reshape(each).min(axis=2), high.reshape(each).max(axis=2)
 
-    def bisected(self, parts: _Parts) -> _Parts:
+    def bisected(self, parts: Parts) -> Parts:
         """Both halves of each part, one behind the other, cut across the edges that are longest along `axes`."""
         X = self.places(parts.cell, parts.vertices)
         ends = [b.T for b in self.bundles]
@@ -377,9 +332,9 @@ class _CellFunctions:
             some = np.flatnonzero(which == k)
             middle = 0.5 * (parts.vertices[some[:, None], a] + parts.vertices[some[:, None], b])
             halves[some[:, None], 0, b] = halves[some[:, None], 1, a] = middle
-        return _Parts(np.repeat(parts.cell, 2), halves.reshape(-1, *parts.vertices.shape[1:]))
+        return Parts(np.repeat(parts.cell, 2), halves.reshape(-1, *parts.vertices.shape[1:]))
 
-    def halved(self, parts: _Parts, size: Floats) -> _Parts:
+    def halved(self, parts: Parts, size: Floats) -> Parts:
         """Both halves of each part, cut where bounds of the functions become narrowest, else across the longest edge.
 
         `size` (g,) is the order of magnitude of each function.
@@ -387,9 +342,9 @@ class _CellFunctions:
         if not len(parts):
             return parts
         found = [self._halved(parts[at : at + BATCH], size) for at in range(0, len(parts), BATCH)]
-        return _Parts(np.concatenate([p.cell for p in found]), np.concatenate([p.vertices for p in found]))
+        return Parts(np.concatenate([p.cell for p in found]), np.concatenate([p.vertices for p in found]))
 
-    def slices(self, parts: _Parts, size: Floats) -> _Parts:
+    def slices(self, parts: Parts, size: Floats) -> Parts:
         """Cut tetrahedra into wedges between parallel planes through their vertices; some edges have no length.
 
         The planes are across the axis of the space along which slabs of the bounding box have the narrowest bounds.
@@ -424,9 +379,9 @@ class _CellFunctions:
             (a, a, a, b, p, q), (b, p, q, c, c, t), (b, q, b, c, t, r), (c, r, t, d, d, d),
         )], axis=1)  # fmt: skip
         thick = np.diff(s, axis=1)[:, [0, 1, 1, 2]] > STRAIGHT * (s[:, -1:] - s[:, :1])
-        return _Parts(np.repeat(parts.cell, 4)[thick.ravel()], found.reshape(-1, 6, 3)[thick.ravel()])
+        return Parts(np.repeat(parts.cell, 4)[thick.ravel()], found.reshape(-1, 6, 3)[thick.ravel()])
 
-    def _halved(self, parts: _Parts, size: Floats) -> _Parts:
+    def _halved(self, parts: Parts, size: Floats) -> Parts:
         X = self.places(parts.cell, parts.vertices)
         widths, lengths, halves = [], [], []
         for bundle in self.bundles:
@@ -440,7 +395,7 @@ class _CellFunctions:
                 slab = parts.vertices.copy()
                 slab[:, a] += k / SLABS * (parts.vertices[:, b] - parts.vertices[:, a])
                 slab[:, b] -= (1.0 - (k + 1) / SLABS) * (parts.vertices[:, b] - parts.vertices[:, a])
-                low, high = self.bounds(*self.box(_Parts(parts.cell, slab)))
+                low, high = self.bounds(*self.box(Parts(parts.cell, slab)))
                 with np.errstate(invalid="ignore"):
                     width = width + (np.nan_to_num(high - low, nan=0.0, posinf=1e300) / size[:, None]).sum(axis=0)
             widths.append(width)
@@ -451,9 +406,9 @@ class _CellFunctions:
         which = np.where(near, length, -1.0).argmax(axis=0)
         every = np.array(halves)  # (d, 2, n, v, 3)
         rows = np.arange(len(parts))
-        return _Parts(np.repeat(parts.cell, 2), every[which, :, rows].reshape(-1, *parts.vertices.shape[1:]))
+        return Parts(np.repeat(parts.cell, 2), every[which, :, rows].reshape(-1, *parts.vertices.shape[1:]))
 
-    def points(self, parts: _Parts, many: Bools) -> Iterator[tuple[Ints, Floats, Floats, Floats]]:
+    def points(self, parts: Parts, many: Bools) -> Iterator[tuple[Ints, Floats, Floats, Floats]]:
         """Yield cells, local points, volumes and values by the fine rule, in parts that are `many` by the coarse."""
         for which, rule in ((~many, self.fine), (many, self.coarse)):
             some = parts[which]

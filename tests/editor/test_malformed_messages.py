@@ -11,7 +11,8 @@ import pytest
 pytest.importorskip("pygls")
 
 from softmark.interpreter.language_server import message_reader
-from softmark.interpreter.language_server.message_reader import INVALID_REQUEST, MALFORMED, PARSE_ERROR, MessageReader
+from softmark.interpreter.language_server.message_reader import INVALID_REQUEST, MALFORMED, PARSE_ERROR, read_messages
+from softmark.interpreter.language_server.server import serve
 
 SOUND = b'{"jsonrpc": "2.0", "method": "initialized", "params": {}}'
 
@@ -21,14 +22,7 @@ def frame(body: bytes) -> bytes:
 
 
 def read(sent: bytes) -> list[dict[str, Any]]:
-    """All messages that pygls would get, read by its own loop of lines and bodies."""
-    reader, found, size = MessageReader(io.BytesIO(sent)), [], 0
-    while line := reader.readline():
-        if line.strip():
-            size = int(line.removeprefix(b"Content-Length: "))
-        else:
-            found.append(json.loads(reader.read(size)))
-    return found
+    return list(read_messages(io.BytesIO(sent)))
 
 
 BODIES = {
@@ -80,3 +74,19 @@ def test_a_message_that_is_too_large_is_passed_over(monkeypatch: pytest.MonkeyPa
 )  # fmt: skip
 def test_streams_that_break_off(sent: bytes, count: int) -> None:
     assert len(read(sent)) == count
+
+
+def test_each_message_is_parsed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A text of 1 MB is parsed in 10 ms: twice would be felt at every key."""
+    parsed: list[object] = []
+    loads = json.loads
+
+    def counted(body: Any, **options: Any) -> Any:
+        parsed.append(body)
+        return loads(body, **options)
+
+    monkeypatch.setattr(json, "loads", counted)
+    bodies = [b'{"jsonrpc": "2.0", "id": %d, "method": "$/unknown", "params": {}}' % i for i in range(3)]
+    leave = b'{"jsonrpc": "2.0", "method": "exit"}'
+    assert serve(io.BytesIO(b"".join(map(frame, [*bodies, leave]))), io.BytesIO()) == 1
+    assert [body for body in parsed if body in (*bodies, leave)] == [*bodies, leave]  # others are tables of the grammar

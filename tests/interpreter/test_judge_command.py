@@ -194,6 +194,29 @@ def test_a_model_that_it_is_held_against_is_computed_too(tmp_path: Path, capsys:
         assert known["sofa"]["metrics"]["apart"]["value"] > 0
 
 
+def test_a_model_of_a_used_scene_is_computed_too_or_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A metric without a value would leave the exit status at 0."""
+    scene, file = tmp_path / "block.scene", written(tmp_path / "a.vtu")
+    text = SCENE + "model own = fem(hex8, size = 20 mm, strain = small)\n"
+    (tmp_path / "used.scene").write_text(text, encoding="utf-8")
+    use = 'use "used.scene" as used\n'
+    body = use + "".join(line for line in text.splitlines(True) if "scene" not in line and "softmark" not in line)
+    own = body.replace("fem(hex8, size = 20 mm, strain = small)", "used.own")
+    scene.write_text(own + "metric apart = max_error(axis, against = own)\n", encoding="utf-8")
+    command = ["judge", str(scene), str(file), "--unit", "1mm", "--as", "sofa", "--json", "-"]
+    assert main(command) == 0
+    known = json.loads(capsys.readouterr().out)["models"]
+    assert sorted(known) == ["own", "sofa"]
+    assert known["sofa"]["metrics"]["apart"]["value"] > 0
+    scene.write_text(f"""{use}support floor = fixed(used.block, where = z <= 0 mm)
+        load weight = gravity(9.81 m/s^2)
+        probe axis = line(used.block, from = (0, 10, 10) mm, to = (40, 10, 10) mm, points = 9)
+        metric apart = max_error(axis, against = used.own)
+    """, encoding="utf-8")  # fmt: skip
+    assert main([*command, "--body", "used.block"]) == 2
+    assert "`disjoint` needs `used.own`" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_what_our_own_report_wrote_is_judged_the_same(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Displacements are written as doubles: every metric of displacements is the same to their last digits."""

@@ -63,6 +63,7 @@ def test_states_are_chosen_by_number(tmp_path: Path) -> None:
     [
         ("", "its header has no columns x0, y0, z0"),
         ("a,b\n1,2\n", "its header has no columns x0, y0, z0"),
+        ("x0,y0,z0,x1,y1,z1,X1\n0,0,0,1,1,1,5\n", "several columns are called `x1`: number 4, 7"),
         ("x0,y0,z0,x1,y1,z1\n", "it has no rows"),
         ("x0,y0,z0,x1,y1,z1\n1,2,3\n", "a row has 3 fields, the header has 6"),
         ("x0,y0,z0,x1,y1,z1\n1,2,3,4,5,six\n", "`six` in column z1 is not a number"),

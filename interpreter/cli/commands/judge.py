@@ -64,7 +64,7 @@ def run(parsed: argparse.Namespace) -> int:
         return 2
     for path in parsed.results[len(names) :]:
         names.append(_name_for_file(path, [*names, *declared]))
-    compared = [] if isinstance(scene, Unread) else _referenced_models(scene[0])
+    compared = [] if isinstance(scene, Unread) else _compared_models(scene, parsed)
     parsed.model = list(dict.fromkeys([*names, *parsed.model, *compared]))
     parsed.vtu, parsed.stated, parsed.repeat = False, False, 1
     if parsed.out is None and parsed.json is None:
@@ -91,19 +91,13 @@ def _declared_names(source: Source) -> list[str]:
     return [d.name for d in parse(source)[0].declarations if isinstance(d, tree.Declare | tree.Param)]
 
 
-def _referenced_models(source: Source) -> list[str]:
-    """Return models of the scene that metrics refer to, such as by `against`, and that are therefore needed."""
-    from softmark.grammar import tree
-    from softmark.grammar.parser import parse
+def _compared_models(scene: tuple[Source, Path, Path | None], parsed: argparse.Namespace) -> list[str]:
+    """Return models that metrics are measured against, also by names of used scenes, and that are therefore needed."""
+    from softmark.interpreter.validation.constructor_registry import compile_source
 
-    declared = [d for d in parse(source)[0].declarations if isinstance(d, tree.Declare)]
-    models = [d.name for d in declared if d.kind == "model"]
-    asked = {
-        own.value.text
-        for d in declared if d.kind == "metric" and isinstance(d.value, tree.Call)
-        for own in d.value.arguments if isinstance(own.value, tree.Name)
-    }  # fmt: skip
-    return [name for name in models if name in asked]
+    compiled, _ = compile_source(*scene, parsed.overrides, parsed.plugins)
+    models, metrics = compiled.of_kind("model"), compiled.of_kind("metric").values()
+    return [name for name in dict.fromkeys(metric.thing.measured_from for metric in metrics) if name in models]
 
 
 def _unused_name(name: str, taken: list[str]) -> str:

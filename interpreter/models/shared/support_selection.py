@@ -7,6 +7,7 @@ are followed by pieces of a fraction of a cell.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -89,17 +90,18 @@ def held_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, 
 def _note(declared: Declared, name: str, own: SupportSelection) -> Diagnostic:
     at = declared.at("size" if declared.thing.own_mesh is None else "mesh")
     if own.layer is not None and own.beyond > MISSED:
-        asked, held = (100 * part for part in own.layer)
+        asked, held = own.layer
         return diagnostic(
             "W375",
             at,
-            f"`{name}` selects {asked:.2g} % of the mesh of `{declared.name}`, a layer thinner than its "
-            f"cells, so cells with {held:.2g} % are held",
+            f"`{name}` selects {_percent(asked)} of the mesh of `{declared.name}`, a layer thinner than its "
+            f"cells, so {f'cells with {_percent(held)} are' if held else 'no whole cell is'} held",
             "cells with only held nodes cannot deform",
             "select only the surface, or use cells as thin as the layer; `--stated` tells the effect",
         )
-    parts = [f"{100 * own.held:.3g} % of the part that `{name}` selects"] if 1.0 - own.held > MISSED else []
-    parts += [f"{100 * own.beyond:.3g} % more than `{name}` selects"] if own.beyond > MISSED else []
+    held = f"{_percent(own.held) if own.held else 'none'} of the part that `{name}` selects"
+    parts = [held] if own.held < 1 - MISSED else []
+    parts += [f"{_percent(own.beyond)} more than `{name}` selects"] if own.beyond > MISSED else []
     return diagnostic(
         "W375",
         at,
@@ -107,6 +109,13 @@ def _note(declared: Declared, name: str, own: SupportSelection) -> Diagnostic:
         "the selection ends inside facets or cells",
         "use a finer mesh, or one with nodes along the border of the selection; `--stated` tells the effect",
     )
+
+
+def _percent(share: float) -> str:
+    """Return a positive share as text with three digits or more, and without an exponent: `0.0031 %`, `1250 %`."""
+    percent = 100.0 * share
+    text = f"{percent:.{max(0, 2 - math.floor(math.log10(percent)))}f}"
+    return f"{text.rstrip('0').rstrip('.') if '.' in text else text} %"
 
 
 # ------------------------------------------------------------------ of a mesh

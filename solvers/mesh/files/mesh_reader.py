@@ -291,7 +291,7 @@ def _vtk(path: Path) -> Any:
         raise UnreadableMesh(f"it is not a complete VTK file ({describe_read_error(error)})", remedy=AGAIN) from error
     with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
         (copy := Path(folder, "mesh.vtu")).write_bytes(data)
-        return _try_formats(copy, ["vtu"])
+        return _try_formats(copy, ["vtu"], path.stat().st_size)
 
 
 def _with_groups(path: Path, kind: str) -> Any:
@@ -346,7 +346,8 @@ def _require_file(path: Path, remedy: str = AGAIN) -> None:
         raise UnreadableMesh(f"it cannot be read ({error.strerror})") from error
 
 
-def _try_formats(path: Path, kinds: Iterable[str | None]) -> Any:
+def _try_formats(path: Path, kinds: Iterable[str | None], size: int | None = None) -> Any:
+    """Return the mesh of the first format that fits; limits are by the `size` of the file that `path` is a copy of."""
     import meshio
 
     bounded_reader.patch_open("meshio")
@@ -354,7 +355,7 @@ def _try_formats(path: Path, kinds: Iterable[str | None]) -> Any:
     for kind in kinds:
         said = StringIO()  # meshio prints why it fails, and exits
         try:
-            with limited_resources(path), redirect_stdout(said), redirect_stderr(said):
+            with limited_resources(path, size), redirect_stdout(said), redirect_stderr(said):
                 return OWN.get(kind or "", meshio.read)(path, kind)
         except SystemExit:
             reasons.append(" ".join(said.getvalue().partition("Error:")[0].split()) or f"it is not a {kind} file")

@@ -29,9 +29,7 @@ def read(file: Path) -> ResultFile:
             "its times consist of several parts",
             "merge the parts in ParaView, and save one file for each time",
         )
-    files = [within(file.name, file.parent, path) for path, _, _ in entries]
-    if len(set(files)) < len(files):
-        raise Unreadable(file.name, "it uses one file for several times", "write a separate file for each time")
+    files = _distinct_files(file, [path for path, _, _ in entries])
     if other := next((f for f in files if f.suffix.lower() not in (".vtu", ".pvtu")), None):
         raise Unreadable(
             file.name, f"it refers to `{other.name}`, but a series must consist of .vtu files", "save its files as .vtu"
@@ -43,6 +41,17 @@ def read(file: Path) -> ResultFile:
         raise Unreadable(file.name, reason, "keep fewer times or fewer fields")
     with limited_resources(file, size):
         return combine_states(file.name, _moments(file.name, files, [time for _, time, _ in entries]))
+
+
+def _distinct_files(file: Path, paths: list[str]) -> list[Path]:
+    """Return the files of a series. Raises Unreadable at the first that is named again: each takes time to resolve."""
+    found: dict[Path, None] = {}
+    for path in paths:
+        one = within(file.name, file.parent, path)
+        if one in found:
+            raise Unreadable(file.name, "it names one file for several moments", "give each moment a file of its own")
+        found[one] = None
+    return list(found)
 
 
 def _moments(name: str, files: list[Path], times: list[str]) -> Iterator[Moment]:

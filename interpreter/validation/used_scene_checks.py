@@ -1,0 +1,41 @@
+"""Checks of metrics that need a declaration of a used scene which only that scene would evaluate.
+
+`use` makes names known. Values such as materials, shapes and bodies can be taken from there, but a run places the
+probes, holds the supports and solves the models and references of its own scene only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Scene
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.planning.declaration_dependencies import named_by
+
+EVALUATED = ("probe", "model", "reference", "support", "load", "contact", "metric")  # kinds that a run evaluates
+VERBS = {
+    "probe": "places no points of",
+    "support": "holds nothing by",
+    "load": "applies no",
+    "contact": "detects no",
+    "metric": "evaluates no",
+}  # of models and references it solves none
+
+
+def metric_faults(scene: Scene) -> Iterator[Diagnostic]:
+    """Yield an error for each metric that needs a probe, model, support or similar of a used scene."""
+    for metric in scene.of_kind("metric").values():
+        for name in (*named_by(scene, metric, "name"), *named_by(scene, metric, "names")):
+            kind = scene.declared[name].kind
+            if kind not in EVALUATED or name in scene.of_kind(kind):
+                continue
+            own = name.rpartition(".")[2]
+            verb = VERBS.get(kind, "solves no")
+            yield diagnostic(
+                "E509",
+                next((at for field, at in metric.fields.items() if metric.value(field) == name), metric.at()),
+                f"`{metric.name}` needs `{name}`, and a run {verb} {kind}s of scenes that it uses",
+                f"a {kind} of another scene",
+                f"declare it here, `{kind} {own} = {name}`, and write the metric with `{own}`",
+            )
