@@ -49,7 +49,7 @@ def _distinct_files(file: Path, paths: list[str]) -> list[Path]:
     for path in paths:
         one = within(file.name, file.parent, path)
         if one in found:
-            raise Unreadable(file.name, "it names one file for several moments", "give each moment a file of its own")
+            raise Unreadable(file.name, "it uses one file for several times", "write a separate file for each time")
         found[one] = None
     return list(found)
 
